@@ -1,0 +1,19 @@
+"""Errors that end the program with one clear line and a distinct exit code."""
+
+
+class HpcrubError(Exception):
+    """A failure that the user can act on; its message is one line."""
+
+    exit_code = 1
+
+
+class InputError(HpcrubError):
+    """Bad input, found before any work starts."""
+
+    exit_code = 2
+
+
+class Interrupted(HpcrubError):
+    """Stopped on request (Ctrl-C, SIGTERM, SIGUSR1); the study can be resumed."""
+
+    exit_code = 75
