@@ -1,0 +1,110 @@
+"""Beam elements in the plane: frame (blades), spoke and curved ring (disk).
+
+Euler-Bernoulli beams with consistent mass. Every element is the integral of its two strains
+and two displacements, by a Gauss rule that is exact for them:
+
+    K = int EA eps'eps + EI kappa'kappa ds,    M = int rho A (N_u'N_u + N_v'N_v) ds.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(4)  # exact to degree 7; needed: 6
+_XI, _WEIGHT = (_GAUSS_X + 1) / 2, _GAUSS_W / 2  # on [0, 1]
+
+
+class Beam(NamedTuple):
+    """Cross-section and material of a beam: all that its matrices need."""
+
+    axial: float  # EA [N]
+    bending: float  # EI [N m2]
+    mass: float  # rho A [kg/m]
+
+
+def rectangular_beam(width, thickness, young_modulus, density):
+    """Beam of rectangular section, bent across its thickness.
+
+    width, thickness [m]; young_modulus [Pa]; density [kg/m3]. Returns a Beam.
+    """
+    area = width * thickness
+    return Beam(young_modulus * area, young_modulus * area * thickness**2 / 12, density * area)
+
+
+def frame_element(beam, length):
+    """Straight frame element: linear axial, cubic transverse displacement.
+
+    length [m]. Dof (axial, transverse, rotation) at each end; the transverse direction is the
+    axis turned by +90 degrees. Returns mass and stiffness, (6, 6) each.
+    """
+    axial, transverse = [0, 3], [1, 2, 4, 5]
+    line, line1 = _linear(length)
+    n, _, n2 = _hermite(length)
+    u, v = _rows(6, axial, line), _rows(6, transverse, n)
+    eps, kappa = _rows(6, axial, line1), _rows(6, transverse, n2)
+    return _matrices(beam, length, u, v, eps, kappa)
+
+
+def spoke_element(beam, length):
+    """Straight element with cubic displacements in both directions.
+
+    length [m]. Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90
+    degrees), ' along the axis. Returns mass and stiffness, (8, 8) each.
+    """
+    n, n1, n2 = _hermite(length)
+    return _matrices(beam, length, _u(n), _v(n), _u(n1), _v(n2))
+
+
+def ring_element(beam, length, radius):
+    """Curved element: membrane strain v' + u/R, curvature u'' - v'/R.
+
+    length of arc, radius R [m]. Dof (u, u', v, v') at each end, u radial (outward), v tangential
+    and ' along the arc, both towards +theta; the section turns by v/R - u'.
+    Returns mass and stiffness, (8, 8) each.
+    """
+    n, n1, n2 = _hermite(length)
+    eps = _v(n1) + _u(n) / radius
+    kappa = _u(n2) - _v(n1) / radius
+    return _matrices(beam, length, _u(n), _v(n), eps, kappa)
+
+
+def _matrices(beam, length, u, v, eps, kappa):
+    """Mass and stiffness from displacement and strain rows (n_gauss, n_dof)."""
+
+    def integral(row):
+        return length * (row.T * _WEIGHT) @ row
+
+    mass = beam.mass * (integral(u) + integral(v))
+    stiffness = beam.axial * integral(eps) + beam.bending * integral(kappa)
+    return mass, stiffness
+
+
+def _hermite(length):
+    """Cubic Hermite functions at the Gauss points and their two derivatives, (n_gauss, 4) each."""
+    x, one = _XI, np.ones_like(_XI)
+    n = [1 - 3 * x**2 + 2 * x**3, x - 2 * x**2 + x**3, 3 * x**2 - 2 * x**3, x**3 - x**2]
+    n1 = [6 * x**2 - 6 * x, 1 - 4 * x + 3 * x**2, 6 * x - 6 * x**2, 3 * x**2 - 2 * x]
+    n2 = [12 * x - 6 * one, 6 * x - 4 * one, 6 * one - 12 * x, 6 * x - 2 * one]
+    scale = np.array([1, length, 1, length])
+    return (np.stack(f, axis=1) * scale / length**k for k, f in enumerate((n, n1, n2)))
+
+
+def _linear(length):
+    """Linear functions at the Gauss points and their slope, (n_gauss, 2) each."""
+    one = np.ones_like(_XI)
+    return np.stack([1 - _XI, _XI], axis=1), np.stack([-one, one], axis=1) / length
+
+
+def _rows(n_dof, columns, functions):
+    """Rows over all dof of an element from functions that belong to some of them."""
+    rows = np.zeros((len(functions), n_dof))
+    rows[:, columns] = functions
+    return rows
+
+
+def _u(functions):
+    return _rows(8, [0, 1, 4, 5], functions)
+
+
+def _v(functions):
+    return _rows(8, [2, 3, 6, 7], functions)

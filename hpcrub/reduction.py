@@ -1,0 +1,124 @@
+"""Craig-Bampton reduction of the disk and the modes of its mistuned samples."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, eigh
+
+
+class ReducedModel(NamedTuple):
+    """Tuned disk on m = 2 n_c + n_modes coordinates: u_r of all contact points, u_t, modal."""
+
+    mass: np.ndarray  # (m, m)
+    stiffness: np.ndarray  # (m, m)
+    blade_stiffness: np.ndarray  # (N, m, m) part of each blade in the stiffness
+    basis: np.ndarray  # (n, m) coordinates to the dof of the full model
+    contact_angle: np.ndarray  # (n_c,) [rad]
+    contact_radius: np.ndarray  # (n_c,) [m]
+    tuned_modes: np.ndarray  # (m, m) mass-normalised: they turn the mass into the identity,
+    tuned_eigenvalues: np.ndarray  # (m,) the tuned stiffness into these [rad2/s2]
+    modal_blade_stiffness: np.ndarray  # (N, m, m) and the blades' stiffness into these
+
+
+class Modes(NamedTuple):
+    """Mass-normalised modes of one sample, by increasing frequency."""
+
+    omega: np.ndarray  # (K,) [rad/s]
+    radial: np.ndarray  # (n_c, K) u_r of the contact points [1/sqrt(kg)]
+    tangential: np.ndarray  # (n_c, K) u_t of the contact points [1/sqrt(kg)]
+    shapes: np.ndarray  # (m, K) on the coordinates of the reduced model
+
+
+def craig_bampton(disk, n_modes):
+    """Reduce a disk to its contact points and the modes of the disk with these held.
+
+    disk: Disk; n_modes: fixed-interface modes kept, 0 to all.
+    Returns a ReducedModel. Raises ValueError if the disk has fewer modes.
+    Source: Joachim, Nyssen, Batailly 2020, section 2.1.
+    """
+    basis = _craig_bampton_basis(disk.mass, disk.stiffness, disk.contact_dof, n_modes)
+    mass = _symmetric(basis.T @ disk.mass @ basis)
+    stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
+    blade_basis = basis[disk.blade_dof]  # (N, nb, m)
+    blade_stiffness = _project(disk.blade_stiffness, blade_basis)
+    eigenvalues, modes = eigh(stiffness, mass)
+    return ReducedModel(
+        mass=mass,
+        stiffness=stiffness,
+        blade_stiffness=blade_stiffness,
+        basis=basis,
+        contact_angle=disk.contact_angle,
+        contact_radius=disk.contact_radius,
+        tuned_modes=modes,
+        tuned_eigenvalues=eigenvalues,
+        modal_blade_stiffness=_project(blade_stiffness, modes),
+    )
+
+
+def mistuned_modes(reduced, deviation):
+    """Modes of one mistuned sample on the basis of the tuned disk.
+
+    deviation: (N,) relative change of each blade's stiffness [-]. Returns Modes.
+    Source: Joachim, Nyssen, Batailly 2020, equation (3).
+    """
+    change = np.tensordot(deviation, reduced.modal_blade_stiffness, axes=1)
+    np.einsum("ii->i", change)[:] += reduced.tuned_eigenvalues
+    eigenvalues, vectors = np.linalg.eigh(change)
+    shapes = reduced.tuned_modes @ vectors
+    n_contact = len(reduced.contact_angle)
+    return Modes(
+        omega=np.sqrt(np.maximum(eigenvalues, 0)),
+        radial=shapes[:n_contact],
+        tangential=shapes[n_contact : 2 * n_contact],
+        shapes=shapes,
+    )
+
+
+def per_sample_modes(disk, n_modes, deviation):
+    """Modes of one mistuned sample on a Craig-Bampton basis of its own.
+
+    disk: the tuned Disk; n_modes: fixed-interface modes kept; deviation: (N,) relative change of
+    each blade's stiffness [-]. Returns Modes. Raises ValueError as `craig_bampton`.
+    """
+    reduced = craig_bampton(mistune(disk, deviation), n_modes)
+    return mistuned_modes(reduced, np.zeros(len(deviation)))
+
+
+def mistune(disk, deviation):
+    """Full model whose blade i is 1 + deviation[i] times as stiff.
+
+    disk: the tuned Disk; deviation: (N,) [-]. Returns a Disk.
+    """
+    scale = np.asarray(deviation)[:, None, None]
+    stiffness = disk.stiffness.copy()
+    rows, columns = disk.blade_dof[:, :, None], disk.blade_dof[:, None, :]
+    np.add.at(stiffness, (rows, columns), scale * disk.blade_stiffness)
+    return disk._replace(stiffness=stiffness, blade_stiffness=(1 + scale) * disk.blade_stiffness)
+
+
+def _craig_bampton_basis(mass, stiffness, contact_dof, n_modes):
+    """Static response to each contact dof, then fixed-interface modes, (n, 2 n_c + n_modes)."""
+    boundary = contact_dof.T.ravel()  # all u_r, then all u_t
+    inside = np.setdiff1d(np.arange(len(mass)), boundary)
+    if not 0 <= n_modes <= len(inside):
+        raise ValueError(f"n_modes must lie between 0 and {len(inside)}, got {n_modes}")
+    K_ii = stiffness[np.ix_(inside, inside)]
+    K_ib = stiffness[np.ix_(inside, boundary)]
+    n_boundary = len(boundary)
+    basis = np.zeros((len(mass), n_boundary + n_modes))
+    basis[boundary, np.arange(n_boundary)] = 1
+    basis[inside, :n_boundary] = -cho_solve(cho_factor(K_ii), K_ib)
+    if n_modes > 0:
+        M_ii = mass[np.ix_(inside, inside)]
+        _, modes = eigh(K_ii, M_ii, subset_by_index=[0, n_modes - 1])
+        basis[inside, n_boundary:] = modes
+    return basis
+
+
+def _project(matrices, basis):
+    """basis^T matrix basis for a stack of matrices."""
+    return _symmetric(np.swapaxes(basis, -1, -2) @ matrices @ basis)
+
+
+def _symmetric(matrix):
+    return (matrix + np.swapaxes(matrix, -1, -2)) / 2
