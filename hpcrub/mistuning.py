@@ -1,0 +1,35 @@
+"""Stiffness deviation of every blade: random draws that depend on nothing but their place."""
+
+import numpy as np
+
+
+def stiffness_deviation(seed, level, sample, n_blades, half_range):
+    """Uniform stiffness deviations of the blades of one sample.
+
+    seed: 0 ... 2^128 - 1; level, sample: 0 ... 2^64 - 1, their place in the study; n_blades;
+    half_range: largest deviation [-].
+    Returns deviations in [-half_range, half_range), (n_blades,) [-].
+    Source: Joachim, Nyssen, Batailly 2020, equations (3) and (4).
+
+    The seed is the key of a Philox 4x64 generator; level and sample are the upper words of its
+    counter, so that no two samples ever share a draw. Raw bits are used because numpy promises
+    to keep them from version to version, and not its distributions.
+    """
+    key = [seed % 2**64, seed >> 64]
+    counter = [0, 0, sample, level]
+    bits = np.random.Philox(key=_words(key), counter=_words(counter)).random_raw(n_blades)
+    unit = (bits >> np.uint64(11)) * 2.0**-53  # the 53 upper bits, in [0, 1)
+    return half_range * (2 * unit - 1)
+
+
+def pattern_deviation(young_moduli, young_modulus):
+    """Stiffness deviations of an explicit pattern.
+
+    young_moduli: (N,) of the blades; young_modulus: nominal, in the same unit.
+    Returns deviations (N,) [-]. Source: Joachim, Nyssen, Batailly 2020, equation (3).
+    """
+    return np.asarray(young_moduli, dtype=float) / young_modulus - 1
+
+
+def _words(values):
+    return np.array(values, dtype=np.uint64)
