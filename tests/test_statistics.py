@@ -1,0 +1,89 @@
+"""Running percentiles and convergence errors against a direct evaluation of (6) and (7)."""
+
+import time
+
+import numpy as np
+import pytest
+
+from hpcrub.statistics import MIN_VALUES, first_converged, running_percentiles
+
+PERCENTILES = [1, 50, 99]
+
+
+def direct(values, percentiles, step, z):
+    """Equations (6) and (7) as they are written, one percentile value at a time."""
+    n_blocks = len(values) // step
+    percentile, mean, error = np.full((3, len(percentiles), n_blocks), np.nan)
+    for p, q in enumerate(percentiles):
+        seen = []
+        for k in range(n_blocks):
+            first = values[: (k + 1) * step]
+            first = first[~np.isnan(first)]
+            if len(first):
+                percentile[p, k] = np.percentile(first, q)
+                seen.append(percentile[p, k])
+            if seen:
+                mean[p, k] = sum(seen) / len(seen)
+            if len(seen) > 1:
+                variance = sum((x - mean[p, k]) ** 2 for x in seen) / (len(seen) - 1)
+                error[p, k] = z * np.sqrt(variance / len(seen))
+    return percentile, mean, error
+
+
+@pytest.mark.parametrize("step", [1, 7, 10])
+@pytest.mark.parametrize("kind", ["plain", "failed", "ties", "first_block_failed"])
+def test_against_direct_computation(step, kind):
+    rng = np.random.default_rng(5)
+    values = 1.0 + rng.gamma(4.0, 0.1, 303)
+    if kind == "failed":
+        values[rng.random(303) < 0.2] = np.nan
+    if kind == "ties":
+        values = np.round(values, 1)
+    if kind == "first_block_failed":
+        values[:25] = np.nan
+    result = running_percentiles(values, PERCENTILES, step, 2.81)
+    percentile, mean, error = direct(values, PERCENTILES, step, 2.81)
+    np.testing.assert_array_equal(result.samples_seen, step * np.arange(1, 303 // step + 1))
+    np.testing.assert_array_equal(result.percentile, percentile)  # the same bits as numpy's
+    np.testing.assert_allclose(result.mean_of_percentile, mean, rtol=1e-14)
+    np.testing.assert_allclose(result.convergence_error, error, rtol=1e-10, atol=1e-15)
+
+
+def test_extreme_percentiles_are_the_extremes():
+    values = np.random.default_rng(1).random(60)
+    lowest, highest = running_percentiles(values, [0, 100], 10, 1.0).percentile
+    np.testing.assert_array_equal(lowest, [values[: 10 * k].min() for k in range(1, 7)])
+    np.testing.assert_array_equal(highest, [values[: 10 * k].max() for k in range(1, 7)])
+
+
+@pytest.mark.parametrize("values", [np.empty(0), np.ones(9), np.full(20, np.nan)])
+def test_nothing_to_say_is_nan_or_empty(values):
+    result = running_percentiles(values, PERCENTILES, 10, 2.81)
+    assert result.percentile.shape == (3, len(values) // 10)
+    assert np.isnan(result.percentile).all() and np.isnan(result.convergence_error).all()
+
+
+def test_constant_values_have_no_error():
+    error = running_percentiles(np.full(50, 1.25), PERCENTILES, 10, 2.81).convergence_error
+    assert np.isnan(error[:, 0]).all()  # one value has no variance
+    assert (error[:, 1:] == 0.0).all()
+
+
+def test_first_converged_needs_every_level_and_percentile():
+    error = np.full((2, 3, 40), 0.001)
+    assert first_converged(error, 0.005) == MIN_VALUES
+    error[1, 2, :25] = 0.006
+    assert first_converged(error, 0.005) == 26
+    error[0, 0, :30] = np.nan
+    assert first_converged(error, 0.005) == 31
+    error[0, 0] = np.nan
+    assert first_converged(error, 0.005) is None
+
+
+def test_a_million_samples_take_seconds_at_most():
+    values = np.random.default_rng(2).random(1_000_000)
+    running_percentiles(values[:100], PERCENTILES, 10, 2.81)  # compile
+    start = time.perf_counter()
+    result = running_percentiles(values, PERCENTILES, 10, 2.81)
+    assert time.perf_counter() - start < 3.0
+    assert result.percentile[1, -1] == np.percentile(values, 50)
