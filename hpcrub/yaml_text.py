@@ -1,0 +1,118 @@
+"""YAML text → plain numbers, texts, lists and mappings, strictly and safely.
+
+The rules of YAML 1.2 for plain scalars, because those of YAML 1.1 (PyYAML's) read `1e-6` as a
+text, `010` as eight, `12:30` as 750 and `no` as false. Anchors, aliases, tags and duplicate keys
+have no use in an input file and are refused.
+"""
+
+import re
+from typing import ClassVar
+
+import yaml
+
+from hpcrub.errors import InputError
+
+MAX_CHARACTERS = 100_000
+MAX_DEPTH = 10
+
+_TAG = "tag:yaml.org,2002:"
+_PLAIN = {
+    "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
+    "int": (r"[-+]?[0-9]+", list("-+0123456789")),
+    "float": (
+        r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?",
+        list("-+.0123456789"),
+    ),
+}
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader with the scalars above only, and unique text keys."""
+
+    yaml_implicit_resolvers: ClassVar = {}
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str):
+                raise yaml.constructor.ConstructorError(
+                    None, None, "a key must be a plain name", key_node.start_mark
+                )
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"key {key!r} is given twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep=deep)
+
+
+class _Dumper(yaml.SafeDumper):
+    """SafeDumper that quotes what `_Loader` would not read back as a text."""
+
+    yaml_implicit_resolvers: ClassVar = {}
+
+    def ignore_aliases(self, data):
+        return True
+
+
+for _cls in (_Loader, _Dumper):
+    for _name, (_pattern, _first) in _PLAIN.items():
+        _cls.add_implicit_resolver(_TAG + _name, re.compile(rf"(?:{_pattern})\Z"), _first)
+_Loader.add_constructor(_TAG + "int", lambda loader, node: int(node.value))
+_Loader.add_constructor(_TAG + "float", lambda loader, node: float(node.value))
+_Dumper.add_representer(
+    list, lambda dumper, items: dumper.represent_sequence(_TAG + "seq", items, flow_style=True)
+)
+
+
+def parse(text):
+    """Read one YAML document.
+
+    Args:
+        text: the document, at most `MAX_CHARACTERS` long.
+
+    Returns:
+        None, bool, int, float, str, or lists and dicts of them.
+
+    Raises:
+        InputError: not YAML, or YAML that an input file has no use for; says where.
+    """
+    if len(text) > MAX_CHARACTERS:
+        raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")
+    try:
+        _refuse_exotic(text)
+        return yaml.load(text, _Loader)  # a SafeLoader
+    except yaml.MarkedYAMLError as error:
+        where = f"{_place(error.problem_mark)}: " if error.problem_mark else ""
+        raise InputError(where + (error.problem or "not YAML")) from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise InputError("not YAML: " + " ".join(str(error).split())) from None
+
+
+def dump(data):
+    """Write dicts, lists and scalars as YAML that `parse` reads back to the same values."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+
+
+def _refuse_exotic(text):
+    """Refuse anchors, aliases, tags and deep nesting before anything is built from them."""
+    depth = 0
+    for event in yaml.parse(text, _Loader):
+        what = None
+        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
+            what = "anchors (&) and aliases (*) are not supported; quote a text that needs them"
+        elif getattr(event, "tag", None) is not None:
+            what = f"tags ({event.tag}) are not supported; quote a text that needs a '!'"
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > MAX_DEPTH:
+            what = f"nested deeper than {MAX_DEPTH} levels"
+        if what:
+            raise InputError(f"{_place(event.start_mark)}: {what}")
+
+
+def _place(mark):
+    """Line and column of a YAML mark, counted from one."""
+    return f"line {mark.line + 1}, column {mark.column + 1}"
