@@ -1,0 +1,315 @@
+"""Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
+
+Rank 0 hands out the tasks and computes some itself; it answers the other ranks from a `poll()`
+that the computation calls every few milliseconds. No threads and no one-sided messages are needed.
+
+Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
+polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
+
+An error that all ranks share (`on_root`, `together`) carries `shared = True` and ends them all in
+good order. Any other exception belongs to one rank only, and aborts the job.
+"""
+
+import os
+import signal
+import sys
+import time
+import traceback
+
+from hpcrub.errors import HpcrubError, InputError, Interrupted
+
+PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
+TO_ROOT, FROM_ROOT = 1, 2  # message tags
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+
+# (number of ranks, this rank) as the launchers tell it: Open MPI, MPICH and Intel MPI, srun
+LAUNCHERS = (
+    ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
+    ("PMI_SIZE", "PMI_RANK"),
+    ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
+)
+
+
+def run(program):
+    """Run program(team) on this rank and end all ranks in good order.
+
+    program: function of a `Team` that returns an exit code.
+    Returns the exit code; a failure prints once, an exception of a single rank aborts all.
+    """
+    team = None
+    try:
+        team = start_team()
+        code = program(team)
+        team.barrier()
+        return code
+    except HpcrubError as error:
+        shared = getattr(error, "shared", False)
+        if not shared or team.rank == 0:
+            _print_error(error, launched_rank() if team is None else 0)
+        if team is not None and not shared:
+            team.abort(error.exit_code)
+        return error.exit_code
+    except BaseException:
+        traceback.print_exc()
+        if team is not None:
+            team.abort(1)
+        return 1
+
+
+def start_team():
+    """The team of this rank: MPI when a launcher started the program, else a team of one.
+
+    Raises InputError when a launcher started several ranks that cannot find each other.
+    """
+    size = launched_size()
+    comm = _world(size) if size else None
+    return Team(comm)
+
+
+def launched_size():
+    """Number of ranks that a launcher announces in the environment, 0 without one."""
+    for size, _ in LAUNCHERS:
+        if os.environ.get(size, "").isdigit():
+            n_ranks = int(os.environ[size])
+            if n_ranks > 1 or not size.startswith("SLURM"):  # batch scripts have 1 and no MPI
+                return n_ranks
+    return 1 if "PMIX_RANK" in os.environ else 0
+
+
+def launched_rank():
+    """This rank as the launcher tells it, 0 without one."""
+    names = [rank for _, rank in LAUNCHERS] + ["PMIX_RANK"]
+    found = [os.environ[name] for name in names if os.environ.get(name, "").isdigit()]
+    return int(found[0]) if found else 0
+
+
+def _world(size):
+    """MPI's world communicator, checked against the launcher's number of ranks."""
+    try:
+        import mpi4py
+
+        mpi4py.rc.threads = False
+        from mpi4py import MPI
+    except (ImportError, RuntimeError, OSError) as error:
+        if size == 1:
+            return None
+        raise InputError(
+            f"started on {size} ranks, but mpi4py or its MPI library is missing "
+            f"({str(error).splitlines()[0]}); run `make setup`, or `pip install mpi4py`"
+        ) from None
+    if MPI.COMM_WORLD.size < size:
+        raise InputError(
+            f"started on {size} ranks, but MPI sees {MPI.COMM_WORLD.size}: the launcher belongs to "
+            "another MPI library than mpi4py (with Slurm, try `srun --mpi=pmix` or `mpirun`)"
+        )
+    return MPI.COMM_WORLD
+
+
+def _print_error(error, rank):
+    if rank == 0:
+        kind = "stopped" if isinstance(error, Interrupted) else "error"
+        print(f"hpcrub: {kind}: {error}", file=sys.stderr, flush=True)
+
+
+class Team:
+    """The ranks that work on one study, or a single process when comm is None."""
+
+    def __init__(self, comm=None):
+        self.comm = comm
+        self.rank = comm.rank if comm else 0
+        self.size = comm.size if comm else 1
+        self.signal = None  # name of the signal that asked this rank to stop
+        for number in STOP_SIGNALS:
+            signal.signal(number, self._remember)
+
+    def _remember(self, number, frame):
+        self.signal = signal.Signals(number).name
+
+    def barrier(self):
+        """Wait for all ranks without taking a core."""
+        if self.size > 1:
+            request = self.comm.Ibarrier()
+            while not request.Test():
+                time.sleep(PAUSE)
+
+    def bcast(self, value):
+        """Rank 0's value on every rank."""
+        self.barrier()
+        return self.comm.bcast(value) if self.size > 1 else value
+
+    def gather(self, value):
+        """List of all ranks' values on rank 0, None elsewhere."""
+        self.barrier()
+        return self.comm.gather(value) if self.size > 1 else [value]
+
+    def on_root(self, function):
+        """Result of function(), called on rank 0 only, on every rank.
+
+        Raises, on every rank, the HpcrubError that it raised on rank 0.
+        """
+        result = error = None
+        if self.rank == 0:
+            try:
+                result = function()
+            except HpcrubError as caught:
+                error = caught
+        result, error = self.bcast((result, error))
+        return _result_or_raise(result, error)
+
+    def together(self, function):
+        """Result of function(), called on every rank.
+
+        Raises, on every rank, the HpcrubError of the first rank that raised one.
+        """
+        result = error = None
+        try:
+            result = function()
+        except HpcrubError as caught:
+            error = caught
+        errors = self.gather(error)
+        first = next((e for e in errors if e), None) if self.rank == 0 else None
+        return _result_or_raise(result, self.bcast(first))
+
+    def abort(self, code):
+        """End all ranks now."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        if self.size > 1:
+            self.comm.Abort(code)
+
+    def run_tasks(self, tasks, compute, on_result=lambda task, result: None):
+        """Compute all tasks, each on the first rank that is free.
+
+        tasks: iterable of int, only rank 0's is used. compute(task, poll): any rank; must call
+        poll() every few milliseconds and let Interrupted pass; returns a small picklable result.
+        on_result(task, result): rank 0, in order of completion; a true value means that no
+        further task is needed.
+        Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
+        """
+        if self.rank == 0:
+            stopped_by = _Dispatcher(self, tasks, compute, on_result).run()
+        else:
+            stopped_by = _Worker(self, compute).run()
+        self.barrier()
+        if stopped_by:
+            _result_or_raise(None, Interrupted(stopped_by))
+
+
+def _result_or_raise(result, error):
+    if error is not None:
+        error.shared = True
+        raise error
+    return result
+
+
+class _Dispatcher:
+    """Rank 0's side of `run_tasks`."""
+
+    def __init__(self, team, tasks, compute, on_result):
+        self.team, self.compute, self.on_result = team, compute, on_result
+        self.tasks = iter(tasks)
+        self.waiting = []  # ranks that asked for a task and have none
+        self.enough = False
+        self.stopped_by = None
+
+    def run(self):
+        while (task := self._next_task()) is not None:
+            try:
+                self._collect(task, self.compute(task, self.poll))
+                self.poll()
+            except Interrupted:
+                break
+        while not self.stopped_by and len(self.waiting) < self.team.size - 1:
+            time.sleep(PAUSE)
+            self._serve()
+        self._dismiss()
+        return self.stopped_by
+
+    def poll(self):
+        self._serve()
+        if self.stopped_by:
+            raise Interrupted(self.stopped_by)
+
+    def _serve(self):
+        if self.team.signal:
+            self.stopped_by = self.team.signal
+        self._receive()
+        while self.waiting and (task := self._next_task()) is not None:
+            self.team.comm.send(task, self.waiting.pop(0), FROM_ROOT)
+
+    def _receive(self):
+        """Take all messages; returns the number of ranks that said good-bye."""
+        comm, goodbyes = self.team.comm, 0
+        while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
+            rank, kind, task, result = comm.recv(tag=TO_ROOT)
+            if kind == "done":
+                self._collect(task, result)
+            if kind in ("done", "free"):
+                self.waiting.append(rank)
+            if kind == "stop":
+                self.stopped_by = result
+            goodbyes += kind == "bye"
+        return goodbyes
+
+    def _dismiss(self):
+        """Tell all ranks that it is over, and take what they have sent until they knew."""
+        present = self.team.size - 1
+        for rank in range(1, self.team.size):
+            self.team.comm.send(("end", self.stopped_by), rank, FROM_ROOT)
+        while present := present - self._receive():
+            time.sleep(PAUSE)
+
+    def _next_task(self):
+        return None if self.enough or self.stopped_by else next(self.tasks, None)
+
+    def _collect(self, task, result):
+        if self.on_result(task, result):
+            self.enough = True
+
+
+class _Worker:
+    """The other ranks' side of `run_tasks`. Their only messages are answers to a question of
+    theirs, and one ("end", stopped_by), which may come at any moment."""
+
+    def __init__(self, team, compute):
+        self.team, self.compute = team, compute
+        self.told = False  # rank 0 knows of our signal
+        self.end = None
+
+    def run(self):
+        self._tell("free")
+        while (task := self._wait()) is not None:
+            try:
+                self._tell("done", task, self.compute(task, self.poll))
+            except Interrupted:
+                pass  # dropped: the end is the next message
+        self._tell("bye")
+        return self.end[1]
+
+    def poll(self):
+        self._pass_on_signal()
+        if self.team.comm.iprobe(source=0, tag=FROM_ROOT):
+            self.end = self.team.comm.recv(source=0, tag=FROM_ROOT)
+        if self.end or self.told:
+            raise Interrupted("stopped")
+
+    def _wait(self):
+        """The next task, None at the end."""
+        while not self.end:
+            self._pass_on_signal()
+            if not self.team.comm.iprobe(source=0, tag=FROM_ROOT):
+                time.sleep(PAUSE)
+                continue
+            message = self.team.comm.recv(source=0, tag=FROM_ROOT)
+            if not isinstance(message, tuple):
+                return message
+            self.end = message
+        return None
+
+    def _pass_on_signal(self):
+        if self.team.signal and not self.told:
+            self.told = True
+            self._tell("stop", result=self.team.signal)
+
+    def _tell(self, kind, task=None, result=None):
+        self.team.comm.send((self.team.rank, kind, task, result), 0, TO_ROOT)
