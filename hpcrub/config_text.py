@@ -177,7 +177,8 @@ def _range(node):
         "maximum": "up to",
     }
     limits = [f" {word} {_plain(node[key])}" for key, word in words.items() if key in node]
-    return " and".join(limits) if "exclusiveMinimum" in node else "".join(limits)
+    closed = "minimum" in node and "maximum" in node
+    return "".join(limits) if closed else " and".join(limits)
 
 
 def _plain(limit):

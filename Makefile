@@ -1,0 +1,54 @@
+# Targets for people. `make run` and `make test` set up what is missing first.
+
+PYTHON ?= python3
+APT ?= yes
+HDF5_DIR ?=
+INPUT ?= inputs/quickstart.yaml
+RANKS ?= 2
+ARGS ?=
+
+STAMP = .venv/set-up
+VENV_PYTHON = .venv/bin/python
+OUTPUT = results/$(basename $(notdir $(INPUT))).h5
+
+# For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
+# The last line is for Open MPI 5. On a cluster none of these belongs in a job.
+run test: export OMPI_ALLOW_RUN_AS_ROOT = 1
+run test: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
+run test: export OMPI_MCA_rmaps_base_oversubscribe = 1
+run test: export OMP_NUM_THREADS = 1
+run test: export OPENBLAS_NUM_THREADS = 1
+run test: export NUMBA_NUM_THREADS = 1
+run test: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
+
+.PHONY: help setup run test lint readme clean
+.DEFAULT_GOAL := help
+
+help:  ## this list
+	@sed -nE 's/^([a-z]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 14
+
+setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
+	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
+
+$(STAMP): pyproject.toml tools/setup.sh
+	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
+
+run: $(STAMP)  ## run a study, or go on with it (INPUT=... RANKS=2 ARGS=--overwrite)
+	@resume=; \
+	case " $(ARGS) " in *" --overwrite "*) ;; *) [ ! -e "$(OUTPUT)" ] || resume=--resume ;; esac; \
+	set -x; \
+	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" $$resume $(ARGS)
+
+test: $(STAMP)  ## run all tests (ARGS="-k config")
+	@$(VENV_PYTHON) -m pytest $(ARGS)
+
+lint: $(STAMP)  ## check style
+	@$(VENV_PYTHON) -m ruff check .
+	@$(VENV_PYTHON) -m ruff format --check .
+
+readme: $(STAMP)  ## write the table of input keys in README.md anew
+	@$(VENV_PYTHON) tools/readme.py
+
+clean:  ## remove what can be made again (not .venv, not results)
+	rm -rf build *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

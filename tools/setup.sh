@@ -1,0 +1,155 @@
+#!/usr/bin/env bash
+# Set up hpcrub in .venv with an h5py that writes one HDF5 file from all MPI ranks.
+# Does only what is missing. Variables, all optional:
+#   PYTHON     interpreter of the virtual environment (python3)
+#   APT        yes: install missing system packages as root (default); no: never, only name them
+#   HDF5_DIR   prefix of a parallel HDF5 >= 1.10.7 (default: Debian's, found by pkg-config)
+#   MPICC      compiler wrapper of the MPI to use (mpicc)
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+PYTHON=${PYTHON:-python3}
+APT=${APT:-yes}
+HDF5_DIR=${HDF5_DIR:-}
+MPICC=${MPICC:-mpicc}
+H5PY_VERSION=3.16.0
+HDF5_PKG=hdf5-openmpi
+VENV_PYTHON=.venv/bin/python
+LOG=.venv/setup.log
+
+say() { printf 'setup: %s\n' "$*"; }
+die() { printf 'setup: error: %s\n' "$*" >&2; exit 1; }
+logged() {  # run a command with its output in the log, which is shown only when it fails
+    printf '+ %s\n' "$*" >>"$LOG"
+    "$@" >>"$LOG" 2>&1 || { tail -n 25 "$LOG" >&2; die "failed: $* (all output: $LOG)"; }
+}
+pip() { logged "$VENV_PYTHON" -m pip --disable-pip-version-check "$@"; }
+
+# --- system packages ------------------------------------------------------------------------
+
+missing_packages() {  # one line per missing piece: its Debian package, then what was looked for
+    command -v gcc >/dev/null || echo "gcc (command gcc)"
+    [ -e /usr/include/stdio.h ] || echo '#include <stdio.h>' | gcc -E - >/dev/null 2>&1 ||
+        echo "libc6-dev (header stdio.h)"
+    command -v mpirun >/dev/null || echo "openmpi-bin (command mpirun)"
+    command -v "$MPICC" >/dev/null || echo "libopenmpi-dev (command $MPICC)"
+    if [ -z "$HDF5_DIR" ]; then
+        command -v pkg-config >/dev/null || echo "pkg-config (command pkg-config)"
+        pkg-config --exists "$HDF5_PKG" 2>/dev/null ||
+            echo "libhdf5-openmpi-dev (parallel HDF5; or set HDF5_DIR)"
+    fi
+    "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null ||
+        echo "python3-venv (modules venv and ensurepip of $PYTHON)"
+    "$PYTHON" -c 'import os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' \
+        2>/dev/null || echo "python3-dev (header Python.h of $PYTHON)"
+}
+
+install_missing() {
+    local missing packages
+    missing=$(missing_packages)
+    [ -n "$missing" ] || return 0
+    packages=$(cut -d' ' -f1 <<<"$missing" | tr '\n' ' ')
+    if [ "$APT" = no ] || [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
+        printf 'setup: these are missing:\n%s\n' "$(sed 's/^/  /' <<<"$missing")" >&2
+        die "install them (Debian, Ubuntu: sudo apt-get install $packages) or load their modules"
+    fi
+    say "installing system packages: $packages"
+    export DEBIAN_FRONTEND=noninteractive
+    apt-get update -q >/dev/null || say "apt-get update failed; going on with the lists there are"
+    # shellcheck disable=SC2086  # one word per package
+    apt-get install -q -y --no-install-recommends $packages >/dev/null || die "apt-get failed"
+    missing=$(missing_packages)
+    [ -z "$missing" ] || die "still missing after apt-get: $(tr '\n' ';' <<<"$missing")"
+}
+
+# --- virtual environment --------------------------------------------------------------------
+
+make_venv() {
+    if [ -e .venv ]; then
+        "$VENV_PYTHON" -m pip --version >/dev/null 2>&1 ||
+            die ".venv is not a working virtual environment with pip; remove it and try again"
+        return
+    fi
+    "$PYTHON" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+        die "$PYTHON is $("$PYTHON" --version 2>&1); Python 3.11 or newer is needed (PYTHON=...)"
+    say "creating .venv with $("$PYTHON" --version)"
+    "$PYTHON" -m venv .venv || die "$PYTHON cannot create a virtual environment"
+}
+
+# --- h5py with parallel HDF5 ----------------------------------------------------------------
+
+toolchain() {  # what a compiled h5py depends on
+    "$VENV_PYTHON" -c 'import sysconfig as s; print(s.get_config_var("SOABI"), s.get_platform())'
+    "$MPICC" -show
+    mpirun --version | head -n 1
+    if [ -n "$HDF5_DIR" ]; then
+        echo "$HDF5_DIR"
+        grep -hs 'define H5_VERS_INFO' "$HDF5_DIR"/include/H5public.h || true
+    else
+        pkg-config --modversion --cflags --libs "$HDF5_PKG"
+    fi
+}
+
+has_parallel_h5py() {
+    [ -e "$VENV_PYTHON" ] && "$VENV_PYTHON" - "$H5PY_VERSION" 2>/dev/null <<'PY'
+import sys
+import h5py
+sys.exit(not (h5py.get_config().mpi and h5py.__version__ == sys.argv[1]))
+PY
+}
+
+build_h5py() {  # $1: folder for the wheel
+    local config
+    say "building h5py $H5PY_VERSION against parallel HDF5 (about a minute and a half, once)"
+    # Its build must use the mpi4py installed here: in isolation it would compile another one,
+    # which takes tens of gigabytes of memory. pip's own cache ignores HDF5_MPI and is not used.
+    pip install 'Cython>=3,<4' pkgconfig packaging wheel
+    config=$(mktemp)
+    printf '[build_ext]\nparallel = 4\n' >"$config"
+    export HDF5_MPI=ON CC="$MPICC" H5PY_SETUP_REQUIRES=0 CFLAGS="-O1 -g0" DIST_EXTRA_CONFIG="$config"
+    if [ -n "$HDF5_DIR" ]; then
+        export HDF5_DIR
+    else
+        unset HDF5_DIR
+        export HDF5_PKGCONFIG_NAME="$HDF5_PKG"
+    fi
+    pip wheel --no-cache-dir --no-deps --no-binary=h5py --no-build-isolation \
+        --wheel-dir "$1.part" "h5py==$H5PY_VERSION"
+    rm -f "$config"
+}
+
+install_h5py() {
+    local made_with key folder
+    made_with=$(toolchain)
+    key=$(sha256sum <<<"$made_with" | cut -c1-12)
+    if has_parallel_h5py && [ "$(cat .venv/h5py-key 2>/dev/null || echo "$key")" = "$key" ]; then
+        echo "$key" >.venv/h5py-key
+        return
+    fi
+    folder=${XDG_CACHE_HOME:-$HOME/.cache}/hpcrub/wheels/h5py-$H5PY_VERSION-$key
+    pip install numpy 'mpi4py>=4.0.1' 'setuptools>=77.0.1'
+    if ! ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
+        rm -rf "$folder.part"
+        mkdir -p "$folder.part"
+        echo "$made_with" >"$folder.part/made-with.txt"
+        (build_h5py "$folder")
+        rm -rf "$folder"
+        mv "$folder.part" "$folder"  # whole or not at all
+    else
+        say "using the h5py wheel in $folder"
+    fi
+    pip install --force-reinstall --no-deps "$folder"/h5py-*.whl
+    has_parallel_h5py || die "h5py was built but does not load with MPI: $(
+        "$VENV_PYTHON" -c 'import h5py; print("mpi is", h5py.get_config().mpi)' 2>&1 | tail -n 1)"
+    echo "$key" >.venv/h5py-key
+}
+
+start=$SECONDS
+install_missing
+make_venv
+install_h5py
+pip install 'setuptools>=77.0.1'
+pip install --no-build-isolation --editable '.[mpi,dev]'
+has_parallel_h5py || die "h5py lost its parallel HDF5 to another package; see $LOG"
+touch .venv/set-up
+say "ready after $((SECONDS - start)) s: h5py $H5PY_VERSION with parallel HDF5 in .venv"
