@@ -1,0 +1,287 @@
+"""Time steps of the reduced disk with unilateral contact and friction, several speeds at once.
+
+Modal equations of motion  q'' + 2ξω q' + ω² q = Φᵀf,  f the contact forces. With d = q_n − q_{n−1}
+both schemes are the same three lines (``docs/theory.md`` derives them):
+
+    predictor   d ← keep·d − pull·q,  q ← q + d        no contact force       → penetrations p
+    multipliers λ ≥ 0,  w = p − W λ ≤ 0,  λ w = 0       all contact points at once
+    corrector   d ← d + push·Gλ,  q ← q + push·Gλ       G = −(R + μT)ᵀ: normal force and friction
+
+keep, push and pull are numbers per mode and lane (`coefficients`); R and T hold the radial and
+tangential displacement of every contact point per unit modal coordinate; W = R·push·(R + μT)ᵀ.
+
+The corrector of a step is applied on the way through the next predictor, so that each step reads
+and writes the modal state once. What one lane computes never depends on the other lanes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub import casing
+from hpcrub.jit import compiled
+from hpcrub.lanes import (
+    any_lane,
+    below,
+    indices,
+    larger,
+    load,
+    positive_part,
+    select,
+    splat,
+    store,
+    tile_add,
+    tile_dot,
+    tile_gather,
+    tile_largest,
+    tile_load,
+    tile_splat,
+    tile_store,
+)
+
+growth = compiled(casing.growth)
+
+TILE = 12  # contact points whose vectors stay in registers together
+TIPS = (0,) * TILE
+# Contacts whose forces are applied in one pass: the fewer, the faster.
+NO_CONTACTS = ()
+FEW_CONTACTS = (0,) * 4
+SOME_CONTACTS = (0,) * 8
+MANY_CONTACTS = (0,) * 12
+MAX_SWEEPS = 500  # of the multiplier solver; five or so are usual
+TOLERANCE = 1e-14  # of the multipliers, relative to the largest penetration
+
+
+class Scheme(NamedTuple):
+    """What the steps read. K modes, L lanes, C contact points padded to a multiple of TILE."""
+
+    radial: np.ndarray  # R (K, C) [1/√kg]
+    tangential: np.ndarray  # T (K, C)
+    load: np.ndarray  # G (K, C + 1), last column zero
+    keep: np.ndarray  # (K, L) [-]
+    pull: np.ndarray  # (K, L) [-]
+    push: np.ndarray  # (K, L) [s²]
+    coupling: np.ndarray  # W_ij / W_jj (C·C, L), row i·C + j, diagonal zero [-]
+    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
+    reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
+    clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane
+    step: np.ndarray  # h (L,) [s]
+    bump: np.ndarray  # (P, C) [m]
+    growth_time: float  # [s]
+
+
+class State(NamedTuple):
+    """What the steps modify."""
+
+    position: np.ndarray  # q (K, L) [m·√kg]
+    increment: np.ndarray  # d (K, L)
+    penetration: np.ndarray  # p (C, L) [m]
+    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero
+    active: np.ndarray  # (C + TILE,) points in contact at the latest step, then C's
+    growth: np.ndarray  # (1, L) growth factor of the bumps [-]
+    n_steps: np.ndarray  # (L,) steps done since the start of each lane
+    unsolved: np.ndarray  # (1, L) 1 where the multipliers did not converge
+
+
+class Record(NamedTuple):
+    """Where tangential displacements go: a ring of B blocks, each of M records."""
+
+    history: np.ndarray  # (B·M·C, L) [m]
+    peak: np.ndarray  # (B·C, L) largest |u_t| of a block [m]
+
+
+@compiled(inline=True)
+def kicks(lanes, scheme, state, columns, forces, k):
+    """What the contact forces add to modal coordinate k."""
+    return tile_dot(lanes, scheme.load, k, columns, forces) * load(lanes, scheme.push, k)
+
+
+@compiled(inline=True)
+def predict(lanes, contacts, scheme, state, step):
+    """Corrector of the step before, predictor of this one (state is modified).
+
+    The first ``len(contacts)`` active points are corrected. Returns the deepest penetration of
+    the first TILE contact points.
+    """
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
+    for k in range(state.position.shape[0]):
+        q = load(lanes, state.position, k)
+        d = load(lanes, state.increment, k)
+        if len(contacts) > 0:
+            kick = kicks(lanes, scheme, state, columns, forces, k)
+            q = q + kick
+            d = d + kick
+        d = load(lanes, scheme.keep, k) * d - load(lanes, scheme.pull, k) * q
+        q = q + d
+        store(state.increment, k, d)
+        store(state.position, k, q)
+        depth = tile_add(depth, scheme.radial, k, 0, q)
+    tile_store(state.penetration, 0, depth)
+    return tile_largest(depth)
+
+
+@compiled
+def predict_more(lanes, first, scheme, state, step):
+    """Penetrations of the contact points from ``first`` on (modified); returns the deepest."""
+    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.growth, 0))
+    for k in range(state.position.shape[0]):
+        depth = tile_add(depth, scheme.radial, k, first, load(lanes, state.position, k))
+    tile_store(state.penetration, first, depth)
+    return tile_largest(depth)
+
+
+@compiled
+def correct(lanes, first, scheme, state):
+    """Corrector for the TILE active points from ``first`` on, by itself (state is modified)."""
+    columns = indices(MANY_CONTACTS, state.active, first)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    for k in range(state.position.shape[0]):
+        kick = kicks(lanes, scheme, state, columns, forces, k)
+        store(state.position, k, load(lanes, state.position, k) + kick)
+        store(state.increment, k, load(lanes, state.increment, k) + kick)
+
+
+@compiled(inline=True)
+def candidates(lanes, scheme, state, deepest):
+    """List the points that may carry a force in any lane (state.active, modified); return how many.
+
+    Others can push a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
+    largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so
+    reach = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
+    changes no bit.
+    """
+    n_points = scheme.stiffness.shape[0]
+    threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, scheme.reach, 0)
+    n = 0
+    for i in range(n_points):
+        if any_lane(below(threshold, load(lanes, state.penetration, i))):
+            state.active[n] = i
+            n += 1
+    for i in range(n, n + TILE):
+        state.active[i] = n_points
+    return n
+
+
+@compiled(inline=True)
+def solve(lanes, scheme, state, deepest, n_active):
+    """Contact forces of the active points by projected Gauss–Seidel (state is modified).
+
+    Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged
+    is frozen, so that its result does not depend on how long the others take.
+    """
+    n_points = scheme.stiffness.shape[0]
+    zero = splat(lanes, 0.0)
+    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
+    changing = below(zero, deepest)
+    for a in range(n_active):
+        store(state.multiplier, state.active[a], zero)
+    for _ in range(MAX_SWEEPS):
+        change = zero
+        for a in range(n_active):
+            i = state.active[a]
+            depth = load(lanes, state.penetration, i)
+            for b in range(n_active):
+                j = state.active[b]
+                effect = load(lanes, scheme.coupling, i * n_points + j)
+                depth = depth - effect * load(lanes, state.multiplier, j)
+            old = load(lanes, state.multiplier, i)
+            new = select(changing, positive_part(depth), old)
+            change = larger(change, larger(new - old, old - new))
+            store(state.multiplier, i, new)
+        changing = below(limit, change)
+        if not any_lane(changing):
+            break
+    store(state.unsolved, 0, select(changing, splat(lanes, 1.0), load(lanes, state.unsolved, 0)))
+    for a in range(n_active):
+        i = state.active[a]
+        force = load(lanes, state.multiplier, i) * load(lanes, scheme.stiffness, i)
+        store(state.multiplier, i, force)
+
+
+@compiled
+def observe(lanes, first, scheme, state, record, row, block):
+    """Tangential displacements of the TILE points from ``first`` on (record is modified)."""
+    tips = tile_splat(TIPS, splat(lanes, 0.0))
+    for k in range(state.position.shape[0]):
+        tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
+    tile_store(record.history, row + first, tips)
+    n_points = scheme.stiffness.shape[0]
+    for i in range(first, first + TILE):
+        u = load(lanes, record.history, row + i)
+        size = larger(u, splat(lanes, 0.0) - u)
+        at = block * n_points + i
+        store(record.peak, at, larger(size, load(lanes, record.peak, at)))
+
+
+@compiled
+def grow(scheme, state):
+    """Growth factor of the bumps at the step to come (state is modified); False once all is grown."""
+    growing = False
+    for lane in range(scheme.step.shape[0]):
+        t = (state.n_steps[lane] + 1) * scheme.step[lane]
+        state.growth[0, lane] = growth(t, scheme.growth_time)
+        growing = growing or t < scheme.growth_time
+    return growing
+
+
+@compiled(inline=True)
+def apply_and_predict(lanes, scheme, state, step, n_active):
+    """Choose the narrowest pass that holds the active points; returns the deepest penetration."""
+    if n_active > len(MANY_CONTACTS):
+        for first in range(0, n_active, TILE):
+            correct(lanes, first, scheme, state)
+        n_active = 0
+    if n_active == 0:
+        deepest = predict(lanes, NO_CONTACTS, scheme, state, step)
+    elif n_active <= len(FEW_CONTACTS):
+        deepest = predict(lanes, FEW_CONTACTS, scheme, state, step)
+    elif n_active <= len(SOME_CONTACTS):
+        deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
+    else:
+        deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
+    for first in range(TILE, scheme.stiffness.shape[0], TILE):
+        deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
+    return deepest
+
+
+@compiled
+def march(lanes, scheme, state, record, n_blocks, block, stride):
+    """Advance every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
+
+    ``block`` is the place in the ring of the first block to record, or negative to record nothing;
+    every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
+    """
+    n_points = scheme.stiffness.shape[0]
+    n_steps = scheme.bump.shape[0]
+    ring = record.peak.shape[0] // n_points
+    n_records = n_steps // stride
+    n_active = 0
+    growing = True
+    for b in range(n_blocks):
+        place = (block + b) % ring
+        if block >= 0:
+            for i in range(n_points):
+                store(record.peak, place * n_points + i, splat(lanes, 0.0))
+        for step in range(n_steps):
+            if growing:
+                growing = grow(scheme, state)
+            for lane in range(len(lanes)):
+                state.n_steps[lane] += 1
+            deepest = apply_and_predict(lanes, scheme, state, step, n_active)
+            n_active = 0
+            if any_lane(below(splat(lanes, 0.0), deepest)):
+                n_active = candidates(lanes, scheme, state, deepest)
+                solve(lanes, scheme, state, deepest, n_active)
+            if block >= 0 and (step + 1) % stride == 0:
+                for first in range(0, n_active, TILE):
+                    correct(lanes, first, scheme, state)
+                n_active = 0
+                row = (place * n_records + step // stride) * n_points
+                for first in range(0, n_points, TILE):
+                    observe(lanes, first, scheme, state, record, row, place)
+    for first in range(0, n_active, TILE):
+        correct(lanes, first, scheme, state)

@@ -1,0 +1,64 @@
+"""Steady state, amplitude and localisation from recorded tip displacements."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class SteadyCriteria(NamedTuple):
+    """When a run is checked and accepted (Joachim, Nyssen, Batailly 2020, section 3.1)."""
+
+    first_check: float = 0.5  # [s]
+    window_revolutions: int = 3
+    extend_revolutions: int = 10
+    min_correlation: float = 0.95
+    max_amplitude_change: float = 0.01
+    max_time: float = 5.0  # [s]
+
+
+def correlation(a, b):
+    """Pearson correlation of two signals (n,); 1 if both are constant, 0 if one is."""
+    a = a - a.mean()
+    b = b - b.mean()
+    norm_a, norm_b = np.sqrt(a @ a), np.sqrt(b @ b)
+    if norm_a == 0.0 or norm_b == 0.0:
+        return 1.0 if norm_a == norm_b else 0.0
+    return float((a / norm_a) @ (b / norm_b))
+
+
+def is_steady(before, last, peak_before, peak_last, criteria):
+    """Whether two successive windows show the same motion.
+
+    Args:
+        before, last: displacement of the tip with the largest vibration (n,) [m] in both windows.
+        peak_before, peak_last: its largest magnitude in both windows [m].
+        criteria: SteadyCriteria.
+
+    Returns:
+        True if they correlate and their amplitudes agree; False otherwise, also for NaN.
+    """
+    change = abs(peak_last - peak_before)
+    if not change <= criteria.max_amplitude_change * peak_last:
+        return False
+    return correlation(before, last) > criteria.min_correlation
+
+
+def localisation(tip_amplitude):
+    """Localisation factor of a vibration, 0 if all blades move alike and 1 if one moves alone.
+
+    Args:
+        tip_amplitude: largest displacement of each contact point (..., n_c) [m].
+
+    Returns:
+        Factor (...) [-]; 0 where nothing moves.
+
+    Source: Joachim, Nyssen, Batailly (2020), equations (8) to (10).
+    """
+    n = tip_amplitude.shape[-1]
+    largest = tip_amplitude.max(axis=-1)
+    if n == 1:
+        return np.zeros_like(largest)
+    scale = np.where(largest > 0.0, largest, 1.0)
+    rms = np.sqrt(np.mean((tip_amplitude / scale[..., None]) ** 2, axis=-1))
+    zeta = 1.0 / np.where(rms > 0.0, rms, 1.0)
+    return np.where(largest > 0.0, (zeta - 1.0) / (np.sqrt(n) - 1.0), 0.0)

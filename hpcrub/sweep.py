@@ -1,0 +1,238 @@
+"""The frequency response of one sample: many angular speeds, marched a few at a time.
+
+The angle is the clock. All speeds of a *band* take the same number of steps per revolution, so
+that at every step they see the same casing and share its table; only the step length differs. A
+band is marched in *blocks* of whole bump pitches. A lane whose speed has reached its steady state
+takes the next waiting speed at the next block.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub import kernel, scheme
+from hpcrub.casing import bump_table
+from hpcrub.lanes import aligned_zeros
+from hpcrub.reduction import Modes
+from hpcrub.steady import SteadyCriteria, is_steady, localisation
+
+WIDTH = 8  # speeds marched together: doubles in the widest vector registers
+BAND = 1.08  # ratio of the fastest to the slowest speed of a band
+RECORD_INTERVAL = 4e-5  # [s] between recorded displacements: 170 per period at 145 Hz
+MIN_BLOCK = 64  # steps
+
+NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
+
+
+class Scene(NamedTuple):
+    """Everything about a contact run that is the same for all samples and speeds."""
+
+    contact_angle: np.ndarray  # (n_c,) [rad]
+    contact_radius: float  # [m]
+    damping_ratio: float
+    n_bumps: int
+    bump_height: float  # [m]
+    clearance: float  # [m]
+    growth_time: float  # [s]
+    friction: float
+    kinematics: str = "small"
+    scheme: str = "central_difference"
+    step: float = 1e-6  # [s], an upper bound
+    steady: SteadyCriteria = SteadyCriteria()
+
+
+class SweepResult(NamedTuple):
+    """Frequency response of one sample over S speeds."""
+
+    amplitude: np.ndarray  # (S,) largest |u_t| of all contact points [m]; NaN where diverged
+    time: np.ndarray  # (S,) simulated [s]
+    localisation: np.ndarray  # (S,) [-]
+    point_status: np.ndarray  # (S,) uint8: NONE, STEADY, NOT_STEADY, DIVERGED
+    n_steps: int  # time steps of all speeds
+
+
+class Grid(NamedTuple):
+    """How the revolutions of a band are cut."""
+
+    steps_per_revolution: int
+    blocks_per_revolution: int
+    stride: int  # steps from one record to the next
+
+    @property
+    def steps_per_block(self):
+        return self.steps_per_revolution // self.blocks_per_revolution
+
+
+def speed_bands(speeds_hz):
+    """Split speeds (S,) [Hz] into index arrays of similar speeds, slowest first."""
+    order = np.argsort(speeds_hz, kind="stable")
+    bands, start = [], 0
+    for i in range(1, len(order) + 1):
+        if i == len(order) or speeds_hz[order[i]] > BAND * speeds_hz[order[start]]:
+            bands.append(order[start:i])
+            start = i
+    return bands
+
+
+def cut_revolution(slowest_hz, scene):
+    """Whole steps per block and blocks per revolution, no step longer than asked.
+
+    Args:
+        slowest_hz: lowest speed of the band [Hz].
+        scene: Scene.
+
+    Returns:
+        Grid. A block turns the disk by a whole number of bump pitches.
+    """
+    n_steps = math.ceil(1.0 / (slowest_hz * scene.step) * (1.0 - 1e-12))
+    stride = max(1, min(int(RECORD_INTERVAL / scene.step), n_steps // scene.n_bumps))
+    divisors = [d for d in range(1, scene.n_bumps + 1) if scene.n_bumps % d == 0]
+    blocks = max(d for d in divisors if d == 1 or n_steps >= d * MIN_BLOCK)
+    unit = blocks * stride
+    return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
+
+
+def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH):
+    """March every speed from rest to its steady state.
+
+    Args:
+        modes: Modes of the sample.
+        scene: Scene.
+        speeds_hz: (S,) angular speeds [Hz].
+        poll: called without arguments every few milliseconds; what it raises ends the sweep.
+        width: speeds marched together; changes the cost, not one bit of the result.
+
+    Returns:
+        SweepResult.
+    """
+    speeds_hz = np.asarray(speeds_hz, dtype=float)
+    n = len(speeds_hz)
+    out = SweepResult(
+        np.full(n, np.nan), np.zeros(n), np.full(n, np.nan), np.zeros(n, dtype=np.uint8), 0)
+    n_steps = 0
+    for band in speed_bands(speeds_hz):
+        grid = cut_revolution(speeds_hz[band[0]], scene)
+        n_steps += _Band(modes, scene, grid, speeds_hz, width).run(list(band), out, poll)
+    return out._replace(n_steps=n_steps)
+
+
+class _Band:
+    """Lanes that march the speeds of one band."""
+
+    def __init__(self, modes, scene, grid, speeds_hz, width):
+        self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
+        self.lanes = (0,) * width
+        self.scheme, self.state = _allocate(modes, scene, grid, width)
+        steady = scene.steady
+        self.window = steady.window_revolutions * grid.blocks_per_revolution
+        n_points = self.scheme.stiffness.shape[0]
+        n_records = grid.steps_per_block // grid.stride
+        self.record = kernel.Record(
+            history=aligned_zeros((2 * self.window * n_records * n_points, width)),
+            peak=aligned_zeros((2 * self.window * n_points, width)),
+        )
+        self.speed = [None] * width  # index of the speed in each lane
+        self.start = [0] * width  # block at which it started
+        self.check = [0] * width  # block at which it is checked next
+
+    def run(self, waiting, out, poll):
+        """March the speeds ``waiting`` (indices), fill ``out`` (modified), return the step count."""
+        n_steps = 0
+        now = 0
+        for lane in range(len(self.lanes)):
+            self._refill(lane, waiting, now)
+        while any(speed is not None for speed in self.speed):
+            recording, until = self._next_event(now)
+            place = now % (2 * self.window) if recording else -1
+            kernel.march(self.lanes, self.scheme, self.state, self.record,
+                         until - now, place, self.grid.stride)
+            now = until
+            if poll is not None:
+                poll()
+            for lane, check in enumerate(self.check):
+                if self.speed[lane] is not None and check == now and self._finished(lane, now, out):
+                    n_steps += (now - self.start[lane]) * self.grid.steps_per_block
+                    self._refill(lane, waiting, now)
+        return n_steps
+
+    def _next_event(self, now):
+        """Whether any lane records from block ``now`` on, and until when nothing changes."""
+        running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
+        begins = [self.check[lane] - 2 * self.window for lane in running]
+        recording = any(begin <= now for begin in begins)
+        events = [self.check[lane] for lane in running] + [b for b in begins if b > now]
+        return recording, min(events)
+
+    def _blocks(self, lane, seconds, rounding):
+        return rounding(seconds * self.speeds_hz[self.speed[lane]] * self.grid.blocks_per_revolution)
+
+    def _refill(self, lane, waiting, now):
+        """Put the next waiting speed into a lane, at rest; leave the lane idle if there is none."""
+        scheme.empty_lane(self.scheme, self.state, lane)
+        self.speed[lane] = waiting.pop(0) if waiting else None
+        if self.speed[lane] is None:
+            return
+        h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
+        scheme.fill_lane(self.scheme, lane, self.modes, self.scene, h)
+        self.start[lane] = now
+        first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
+        self.check[lane] = now + max(first, 2 * self.window)
+
+    def _finished(self, lane, now, out):
+        """Check a lane; write its result (modified) and return True if it ends here."""
+        steady = self.scene.steady
+        # the ring holds just the two windows, and block ``now`` is next: its place is the oldest
+        peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))[:, :, lane]
+        peak = np.roll(peak, -(now % (2 * self.window)), axis=0)[:, : len(self.modes.radial)]
+        before, last = peak[: self.window].max(axis=0), peak[self.window :].max(axis=0)
+        index = self.speed[lane]
+        elapsed = now - self.start[lane]
+        if self._diverged(lane, peak):
+            status = DIVERGED
+        else:
+            tip = int(np.argmax(last))
+            signal = self._signal(lane, tip, now)
+            half = len(signal) // 2
+            cap = self._blocks(lane, steady.max_time, math.floor)
+            if is_steady(signal[:half], signal[half:], before[tip], last[tip], steady):
+                status = STEADY
+            elif elapsed >= cap:
+                status = NOT_STEADY
+            else:
+                extend = steady.extend_revolutions * self.grid.blocks_per_revolution
+                self.check[lane] = min(now + extend, self.start[lane] + cap)
+                return False
+            out.amplitude[index] = last.max()
+            out.localisation[index] = localisation(last)
+        out.point_status[index] = status
+        out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
+        return True
+
+    def _diverged(self, lane, peak):
+        """A displacement that is no number or larger than the disk, or contact forces unsolved."""
+        limit = np.max(self.scene.contact_radius)
+        finite = np.all(np.isfinite(self.state.position[:, lane])) and np.all(peak < limit)
+        return not finite or self.state.unsolved[0, lane] > 0.0
+
+    def _signal(self, lane, tip, now):
+        """Displacement of one contact point over both windows, oldest first."""
+        n_points = self.scheme.stiffness.shape[0]
+        history = self.record.history.reshape(2 * self.window, -1, n_points, len(self.lanes))
+        return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
+
+
+def _allocate(modes, scene, grid, width):
+    """Empty lanes for one sample and one band: kernel.Scheme and kernel.State."""
+    bump = bump_table(
+        scene.contact_angle, scene.n_bumps, scene.bump_height,
+        grid.steps_per_revolution, grid.steps_per_block)
+    return scheme.allocate(modes, scene, bump, width)
+
+
+def warm_up():
+    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds."""
+    modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
+    scene = Scene(np.zeros(1), 1.0, 0.01, 1, 1e-3, 1e-2, 1e-2, 0.1, step=1e-3,
+                  steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02))
+    run_sweep(modes, scene, [100.0])
