@@ -1,0 +1,48 @@
+"""The reference disk of the tests: identified geometry, SI units, no configuration file."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+
+from hpcrub.disk import build_disk
+from hpcrub.reduction import craig_bampton
+
+MATERIAL = SimpleNamespace(young_modulus=2.1e11, density=7800.0)
+DAMPING_RATIO = 5e-3
+LOAD = 150.0  # [N]
+
+
+def disk_section(blade=None, **changes):
+    """Geometry of the reference disk, with changes; blade: changes of the blade."""
+    values = {
+        "n_blades": 12,
+        "tip_radius": 0.5,
+        "hub_radius": 0.2,
+        "inner_radius": 0.1699,
+        "width": 0.1,
+        "ring_thickness": 13.39e-3,
+        "spoke_thickness": 7.23e-3,
+    }
+    blade_values = {
+        "n_elements": 5,
+        "thickness": 13.44e-3,
+        "lean": np.radians(45.41),
+        "bow": -0.0459,
+    }
+    blade_section = SimpleNamespace(**(blade_values | (blade or {})))
+    return SimpleNamespace(**(values | changes), blade=blade_section)
+
+
+def make_disk(blade=None, **changes):
+    return build_disk(disk_section(blade, **changes), MATERIAL)
+
+
+@cache
+def reference_disk():
+    return make_disk()
+
+
+@cache
+def reference_reduced(n_modes=60):
+    return craig_bampton(reference_disk(), n_modes)

@@ -1,0 +1,189 @@
+"""Elements against closed forms, with fitted orders of convergence.
+
+Cantilever of length L:  omega = (beta L)^2 sqrt(EI / (rho A L^4)) in bending, beta L = 1.8751,
+4.6941 (cos cosh = -1), and omega = (2k - 1) pi/2 sqrt(EA / (rho A L^2)) along its axis. For
+interpolation of degree p the error of omega falls as h^(2(p + 1 - m)), m the order of the strain:
+4 for cubic bending (m = 2), 2 for a linear and 6 for a cubic bar (m = 1). In the ring bending
+meets this last: on coarse meshes the sixth-order error of the much stiffer membrane hides it.
+
+Free ring: u = U cos(n phi), v = V sin(n phi) in the element's own strains, eps = v' + u/R and
+kappa = u'' - v'/R, gives the 2 x 2 eigenproblem
+
+    [ EA/R^2 [1  n ]  +  EI/R^4 [n^4 n^3] ] [U]  =  rho A omega^2 [U]
+    [        [n n^2]            [n^3 n^2] ] [V]                   [V]
+
+whose lower root is the bending mode. For a thin ring it tends to the inextensional formula
+omega^2 = EI n^2 (n^2 - 1)^2 / (rho A R^4 (n^2 + 1)).
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from hpcrub.elements import frame_element, rectangular_beam, ring_element, spoke_element
+
+BEAM = rectangular_beam(width=0.1, thickness=0.013, young_modulus=2.1e11, density=7800.0)
+LENGTH, RADIUS = 0.3, 0.2
+
+
+def assemble(element, n_elements, closed=False):
+    """A chain of equal elements; a closed one ends where it starts."""
+    per_node = len(element[0]) // 2
+    n_dof = per_node * (n_elements + (not closed))
+    matrices = []
+    for m in element:
+        total = np.zeros((n_dof, n_dof))
+        for e in range(n_elements):
+            dof = (per_node * e + np.arange(2 * per_node)) % n_dof
+            total[np.ix_(dof, dof)] += m
+        matrices.append(total)
+    return matrices
+
+
+def frequencies(mass, stiffness):
+    return np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0))
+
+
+def fitted_order(sizes, errors):
+    return np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+
+
+def nearest_error(omega, exact):
+    return np.min(np.abs(omega / exact - 1))
+
+
+def cantilever(element, n_elements, held):
+    """held: dof of the first node that are clamped."""
+    mass, stiffness = assemble(element(BEAM, LENGTH / n_elements), n_elements)
+    free = np.setdiff1d(np.arange(len(mass)), held)
+    return frequencies(mass[np.ix_(free, free)], stiffness[np.ix_(free, free)])
+
+
+CANTILEVERS = {
+    "frame": lambda n: cantilever(frame_element, n, held=[0, 1, 2]),
+    "spoke": lambda n: cantilever(spoke_element, n, held=[0, 2, 3]),  # u' is its strain: free
+}
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2])
+@pytest.mark.parametrize("name", CANTILEVERS)
+def test_cantilever_bending_converges_with_order_four(name, mode):
+    beta = brentq(lambda x: np.cos(x) + 1 / np.cosh(x), mode * np.pi + 0.1, (mode + 1) * np.pi)
+    exact = beta**2 * np.sqrt(BEAM.bending / (BEAM.mass * LENGTH**4))
+    n = np.array([6, 12, 24])
+    errors = [nearest_error(CANTILEVERS[name](k), exact) for k in n]
+    assert errors[-1] < 1e-5
+    assert fitted_order(1 / n, errors) == pytest.approx(4, abs=0.15)
+
+
+@pytest.mark.parametrize(("name", "order"), [("frame", 2), ("spoke", 6)])
+def test_cantilever_axial_order_is_that_of_the_interpolation(name, order):
+    exact = 0.5 * np.pi * np.sqrt(BEAM.axial / (BEAM.mass * LENGTH**2))
+    n = np.array([4, 8, 16])
+    errors = [nearest_error(CANTILEVERS[name](k), exact) for k in n]
+    assert fitted_order(1 / n, errors) == pytest.approx(order, abs=0.25)
+
+
+def ring_closed_form(n, beam):
+    """Bending and extensional frequency of n waves on a free ring."""
+    membrane = beam.axial / RADIUS**2 * np.array([[1, n], [n, n**2]])
+    bending = beam.bending / RADIUS**4 * np.array([[n**4, n**3], [n**3, n**2]])
+    return np.sqrt(np.linalg.eigvalsh(membrane + bending) / beam.mass)
+
+
+def ring_inextensional(n, beam):
+    shape = n**2 * (n**2 - 1) ** 2 / (n**2 + 1)
+    return np.sqrt(shape * beam.bending / (beam.mass * RADIUS**4))
+
+
+def free_ring(n_elements):
+    arc = 2 * np.pi * RADIUS / n_elements
+    return frequencies(*assemble(ring_element(BEAM, arc, RADIUS), n_elements, closed=True))
+
+
+@pytest.mark.parametrize("n_waves", [2, 3, 4])
+def test_free_ring_bending_converges_with_order_four(n_waves):
+    exact, _ = ring_closed_form(n_waves, BEAM)
+    n = np.array([64, 96, 128])
+    errors = [nearest_error(free_ring(k), exact) for k in n]
+    assert errors[-1] < 1e-5
+    assert fitted_order(1 / n, errors) == pytest.approx(4, abs=0.25)
+
+
+def test_free_ring_frequencies_come_in_pairs_after_three_rigid_ones():
+    omega = free_ring(48)
+    first, _ = ring_closed_form(2, BEAM)
+    assert np.all(omega[:3] < 1e-3 * first)
+    np.testing.assert_allclose(omega[3:9:2], omega[4:9:2], rtol=1e-7)
+    exact = [ring_closed_form(n, BEAM)[0] for n in (2, 3, 4)]
+    np.testing.assert_allclose(omega[3:9:2], exact, rtol=1e-4)
+
+
+def test_free_ring_extension():
+    _, exact = ring_closed_form(2, BEAM)
+    assert nearest_error(free_ring(48), exact) < 1e-6
+
+
+def test_inextensional_formula_is_the_limit_of_a_thin_ring():
+    thickness = np.array([8e-3, 4e-3, 2e-3])
+    beams = [rectangular_beam(0.1, t, 2.1e11, 7800.0) for t in thickness]
+    errors = [abs(ring_closed_form(3, b)[0] / ring_inextensional(3, b) - 1) for b in beams]
+    assert errors[-1] < 1e-3
+    assert fitted_order(thickness, errors) == pytest.approx(2, abs=0.05)
+
+
+STRAIGHT_RIGID = {
+    "frame": [[1, 0, 0, 1, 0, 0], [0, 1, 0, 0, 1, 0], [0, 0, 1, 0, LENGTH, 1]],
+    "spoke": [
+        [1, 0, 0, 0, 1, 0, 0, 0],
+        [0, 0, 1, 0, 0, 0, 1, 0],
+        [0, 0, 0, 1, 0, 0, LENGTH, 1],
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "element"), [("frame", frame_element), ("spoke", spoke_element)])
+def test_straight_elements_have_exactly_their_rigid_motions(name, element):
+    mass, stiffness = element(BEAM, LENGTH)
+    along, across, turn = rigid = np.array(STRAIGHT_RIGID[name], dtype=float)
+    np.testing.assert_allclose(rigid @ stiffness, 0, atol=1e-12 * np.abs(stiffness).max())
+    assert np.linalg.matrix_rank(stiffness) == len(stiffness) - 3
+    total = BEAM.mass * LENGTH
+    assert along @ mass @ along == pytest.approx(total)
+    assert across @ mass @ across == pytest.approx(total)
+    assert turn @ mass @ turn == pytest.approx(total * LENGTH**2 / 3)
+
+
+def test_ring_element_turns_without_strain():
+    mass, stiffness = ring_element(BEAM, LENGTH, RADIUS)
+    turn = np.array([0, 0, 1.0, 0, 0, 0, 1, 0])
+    np.testing.assert_allclose(stiffness @ turn, 0, atol=1e-12 * np.abs(stiffness).max())
+    assert turn @ mass @ turn == pytest.approx(BEAM.mass * LENGTH)
+
+
+def test_ring_element_moves_without_strain_to_order_five():
+    """Translation is cos and sin along the arc: kappa errs by h^2, its energy by h^5 an element."""
+    phi = np.array([0.2, 0.1, 0.05])
+    energies = []
+    for angle in phi:
+        _, stiffness = ring_element(BEAM, RADIUS * angle, RADIUS)
+        ends = np.array([0, angle])
+        u, v = np.cos(ends), -np.sin(ends)
+        move = np.stack([u, v / RADIUS, v, -u / RADIUS], axis=1).ravel()
+        energies.append(move @ stiffness @ move)
+    assert energies[-1] < 1e-9 * BEAM.axial / RADIUS
+    assert fitted_order(phi, energies) == pytest.approx(5, abs=0.1)
+
+
+def test_flat_ring_element_is_a_straight_one():
+    """With u and v exchanged for transverse (left) and axial: s runs along v, u to its right."""
+    straight = spoke_element(BEAM, LENGTH)
+    curved = ring_element(BEAM, LENGTH, radius=1e9)
+    exchange = np.zeros((8, 8))
+    exchange[[0, 1, 4, 5], [2, 3, 6, 7]] = 1
+    exchange[[2, 3, 6, 7], [0, 1, 4, 5]] = -1
+    for a, b in zip(straight, curved, strict=True):
+        np.testing.assert_allclose(
+            exchange.T @ a @ exchange, b, rtol=1e-6, atol=1e-8 * np.abs(b).max()
+        )
