@@ -10,6 +10,7 @@ An error that all ranks share (`on_root`, `together`) carries `shared = True` an
 good order. Any other exception belongs to one rank only, and aborts the job.
 """
 
+import contextlib
 import os
 import signal
 import sys
@@ -279,10 +280,8 @@ class _Worker:
     def run(self):
         self._tell("free")
         while (task := self._wait()) is not None:
-            try:
+            with contextlib.suppress(Interrupted):  # dropped: the end is the next message
                 self._tell("done", task, self.compute(task, self.poll))
-            except Interrupted:
-                pass  # dropped: the end is the next message
         self._tell("bye")
         return self.end[1]
 

@@ -14,7 +14,8 @@ unit of the amplification and is not divided by the mean.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from hpcrub.jit import compiled
 
 MIN_VALUES = 10
 """The fewest percentile values on which convergence may be declared (two may agree by chance)."""
@@ -78,7 +79,7 @@ def _mean_and_error(percentile, z):
     return mean, error
 
 
-@njit(cache=True)
+@compiled
 def _percentiles_backwards(ordered, place, n_valid, fractions, step, percentile):
     """Fill percentile (P, K) (modified) by taking samples away from the last to the first.
 
@@ -88,46 +89,54 @@ def _percentiles_backwards(ordered, place, n_valid, fractions, step, percentile)
     """
     before = np.arange(-1, n_valid - 1)
     after = np.arange(1, n_valid + 1)
-    at = np.empty(len(fractions), dtype=np.int64)  # position in `ordered`, per percentile
-    index = np.empty(len(fractions), dtype=np.int64)  # its number among the values present
-    for p in range(len(fractions)):
-        at[p] = index[p] = int((n_valid - 1) * fractions[p])
+    at = np.zeros(len(fractions), dtype=np.int64)  # position in `ordered`, per percentile
+    index = np.zeros(len(fractions), dtype=np.int64)  # its number among the values present
     present = n_valid
     for block in range(percentile.shape[1] - 1, -1, -1):
         if present == 0:
             return
         for p in range(len(fractions)):
             virtual = (present - 1) * fractions[p]
-            lower = int(virtual)
-            while index[p] > lower:
-                at[p] = before[at[p]]
-                index[p] -= 1
-            while index[p] < lower:
-                at[p] = after[at[p]]
-                index[p] += 1
+            _walk(p, int(virtual), before, after, at, index)
             a = ordered[at[p]]
-            b = ordered[after[at[p]]] if lower + 1 < present else a
-            percentile[p, block] = _interpolate(a, b, virtual - lower)
+            b = ordered[after[at[p]]] if index[p] + 1 < present else a
+            percentile[p, block] = _interpolate(a, b, virtual - index[p])
         for sample in range(block * step, (block + 1) * step):
-            gone = place[sample]
-            if gone >= n_valid:
-                continue
-            present -= 1
-            if before[gone] >= 0:
-                after[before[gone]] = after[gone]
-            if after[gone] < n_valid:
-                before[after[gone]] = before[gone]
-            for p in range(len(fractions)):
-                if gone < at[p]:
-                    index[p] -= 1
-                elif gone == at[p] and after[gone] < n_valid:
-                    at[p] = after[gone]
-                elif gone == at[p]:
-                    at[p] = before[gone]
-                    index[p] -= 1
+            if place[sample] < n_valid:
+                _take_away(place[sample], before, after, at, index)
+                present -= 1
 
 
-@njit(cache=True)
+@compiled
+def _walk(p, target, before, after, at, index):
+    """Move percentile p along the links to the value of number `target` (at, index modified)."""
+    while index[p] > target:
+        at[p] = before[at[p]]
+        index[p] -= 1
+    while index[p] < target:
+        at[p] = after[at[p]]
+        index[p] += 1
+
+
+@compiled
+def _take_away(gone, before, after, at, index):
+    """Unlink the value at position `gone` (all arrays modified)."""
+    last = after[gone] == len(after)
+    if before[gone] >= 0:
+        after[before[gone]] = after[gone]
+    if not last:
+        before[after[gone]] = before[gone]
+    for p in range(len(at)):
+        if gone < at[p]:
+            index[p] -= 1
+        elif gone == at[p] and last:
+            at[p] = before[gone]
+            index[p] -= 1
+        elif gone == at[p]:
+            at[p] = after[gone]
+
+
+@compiled
 def _interpolate(a, b, t):
     """Point t of the way from a to b, rounded as numpy.percentile rounds it."""
     return b - (b - a) * (1.0 - t) if t >= 0.5 else a + (b - a) * t

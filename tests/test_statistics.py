@@ -60,7 +60,8 @@ def test_extreme_percentiles_are_the_extremes():
 def test_nothing_to_say_is_nan_or_empty(values):
     result = running_percentiles(values, PERCENTILES, 10, 2.81)
     assert result.percentile.shape == (3, len(values) // 10)
-    assert np.isnan(result.percentile).all() and np.isnan(result.convergence_error).all()
+    assert np.isnan(result.percentile).all()
+    assert np.isnan(result.convergence_error).all()
 
 
 def test_constant_values_have_no_error():

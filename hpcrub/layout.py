@@ -1,0 +1,97 @@
+"""Configuration → names, shapes and units of everything in the result file.
+
+Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
+NO_POINT, STEADY, NOT_STEADY, DIVERGED = 0, 1, 2, 3  # status of a point (one speed of one sample)
+KINDS = ("contact", "linear")
+
+
+class Dataset(NamedTuple):
+    """One line of the file's layout."""
+
+    name: str
+    dimensions: tuple
+    units: str
+    description: str
+    dtype: str = "f8"
+
+
+_POINT = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged"
+_AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
+_LOCALISATION = "localisation factor of the blade-tip amplitudes"
+_LINEAR = "largest tangential displacement of any tip under the linear travelling load"
+_S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
+
+# Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
+LAYOUT = (
+    Dataset("speeds_hz", _S, "Hz", "speeds of rotation"),
+    Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
+    Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
+    Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
+    Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
+    Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
+    Dataset("tuned/point_status", _S, "1", _POINT, "u1"),
+    Dataset("tuned/localisation", _S, "1", _LOCALISATION),
+    Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
+    Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
+    Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
+    Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
+    Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
+    Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
+    Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
+    Dataset("samples/point_status", _VNS, "1", _POINT, "u1"),
+    Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
+    Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
+    Dataset("samples/amplification", _VN, "1", "peak amplitude over that of the tuned disk"),
+    Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
+    Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
+    Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
+    *(
+        line
+        for kind in KINDS
+        for line in (
+            Dataset(f"statistics/{kind}/samples_seen", ("block",), "1", "samples seen", "i8"),
+            *(
+                Dataset(f"statistics/{kind}/{name}", ("level", "percentile", "block"), "1", text)
+                for name, text in (
+                    ("percentile", f"percentiles of the {kind} amplifications seen"),
+                    ("mean_of_percentile", "mean of the percentile values so far"),
+                    ("convergence_error", "convergence error, Z sqrt(V/k) of k percentile values"),
+                )
+            ),
+        )
+    ),
+)
+SCALES = {"speed": "speeds_hz", "level": "half_range"}  # dimension → its scale
+TUNED = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("tuned/")]
+SAMPLE = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("samples/")]
+
+
+def sizes(config):
+    """Length of every dimension of the layout."""
+    return {
+        "speed": config.speeds.n_values,
+        "level": len(config.mistuning.half_range),
+        "sample": config.mistuning.samples,
+        "blade": config.disk.n_blades,
+        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
+        "percentile": len(config.convergence.percentiles),
+        "block": config.mistuning.samples // config.convergence.step,
+    }
+
+
+def file_size(config):
+    """Bytes that the result file takes."""
+    length = sizes(config)
+    items = (
+        int(np.prod([length[d] for d in line.dimensions], dtype=object))
+        * np.dtype(line.dtype).itemsize
+        for line in LAYOUT
+    )
+    return sum(items) + 65536  # names, attributes

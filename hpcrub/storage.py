@@ -1,0 +1,323 @@
+"""Results ↔ HDF5. The only module that imports h5py.
+
+How a file survives a kill at any moment:
+- Rank 0 alone lays the whole file out in `NAME.part`: every dataset contiguous, at its final size,
+  filled, flushed to the disk. Only then is it moved to its name. A half-made file never bears the
+  name of a result, the old file is replaced in one step, and a disk too small is found at once.
+- All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
+  open the file. With several ranks the `mpio` driver writes straight through; the serial driver
+  buffers, hence its flushes.
+- The data of a sample is written before its status.
+"""
+
+import contextlib
+import datetime
+import errno
+import fcntl
+import importlib.metadata
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "BEST_EFFORT")  # not every file system has locks
+
+import h5py
+import numpy as np
+
+from hpcrub import __version__
+from hpcrub import config as configuration
+from hpcrub.errors import HpcrubError, InputError
+from hpcrub.layout import KINDS, LAYOUT, SAMPLE, SCALES, TUNED, file_size, sizes
+
+LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
+
+
+def require_parallel():
+    """Raises InputError when this h5py cannot write from several ranks."""
+    if not h5py.get_config().mpi:
+        raise InputError(
+            "this h5py is built without MPI, which writing from several ranks needs: run "
+            "`make setup`, or `HDF5_MPI=ON CC=mpicc pip install --no-binary=h5py h5py`"
+        )
+
+
+class Lock:
+    """Keeps a second job off the same result file, until release or the end of the process."""
+
+    def __init__(self, path):
+        """Raises InputError when another job holds it or the folder cannot be used."""
+        self.path = Path(f"{path}.lock")
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            while not self._locked(path):
+                self._file.close()
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {_reason(error)}") from None
+
+    def _locked(self, path):
+        """Lock the file; False when its name has meanwhile passed to another file."""
+        self._file = open(self.path, "w")  # noqa: SIM115, stays open
+        try:
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno in (errno.EAGAIN, errno.EACCES):
+                raise InputError(f"{path} is in use by another job") from None
+            return True  # a file system without locks: go on without
+        mine = os.fstat(self._file.fileno())
+        try:
+            return os.path.samestat(mine, os.stat(self.path))
+        except FileNotFoundError:
+            return False
+
+    def release(self):
+        self.path.unlink(missing_ok=True)
+        self._file.close()
+
+
+def lay_out(path, config):
+    """Create the result file at its final size, replacing one of that name in a single step.
+
+    For one rank only. Raises InputError when the folder cannot be written or is too small.
+    """
+    part = Path(f"{path}.part")
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        free = shutil.disk_usage(part.parent).free
+        if file_size(config) > free:
+            raise InputError(
+                f"{path} needs {file_size(config) / 1e9:,.3g} GB, "
+                f"but its disk has {free / 1e9:,.3g} GB left"
+            )
+        with h5py.File(part, "w") as file:
+            _write_attributes(file, config)
+            for line in LAYOUT:
+                _create_dataset(file, line, sizes(config))
+            _write_constants(file, config)
+            _attach_scales(file, config)
+        with open(part, "rb") as file:
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except (OSError, RuntimeError) as error:  # h5py has both for a full disk
+        part.unlink(missing_ok=True)
+        raise InputError(f"cannot write {path}: {_reason(error)}") from None
+
+
+def _write_attributes(file, config):
+    now = datetime.datetime.now(datetime.UTC)
+    file.attrs["program"] = "hpcrub"
+    file.attrs["program_version"] = __version__
+    file.attrs["created"] = now.isoformat(timespec="seconds")
+    if revision := _git_revision():
+        file.attrs["git_revision"] = revision
+    file.attrs["config"] = config.to_yaml()
+    file.attrs["seed"] = np.uint64(config.mistuning.seed)
+    for library in LIBRARIES:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            file.attrs[f"{library}_version"] = importlib.metadata.version(library)
+    file.attrs["hdf5_version"] = h5py.version.hdf5_version
+
+
+def _git_revision():
+    """Commit of a source checkout, with -dirty for changed files; None elsewhere."""
+    folder = Path(__file__).resolve().parent.parent
+    if not (folder / ".git").exists():
+        return None
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return found.stdout.strip()
+
+
+def _create_dataset(file, line, length):
+    plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plist.set_layout(h5py.h5d.CONTIGUOUS)
+    plist.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    fill = np.nan if line.dtype == "f8" else 0
+    shape = tuple(length[d] for d in line.dimensions)
+    dataset = file.create_dataset(line.name, shape, line.dtype, fillvalue=fill, dcpl=plist)
+    dataset.attrs["units"] = line.units
+    dataset.attrs["description"] = line.description
+    for axis, dimension in enumerate(line.dimensions):
+        dataset.dims[axis].label = dimension
+
+
+def _write_constants(file, config):
+    """What is known before any computation."""
+    half_range = config.mistuning.half_range
+    file["speeds_hz"][:] = config.speeds.values_hz
+    file["half_range"][:] = half_range
+    pattern = config.pattern_deviation
+    file["sigma"][:] = half_range / np.sqrt(3) if pattern is None else np.std(pattern)
+    for kind in KINDS:
+        seen = file[f"statistics/{kind}/samples_seen"]
+        seen[:] = config.convergence.step * np.arange(1, len(seen) + 1)
+
+
+def _attach_scales(file, config):
+    for name in SCALES.values():
+        file[name].make_scale(name)
+    for kind in KINDS:
+        file[f"statistics/{kind}/samples_seen"].make_scale("samples_seen")
+    for line in LAYOUT:
+        dataset = file[line.name]
+        for axis, dimension in enumerate(line.dimensions):
+            scale = SCALES.get(dimension)
+            if dimension == "block":
+                scale = line.name.rpartition("/")[0] + "/samples_seen"
+            if scale and not dataset.is_scale:
+                dataset.dims[axis].attach_scale(file[scale])
+            if dimension == "percentile":
+                dataset.attrs["percentiles"] = config.convergence.percentiles
+
+
+def check(path, config=None):
+    """Refuse what is not a sound result file of this version, and of `config` when given.
+
+    Raises InputError that says what is wrong.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path} does not exist" if not path.exists() else f"{path} is no file")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_identity(path, file, config)
+            _check_layout(path, file, _stored_config(path, file))
+    except HpcrubError:
+        raise
+    except PermissionError as error:
+        raise InputError(f"cannot read {path}: {_reason(error)}") from None
+    except Exception as error:  # whatever h5py raises on damaged bytes
+        kind = "is damaged or truncated" if h5py.is_hdf5(path) else "is not an HDF5 file"
+        raise InputError(f"{path} {kind} ({_reason(error)})") from None
+
+
+def _check_identity(path, file, config):
+    if file.attrs.get("program") != "hpcrub" or "config" not in file.attrs:
+        raise InputError(f"{path} is not a result file of hpcrub")
+    version = file.attrs.get("program_version")
+    if version != __version__:
+        raise InputError(f"{path} was written by hpcrub {version}, this is {__version__}")
+    if config is None:
+        return
+    differences = configuration.differences(_stored_config(path, file), config)
+    if differences:
+        more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
+        raise InputError(f"{path} has another configuration: {differences[0]}{more}")
+
+
+def _stored_config(path, file):
+    try:
+        return configuration.Config.from_yaml(str(file.attrs["config"]))
+    except InputError as error:
+        raise InputError(f"{path}: its configuration cannot be read: {error}") from None
+
+
+def _check_layout(path, file, config):
+    length = sizes(config)
+    for line in LAYOUT:
+        link = file.get(line.name, getlink=True)
+        dataset = file.get(line.name)
+        if not isinstance(link, h5py.HardLink) or not isinstance(dataset, h5py.Dataset):
+            raise InputError(f"{path} is damaged: it has no dataset {line.name}")
+        shape = tuple(length[d] for d in line.dimensions)
+        plist = dataset.id.get_create_plist()
+        plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
+        if dataset.shape != shape or dataset.dtype != np.dtype(line.dtype) or not plain:
+            raise InputError(
+                f"{path} is damaged: {line.name} is {dataset.dtype}{list(dataset.shape)}, "
+                f"not {np.dtype(line.dtype)}{list(shape)}"
+            )
+
+
+def _reason(error):
+    """One line of what went wrong."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    lines = str(error).splitlines() or [type(error).__name__]
+    return lines[0]
+
+
+class ResultFile:
+    """An open result file. Reads and writes are independent: any rank, any time."""
+
+    def __init__(self, path, comm=None, mode="r"):
+        """Open a file that `check` has found sound; collective with several ranks."""
+        self.path = Path(path)
+        parallel = comm is not None and comm.size > 1
+        try:
+            if parallel:
+                self._file = h5py.File(path, mode, driver="mpio", comm=comm)
+            else:
+                self._file = h5py.File(path, mode)
+        except OSError as error:
+            raise InputError(f"cannot open {path}: {_reason(error)}") from None
+        self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
+        self._datasets = {line.name: self._file[line.name] for line in LAYOUT}
+        self.config = _stored_config(path, self._file)
+
+    @classmethod
+    def create(cls, path, config, comm=None):
+        """Lay a new file out on rank 0 and open it on all ranks, to write."""
+        if comm is None or comm.rank == 0:
+            lay_out(path, config)
+        if comm is not None:
+            comm.barrier()
+        return cls(path, comm, "r+")
+
+    @classmethod
+    def open(cls, path, config=None, comm=None, mode="r"):
+        """Check a file and open it. Raises InputError as `check`."""
+        check(path, config)
+        return cls(path, comm, mode)
+
+    def read(self, name, where=()):
+        """Values of a dataset, or of the part `where`, as a numpy array or scalar."""
+        return self._datasets[name][where]
+
+    def status(self):
+        """Status of every sample, (V, n) uint8."""
+        return self.read("samples/status")
+
+    def tuned(self):
+        """Results of the tuned disk by name, None when they are not complete."""
+        values = {name: self.read(f"tuned/{name}") for name in TUNED}
+        return values if np.isfinite(values["linear_amplitude_m"]) else None
+
+    def write_tuned(self, values):
+        """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
+        self._write({f"tuned/{name}": values[name] for name in TUNED}, ())
+
+    def write_sample(self, level, sample, values):
+        """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
+        missing in a failed one); one rank. The status goes last.
+
+        Raises HpcrubError when the file cannot be written.
+        """
+        present = {f"samples/{name}": values[name] for name in SAMPLE if name in values}
+        status = {"samples/status": present.pop("samples/status")}
+        self._write(present, (level, sample))
+        self._write(status, (level, sample))
+
+    def write_statistics(self, kind, level, result):
+        """Write RunningPercentiles of one level; blocks beyond its last become NaN; one rank."""
+        for name in ("percentile", "mean_of_percentile", "convergence_error"):
+            values = getattr(result, name)
+            dataset = f"statistics/{kind}/{name}"
+            padded = np.full(self._datasets[dataset].shape[1:], np.nan)
+            padded[:, : values.shape[1]] = values
+            self._write({dataset: padded}, (level,))
+
+    def _write(self, values, where):
+        try:
+            for name, value in values.items():
+                self._datasets[name][where] = value
+            self._flush()
+        except (OSError, RuntimeError) as error:
+            raise HpcrubError(f"cannot write {self.path}: {_reason(error)}") from None
+
+    def close(self):
+        """Close the file; collective with several ranks."""
+        self._file.close()
