@@ -86,7 +86,10 @@ def parse(text):
         return yaml.load(text, _Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
         where = f"{_place(error.problem_mark)}: " if error.problem_mark else ""
-        raise InputError(where + (error.problem or "not YAML")) from None
+        what = error.problem or "not YAML"
+        if what.startswith("but "):
+            what = f"{error.context} {what}"
+        raise InputError(where + what) from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError("not YAML: " + " ".join(str(error).split())) from None
 

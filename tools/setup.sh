@@ -48,7 +48,7 @@ install_missing() {
     local missing packages
     missing=$(missing_packages)
     [ -n "$missing" ] || return 0
-    packages=$(cut -d' ' -f1 <<<"$missing" | tr '\n' ' ')
+    packages=$(cut -d' ' -f1 <<<"$missing" | paste -sd' ')
     if [ "$APT" = no ] || [ "$(id -u)" != 0 ] || ! command -v apt-get >/dev/null; then
         printf 'setup: these are missing:\n%s\n' "$(sed 's/^/  /' <<<"$missing")" >&2
         die "install them (Debian, Ubuntu: sudo apt-get install $packages) or load their modules"
@@ -86,7 +86,8 @@ toolchain() {  # what a compiled h5py depends on
         echo "$HDF5_DIR"
         grep -hs 'define H5_VERS_INFO' "$HDF5_DIR"/include/H5public.h || true
     else
-        pkg-config --modversion --cflags --libs "$HDF5_PKG"
+        pkg-config --modversion "$HDF5_PKG"
+        pkg-config --cflags --libs "$HDF5_PKG"
     fi
 }
 
