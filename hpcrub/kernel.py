@@ -38,6 +38,7 @@ from hpcrub.lanes import (
     tile_splat,
     tile_store,
 )
+from hpcrub.polar import displaced_delassus, displaced_depths, displaced_forces
 
 growth = compiled(casing.growth)
 
@@ -57,17 +58,22 @@ class Scheme(NamedTuple):
 
     radial: np.ndarray  # R (K, C) [1/√kg]
     tangential: np.ndarray  # T (K, C)
-    load: np.ndarray  # G (K, C + 1), last column zero
+    load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
     keep: np.ndarray  # (K, L) [-]
     pull: np.ndarray  # (K, L) [-]
     push: np.ndarray  # (K, L) [s²]
+    clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane; polar: else zero
+    step: np.ndarray  # h (L,) [s]
+    bump: np.ndarray  # (P, C) [m]; polar: zero
+    growth_time: float  # [s]
+
+
+class Contact(NamedTuple):
+    """The Delassus operator W; constant for small kinematics, renewed at each step for polar."""
+
     coupling: np.ndarray  # W_ij / W_jj (C·C, L), row i·C + j, diagonal zero [-]
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
-    clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane
-    step: np.ndarray  # h (L,) [s]
-    bump: np.ndarray  # (P, C) [m]
-    growth_time: float  # [s]
 
 
 class State(NamedTuple):
@@ -76,8 +82,8 @@ class State(NamedTuple):
     position: np.ndarray  # q (K, L) [m·√kg]
     increment: np.ndarray  # d (K, L)
     penetration: np.ndarray  # p (C, L) [m]
-    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero
-    active: np.ndarray  # (C + TILE,) points in contact at the latest step, then C's
+    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; polar: (2C + 1, L)
+    active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     growth: np.ndarray  # (1, L) growth factor of the bumps [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
     unsolved: np.ndarray  # (1, L) 1 where the multipliers did not converge
@@ -146,7 +152,7 @@ def correct(lanes, first, scheme, state):
 
 
 @compiled(inline=True)
-def candidates(lanes, scheme, state, deepest):
+def candidates(lanes, contact, state, deepest):
     """List the points that may carry a force in any lane (state.active, modified); return how many.
 
     Others can push a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
@@ -154,26 +160,26 @@ def candidates(lanes, scheme, state, deepest):
     reach = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
     changes no bit.
     """
-    n_points = scheme.stiffness.shape[0]
-    threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, scheme.reach, 0)
+    last = state.multiplier.shape[0] - 1
+    threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
     n = 0
-    for i in range(n_points):
+    for i in range(state.penetration.shape[0]):
         if any_lane(below(threshold, load(lanes, state.penetration, i))):
             state.active[n] = i
             n += 1
     for i in range(n, n + TILE):
-        state.active[i] = n_points
+        state.active[i] = last
     return n
 
 
 @compiled(inline=True)
-def solve(lanes, scheme, state, deepest, n_active):
+def solve(lanes, contact, state, deepest, n_active):
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged
     is frozen, so that its result does not depend on how long the others take.
     """
-    n_points = scheme.stiffness.shape[0]
+    n_points = state.penetration.shape[0]
     zero = splat(lanes, 0.0)
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
     changing = below(zero, deepest)
@@ -186,7 +192,7 @@ def solve(lanes, scheme, state, deepest, n_active):
             depth = load(lanes, state.penetration, i)
             for b in range(n_active):
                 j = state.active[b]
-                effect = load(lanes, scheme.coupling, i * n_points + j)
+                effect = load(lanes, contact.coupling, i * n_points + j)
                 depth = depth - effect * load(lanes, state.multiplier, j)
             old = load(lanes, state.multiplier, i)
             new = select(changing, positive_part(depth), old)
@@ -198,7 +204,7 @@ def solve(lanes, scheme, state, deepest, n_active):
     store(state.unsolved, 0, select(changing, splat(lanes, 1.0), load(lanes, state.unsolved, 0)))
     for a in range(n_active):
         i = state.active[a]
-        force = load(lanes, state.multiplier, i) * load(lanes, scheme.stiffness, i)
+        force = load(lanes, state.multiplier, i) * load(lanes, contact.stiffness, i)
         store(state.multiplier, i, force)
 
 
@@ -209,7 +215,7 @@ def observe(lanes, first, scheme, state, record, row, block):
     for k in range(state.position.shape[0]):
         tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
     tile_store(record.history, row + first, tips)
-    n_points = scheme.stiffness.shape[0]
+    n_points = state.penetration.shape[0]
     for i in range(first, first + TILE):
         u = load(lanes, record.history, row + i)
         size = larger(u, splat(lanes, 0.0) - u)
@@ -243,19 +249,19 @@ def apply_and_predict(lanes, scheme, state, step, n_active):
         deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
     else:
         deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
-    for first in range(TILE, scheme.stiffness.shape[0], TILE):
+    for first in range(TILE, state.penetration.shape[0], TILE):
         deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest
 
 
 @compiled
-def march(lanes, scheme, state, record, n_blocks, block, stride):
+def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
     """Advance every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
 
     ``block`` is the place in the ring of the first block to record, or negative to record nothing;
     every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
     """
-    n_points = scheme.stiffness.shape[0]
+    n_points = state.penetration.shape[0]
     n_steps = scheme.bump.shape[0]
     ring = record.peak.shape[0] // n_points
     n_records = n_steps // stride
@@ -273,9 +279,15 @@ def march(lanes, scheme, state, record, n_blocks, block, stride):
                 state.n_steps[lane] += 1
             deepest = apply_and_predict(lanes, scheme, state, step, n_active)
             n_active = 0
+            if polar.enabled:
+                deepest = displaced_depths(lanes, scheme, state, polar, step)
             if any_lane(below(splat(lanes, 0.0), deepest)):
-                n_active = candidates(lanes, scheme, state, deepest)
-                solve(lanes, scheme, state, deepest, n_active)
+                n_active = candidates(lanes, contact, state, deepest)
+                if polar.enabled:
+                    displaced_delassus(lanes, contact, state, polar, n_active)
+                solve(lanes, contact, state, deepest, n_active)
+                if polar.enabled:
+                    n_active = displaced_forces(lanes, state, polar, n_active)
             if block >= 0 and (step + 1) % stride == 0:
                 for first in range(0, n_active, TILE):
                     correct(lanes, first, scheme, state)

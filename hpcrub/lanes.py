@@ -174,8 +174,11 @@ def _address(context, builder, fe_type, array, row, column, pointee):
 
 
 def _broadcast(builder, scalar, width):
-    one = builder.insert_element(ir.Constant(ir.VectorType(DOUBLE, width), ir.Undefined),
-                                 scalar, ir.Constant(ir.IntType(32), 0))
+    one = builder.insert_element(
+        ir.Constant(ir.VectorType(DOUBLE, width), ir.Undefined),
+        scalar,
+        ir.Constant(ir.IntType(32), 0),
+    )
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), None)
     return builder.shuffle_vector(one, one, zeros)
 
@@ -183,7 +186,8 @@ def _broadcast(builder, scalar, width):
 def _fmuladd(builder, a, b, c):
     # llvm.fmuladd, not llvm.fma: on a machine without the instruction that one is a library call
     function = cgutils.get_or_insert_function(
-        builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.v{a.type.count}f64")
+        builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.v{a.type.count}f64"
+    )
     return builder.call(function, [a, b, c])
 
 
@@ -303,8 +307,9 @@ def _tile_load(typing, lanes, tile, array, row):
 
     def code(context, builder, signature, args):
         rows = [builder.add(args[3], ir.Constant(INDEX, i)) for i in range(out.count)]
-        return cgutils.pack_array(builder, [
-            _load_row(context, builder, array, args[2], row, len(lanes)) for row in rows])
+        return cgutils.pack_array(
+            builder, [_load_row(context, builder, array, args[2], row, len(lanes)) for row in rows]
+        )
 
     return out(lanes, tile, array, types.intp), code
 
@@ -314,9 +319,14 @@ def _tile_gather(typing, lanes, array, rows):
     out = types.UniTuple(LaneVector(len(lanes)), len(rows))
 
     def code(context, builder, signature, args):
-        return cgutils.pack_array(builder, [
-            _load_row(context, builder, array, args[1], row, len(lanes))
-            for row in cgutils.unpack_tuple(builder, args[2])], ty=_vector(out.dtype))
+        return cgutils.pack_array(
+            builder,
+            [
+                _load_row(context, builder, array, args[1], row, len(lanes))
+                for row in cgutils.unpack_tuple(builder, args[2])
+            ],
+            ty=_vector(out.dtype),
+        )
 
     return out(lanes, array, rows), code
 
@@ -354,7 +364,9 @@ def _tile_dot(typing, lanes, matrix, row, columns, tile):
 
     def code(context, builder, signature, args):
         total = ir.Constant(_vector(out), None)
-        members = zip(cgutils.unpack_tuple(builder, args[3]), cgutils.unpack_tuple(builder, args[4]))
+        members = zip(
+            cgutils.unpack_tuple(builder, args[3]), cgutils.unpack_tuple(builder, args[4])
+        )
         for column, member in members:
             scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, 0)
             total = _fmuladd(builder, _broadcast(builder, scalar, out.width), member, total)
@@ -396,23 +408,32 @@ overload(larger)(lambda a, b: lambda a, b: _larger(a, b))
 overload(below)(lambda a, b: lambda a, b: _below(a, b))
 overload(select)(lambda mask, a, b: lambda mask, a, b: _select(mask, a, b))
 overload(any_lane)(lambda mask: lambda mask: _any_lane(mask))
-overload(indices)(lambda tile, array, first: lambda tile, array, first: _indices(
-    tile, array, first))
+overload(indices)(
+    lambda tile, array, first: lambda tile, array, first: _indices(tile, array, first)
+)
 overload(tile_splat)(lambda tile, vector: lambda tile, vector: _tile_splat(tile, vector))
 overload(tile_largest)(lambda tile: lambda tile: _tile_largest(tile))
 overload(tile_gather)(
-    lambda lanes, array, rows: lambda lanes, array, rows: _tile_gather(lanes, array, rows))
+    lambda lanes, array, rows: lambda lanes, array, rows: _tile_gather(lanes, array, rows)
+)
 overload(tile_load)(
-    lambda lanes, tile, array, row: lambda lanes, tile, array, row: _tile_load(
-        lanes, tile, array, row))
+    lambda lanes, tile, array, row: (
+        lambda lanes, tile, array, row: _tile_load(lanes, tile, array, row)
+    )
+)
 overload(tile_store)(
-    lambda array, row, tile: lambda array, row, tile: _tile_store(array, row, tile))
+    lambda array, row, tile: lambda array, row, tile: _tile_store(array, row, tile)
+)
 overload(tile_add)(
-    lambda tile, matrix, row, column, vector: lambda tile, matrix, row, column, vector: _tile_add(
-        tile, matrix, row, column, vector))
+    lambda tile, matrix, row, column, vector: (
+        lambda tile, matrix, row, column, vector: _tile_add(tile, matrix, row, column, vector)
+    )
+)
 overload(tile_dot)(
-    lambda lanes, matrix, row, columns, tile: lambda lanes, matrix, row, columns, tile: _tile_dot(
-        lanes, matrix, row, columns, tile))
+    lambda lanes, matrix, row, columns, tile: (
+        lambda lanes, matrix, row, columns, tile: _tile_dot(lanes, matrix, row, columns, tile)
+    )
+)
 
 
 def _operator(function, compiled):

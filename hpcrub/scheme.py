@@ -1,9 +1,14 @@
 """Time-integration schemes: what a kernel lane needs to march one speed of one sample."""
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
-from hpcrub.kernel import TILE, Scheme, State
+from hpcrub.casing import bump_table
+from hpcrub.kernel import TILE, Contact, Scheme, State
 from hpcrub.lanes import aligned_zeros
+from hpcrub.polar import Polar
 
 
 def coefficients(scheme, omega, damping_ratio, h):
@@ -33,37 +38,54 @@ def coefficients(scheme, omega, damping_ratio, h):
     return keep, pull, push
 
 
-def delassus(radial, load, push):
-    """W_ij: how far unit force at contact point j moves point i outwards in one step, negated.
+def delassus(motion, load, push):
+    """Displacement of every contact point per unit force on every other in one step.
 
     Args:
-        radial: R (K, C) [1/√kg].
-        load: G = −(R + μT)ᵀ (K, C).
+        motion: displacement of the points per unit modal coordinate (K, C) [1/√kg].
+        load: modal force of a unit force on each point (K, C) [1/√kg].
         push: (K,) [s²].
 
     Returns:
-        W (C, C) [m/N], without symmetry where there is friction.
+        (C, C) [m/N].
     """
-    return -(radial * push[:, None]).T @ load
+    return (motion * push[:, None]).T @ load
 
 
-def allocate(modes, scene, bump, width):
-    """Idle lanes for one sample.
+class Bank(NamedTuple):
+    """The lanes that march together: everything `kernel.march` works on."""
+
+    scheme: Scheme
+    contact: Contact
+    state: State
+    polar: Polar
+
+
+def allocate(modes, scene, grid, width):
+    """Idle lanes for one sample and one band of speeds.
 
     Args:
         modes: Modes of the sample.
         scene: sweep.Scene.
-        bump: bump heights (P, n_c) [m].
+        grid: sweep.Grid.
         width: number of lanes.
 
     Returns:
-        kernel.Scheme and kernel.State.
+        Bank.
     """
+    polar = scene.kinematics == "polar"
     n_modes, n_points = len(modes.omega), -(-len(modes.radial) // TILE) * TILE
     padding = ((0, 0), (0, n_points - len(modes.radial)))
-    radial = np.pad(modes.radial.T, padding)
-    tangential = np.pad(modes.tangential.T, padding)
-    load = -(radial + scene.friction * tangential)
+    radial, tangential = np.pad(modes.radial.T, padding), np.pad(modes.tangential.T, padding)
+    load = -np.hstack([radial, tangential]) if polar else -(radial + scene.friction * tangential)
+    n_forces = load.shape[1] + 1
+    bump = bump_table(
+        scene.contact_angle,
+        scene.n_bumps,
+        0.0 if polar else scene.bump_height,
+        grid.steps_per_revolution,
+        grid.steps_per_block,
+    )
     scheme = Scheme(
         radial=_aligned(radial),
         tangential=_aligned(tangential),
@@ -71,30 +93,53 @@ def allocate(modes, scene, bump, width):
         keep=aligned_zeros((n_modes, width)),
         pull=aligned_zeros((n_modes, width)),
         push=aligned_zeros((n_modes, width)),
-        coupling=aligned_zeros((n_points**2, width)),
-        stiffness=aligned_zeros((n_points, width)),
-        reach=aligned_zeros((1, width)),
         clearance=aligned_zeros((1, width)),
         step=np.zeros(width),
         bump=_aligned(np.pad(bump, padding)),
         growth_time=scene.growth_time,
     )
+    contact = Contact(
+        coupling=aligned_zeros((n_points**2, width)),
+        stiffness=aligned_zeros((n_points, width)),
+        reach=aligned_zeros((1, width)),
+    )
     state = State(
         position=aligned_zeros((n_modes, width)),
         increment=aligned_zeros((n_modes, width)),
         penetration=aligned_zeros((n_points, width)),
-        multiplier=aligned_zeros((n_points + 1, width)),
-        active=np.full(n_points + TILE, n_points),
+        multiplier=aligned_zeros((n_forces, width)),
+        active=np.full(n_forces + TILE, n_forces - 1),
         growth=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
         unsolved=aligned_zeros((1, width)),
     )
-    return scheme, state
+    return Bank(scheme, contact, state, _allocate_polar(scene, grid, n_points, width))
 
 
-def empty_lane(scheme, state, lane):
-    """Put a lane at rest, far from the casing (both are modified)."""
-    for array in (scheme.keep, scheme.pull, scheme.push, scheme.reach):
+def _allocate_polar(scene, grid, n_points, width):
+    enabled = scene.kinematics == "polar"
+    rows = n_points if enabled else 0
+    return Polar(
+        enabled=enabled,
+        angle=np.array(scene.contact_angle, dtype=float),
+        radius=np.broadcast_to(scene.contact_radius, len(scene.contact_angle)).astype(float),
+        pitch=2.0 * np.pi / scene.n_bumps,
+        height=scene.bump_height,
+        clearance=scene.clearance,
+        friction=scene.friction,
+        turn=2.0 * np.pi / grid.steps_per_revolution,
+        compliance=aligned_zeros((4 * rows**2, width)),
+        tangential=aligned_zeros((rows, width)),
+        cosine=aligned_zeros((rows, width)),
+        sine=aligned_zeros((rows, width)),
+        deepest=aligned_zeros((1, width)),
+    )
+
+
+def empty_lane(bank, lane):
+    """Put a lane at rest, far from the casing (bank is modified)."""
+    scheme, state = bank.scheme, bank.state
+    for array in (scheme.keep, scheme.pull, scheme.push, bank.contact.reach):
         array[:, lane] = 0.0
     scheme.clearance[:, lane] = np.inf
     for array in (state.position, state.increment, state.multiplier, state.unsolved):
@@ -102,32 +147,60 @@ def empty_lane(scheme, state, lane):
     state.n_steps[lane] = 0
 
 
-def fill_lane(scheme, lane, modes, scene, h):
-    """Give an empty lane the coefficients of one speed (scheme is modified).
+def fill_lane(bank, lane, modes, scene, h):
+    """Give an empty lane the coefficients of one speed (bank is modified).
 
     Args:
-        scheme: kernel.Scheme.
+        bank: Bank.
         lane: index.
         modes: Modes of the sample.
         scene: sweep.Scene.
         h: time step [s].
     """
-    n_points = scheme.stiffness.shape[0]
-    n_real = len(modes.radial)
-    keep, pull, push = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
-    scheme.keep[:, lane], scheme.pull[:, lane], scheme.push[:, lane] = keep, pull, push
-    W = delassus(scheme.radial[:, :n_real], scheme.load[:, :n_real], push)
-    diagonal = np.diag(W)
-    coupling = W / diagonal
-    np.fill_diagonal(coupling, 0.0)
-    table = scheme.coupling[:, lane].reshape(n_points, n_points)
-    table[:n_real, :n_real] = coupling
-    scheme.coupling[:, lane] = table.ravel()
-    scheme.stiffness[:n_real, lane] = 1.0 / diagonal
-    rho = np.abs(coupling).sum(axis=1).max()
-    scheme.reach[0, lane] = rho / (1.0 - rho) if rho < 1.0 else np.inf
-    scheme.clearance[0, lane] = scene.clearance
+    scheme = bank.scheme
+    coefficients_of_lane = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    scheme.keep[:, lane], scheme.pull[:, lane], scheme.push[:, lane] = coefficients_of_lane
     scheme.step[lane] = h
+    motion = np.stack([modes.radial.T, modes.tangential.T])
+    push = scheme.push[:, lane]
+    W = np.array([[delassus(to, by, push) for by in motion] for to in motion])
+    if bank.polar.enabled:
+        scheme.clearance[0, lane] = 0.0
+        _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
+        bank.contact.reach[0, lane] = _polar_reach(W, scene.friction)
+        return
+    scheme.clearance[0, lane] = scene.clearance
+    normal = W[0, 0] + scene.friction * W[0, 1]
+    diagonal = np.diag(normal)
+    coupling = normal / diagonal
+    np.fill_diagonal(coupling, 0.0)
+    _spread(bank.contact.coupling, lane, coupling)
+    bank.contact.stiffness[: len(diagonal), lane] = 1.0 / diagonal
+    bank.contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
+
+
+def _spread(table, lane, values):
+    """Write values (..., n, n) to the lane's padded rows of a table (..., C·C, L) (modified)."""
+    n_points = math.isqrt(table.shape[-2])
+    n = values.shape[-1]
+    rows = (np.arange(n)[:, None] * n_points + np.arange(n)[None, :]).ravel()
+    table[..., rows, lane] = values.reshape(*values.shape[:-2], n * n)
+
+
+def _reach(rho):
+    return rho / (1.0 - rho) if rho < 1.0 else np.inf
+
+
+def _polar_reach(W, friction):
+    """Bound of `Contact.reach` for any normals: spectral norms over the smallest own compliance."""
+    blocks = np.moveaxis(W, (0, 1), (2, 3))
+    size = np.linalg.norm(blocks, 2, axis=(2, 3)) * math.sqrt(1.0 + friction**2)
+    own = np.einsum("iiab->iab", blocks) @ np.array([[1.0, -friction], [friction, 1.0]])
+    smallest = np.linalg.eigvalsh((own + np.swapaxes(own, 1, 2)) / 2.0)[:, 0].min()
+    if smallest <= 0.0:
+        return np.inf
+    np.fill_diagonal(size, 0.0)
+    return _reach(size.sum(axis=1).max() / smallest)
 
 
 def _aligned(values):

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import kernel, scheme
-from hpcrub.casing import bump_table
 from hpcrub.lanes import aligned_zeros
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_steady, localisation
@@ -93,7 +92,7 @@ def cut_revolution(slowest_hz, scene):
     return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
 
 
-def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH):
+def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
     """March every speed from rest to its steady state.
 
     Args:
@@ -102,6 +101,8 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH):
         speeds_hz: (S,) angular speeds [Hz].
         poll: called without arguments every few milliseconds; what it raises ends the sweep.
         width: speeds marched together; changes the cost, not one bit of the result.
+        selection: indices of the speeds to march, all by default. The steps are those of the whole
+            sweep, so that parts of it computed apart are the same bits.
 
     Returns:
         SweepResult.
@@ -109,11 +110,14 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH):
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
     out = SweepResult(
-        np.full(n, np.nan), np.zeros(n), np.full(n, np.nan), np.zeros(n, dtype=np.uint8), 0)
+        np.full(n, np.nan), np.zeros(n), np.full(n, np.nan), np.zeros(n, dtype=np.uint8), 0
+    )
     n_steps = 0
+    wanted = set(range(n) if selection is None else selection)
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
-        n_steps += _Band(modes, scene, grid, speeds_hz, width).run(list(band), out, poll)
+        waiting = [i for i in band if i in wanted]
+        n_steps += _Band(modes, scene, grid, speeds_hz, width).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 
 
@@ -123,10 +127,10 @@ class _Band:
     def __init__(self, modes, scene, grid, speeds_hz, width):
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
         self.lanes = (0,) * width
-        self.scheme, self.state = _allocate(modes, scene, grid, width)
+        self.bank = scheme.allocate(modes, scene, grid, width)
         steady = scene.steady
         self.window = steady.window_revolutions * grid.blocks_per_revolution
-        n_points = self.scheme.stiffness.shape[0]
+        n_points = len(self.bank.state.penetration)
         n_records = grid.steps_per_block // grid.stride
         self.record = kernel.Record(
             history=aligned_zeros((2 * self.window * n_records * n_points, width)),
@@ -137,16 +141,24 @@ class _Band:
         self.check = [0] * width  # block at which it is checked next
 
     def run(self, waiting, out, poll):
-        """March the speeds ``waiting`` (indices), fill ``out`` (modified), return the step count."""
-        n_steps = 0
-        now = 0
+        """March the speeds ``waiting`` (indices), fill ``out`` (modified); returns the steps."""
+        bank, n_steps, now = self.bank, 0, 0
         for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
         while any(speed is not None for speed in self.speed):
             recording, until = self._next_event(now)
             place = now % (2 * self.window) if recording else -1
-            kernel.march(self.lanes, self.scheme, self.state, self.record,
-                         until - now, place, self.grid.stride)
+            kernel.march(
+                self.lanes,
+                bank.scheme,
+                bank.contact,
+                bank.state,
+                self.record,
+                bank.polar,
+                until - now,
+                place,
+                self.grid.stride,
+            )
             now = until
             if poll is not None:
                 poll()
@@ -165,16 +177,18 @@ class _Band:
         return recording, min(events)
 
     def _blocks(self, lane, seconds, rounding):
-        return rounding(seconds * self.speeds_hz[self.speed[lane]] * self.grid.blocks_per_revolution)
+        return rounding(
+            seconds * self.speeds_hz[self.speed[lane]] * self.grid.blocks_per_revolution
+        )
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane, at rest; leave the lane idle if there is none."""
-        scheme.empty_lane(self.scheme, self.state, lane)
+        scheme.empty_lane(self.bank, lane)
         self.speed[lane] = waiting.pop(0) if waiting else None
         if self.speed[lane] is None:
             return
         h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
-        scheme.fill_lane(self.scheme, lane, self.modes, self.scene, h)
+        scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
         self.start[lane] = now
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         self.check[lane] = now + max(first, 2 * self.window)
@@ -212,27 +226,29 @@ class _Band:
     def _diverged(self, lane, peak):
         """A displacement that is no number or larger than the disk, or contact forces unsolved."""
         limit = np.max(self.scene.contact_radius)
-        finite = np.all(np.isfinite(self.state.position[:, lane])) and np.all(peak < limit)
-        return not finite or self.state.unsolved[0, lane] > 0.0
+        finite = np.all(np.isfinite(self.bank.state.position[:, lane])) and np.all(peak < limit)
+        return not finite or self.bank.state.unsolved[0, lane] > 0.0
 
     def _signal(self, lane, tip, now):
         """Displacement of one contact point over both windows, oldest first."""
-        n_points = self.scheme.stiffness.shape[0]
+        n_points = len(self.bank.state.penetration)
         history = self.record.history.reshape(2 * self.window, -1, n_points, len(self.lanes))
         return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
-
-
-def _allocate(modes, scene, grid, width):
-    """Empty lanes for one sample and one band: kernel.Scheme and kernel.State."""
-    bump = bump_table(
-        scene.contact_angle, scene.n_bumps, scene.bump_height,
-        grid.steps_per_revolution, grid.steps_per_block)
-    return scheme.allocate(modes, scene, bump, width)
 
 
 def warm_up():
     """Compile the kernel, or load it from the cache; the first call of a machine takes seconds."""
     modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
-    scene = Scene(np.zeros(1), 1.0, 0.01, 1, 1e-3, 1e-2, 1e-2, 0.1, step=1e-3,
-                  steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02))
+    scene = Scene(
+        np.zeros(1),
+        1.0,
+        0.01,
+        1,
+        1e-3,
+        1e-2,
+        1e-2,
+        0.1,
+        step=1e-3,
+        steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
+    )
     run_sweep(modes, scene, [100.0])
