@@ -9,7 +9,6 @@ ARGS ?=
 
 STAMP = .venv/set-up
 VENV_PYTHON = .venv/bin/python
-OUTPUT = results/$(basename $(notdir $(INPUT))).h5
 
 # For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
 # The last line is for Open MPI 5. On a cluster none of these belongs in a job.
@@ -33,11 +32,9 @@ setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
 $(STAMP): pyproject.toml tools/setup.sh
 	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
 
-run: $(STAMP)  ## run a study, or go on with it (INPUT=... RANKS=2 ARGS=--overwrite)
-	@resume=; \
-	case " $(ARGS) " in *" --overwrite "*) ;; *) [ ! -e "$(OUTPUT)" ] || resume=--resume ;; esac; \
-	set -x; \
-	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" $$resume $(ARGS)
+run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwrite)
+	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" \
+	    $(if $(findstring --overwrite,$(ARGS)),,--resume) $(ARGS)
 
 test: $(STAMP)  ## run all tests (ARGS="-k config")
 	@$(VENV_PYTHON) -m pytest $(ARGS)

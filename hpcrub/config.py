@@ -220,7 +220,7 @@ class Convergence(Section):
         0.005, gt=0, le=1, description="convergence error aimed at, relative [-]"
     )
     stop_when_converged: Switch = Field(
-        False, description="leave a level as soon as it has reached the target"
+        False, description="end the study as soon as all levels are at the target"
     )
 
 

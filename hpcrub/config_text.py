@@ -182,7 +182,7 @@ def _range(node):
 
 
 def _plain(limit):
-    return f"{limit:,}" if isinstance(limit, int) else f"{limit:g}"
+    return f"{int(limit):,}" if limit == int(limit) else f"{limit:g}"
 
 
 def _first_variant(node):

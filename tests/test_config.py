@@ -276,7 +276,7 @@ WRONG = [
     ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
     ("casing: {n_bumps: 3.5}", "casing.n_bumps: 3.5 is not a whole number"),
     ("casing: {n_bumps: '5'}", "casing.n_bumps: '5' is not a whole number"),
-    ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10000"),
+    ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10,000"),
     ("casing: {clearance_mm: yes}", "casing.clearance_mm: 'yes' is not a number"),
     ("casing: {clearance_mm: false}", "casing.clearance_mm: false is not a number"),
     ("casing: {clearance_mm: [1]}", "casing.clearance_mm: [1] is not a number"),

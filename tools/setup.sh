@@ -59,7 +59,7 @@ install_missing() {
     # shellcheck disable=SC2086  # one word per package
     apt-get install -q -y --no-install-recommends $packages >/dev/null || die "apt-get failed"
     missing=$(missing_packages)
-    [ -z "$missing" ] || die "still missing after apt-get: $(tr '\n' ';' <<<"$missing")"
+    [ -z "$missing" ] || die "still missing after apt-get: $(paste -sd';' <<<"$missing")"
 }
 
 # --- virtual environment --------------------------------------------------------------------
