@@ -97,12 +97,6 @@ class Record(NamedTuple):
 
 
 @compiled(inline=True)
-def kicks(lanes, scheme, state, columns, forces, k):
-    """What the contact forces add to modal coordinate k."""
-    return tile_dot(lanes, scheme.load, k, columns, forces) * load(lanes, scheme.push, k)
-
-
-@compiled(inline=True)
 def predict(lanes, contacts, scheme, state, step):
     """Corrector of the step before, predictor of this one (state is modified).
 
@@ -117,7 +111,8 @@ def predict(lanes, contacts, scheme, state, step):
         q = load(lanes, state.position, k)
         d = load(lanes, state.increment, k)
         if len(contacts) > 0:
-            kick = kicks(lanes, scheme, state, columns, forces, k)
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
+            kick = kick * load(lanes, scheme.push, k)
             q = q + kick
             d = d + kick
         d = load(lanes, scheme.keep, k) * d - load(lanes, scheme.pull, k) * q
@@ -141,12 +136,15 @@ def predict_more(lanes, first, scheme, state, step):
 
 
 @compiled
-def correct(lanes, first, scheme, state):
-    """Corrector for the TILE active points from ``first`` on, by itself (state is modified)."""
-    columns = indices(MANY_CONTACTS, state.active, first)
-    forces = tile_gather(lanes, state.multiplier, columns)
+def correct(lanes, scheme, state, n_active):
+    """Corrector by itself, for any number of active points (state is modified)."""
     for k in range(state.position.shape[0]):
-        kick = kicks(lanes, scheme, state, columns, forces, k)
+        kick = splat(lanes, 0.0)
+        for first in range(0, n_active, TILE):
+            columns = indices(MANY_CONTACTS, state.active, first)
+            forces = tile_gather(lanes, state.multiplier, columns)
+            kick = tile_dot(scheme.load, k, columns, forces, kick)
+        kick = kick * load(lanes, scheme.push, k)
         store(state.position, k, load(lanes, state.position, k) + kick)
         store(state.increment, k, load(lanes, state.increment, k) + kick)
 
@@ -238,8 +236,7 @@ def grow(scheme, state):
 def apply_and_predict(lanes, scheme, state, step, n_active):
     """Choose the narrowest pass that holds the active points; returns the deepest penetration."""
     if n_active > len(MANY_CONTACTS):
-        for first in range(0, n_active, TILE):
-            correct(lanes, first, scheme, state)
+        correct(lanes, scheme, state, n_active)
         n_active = 0
     if n_active == 0:
         deepest = predict(lanes, NO_CONTACTS, scheme, state, step)
@@ -289,11 +286,9 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
                 if polar.enabled:
                     n_active = displaced_forces(lanes, state, polar, n_active)
             if block >= 0 and (step + 1) % stride == 0:
-                for first in range(0, n_active, TILE):
-                    correct(lanes, first, scheme, state)
+                correct(lanes, scheme, state, n_active)
                 n_active = 0
                 row = (place * n_records + step // stride) * n_points
                 for first in range(0, n_points, TILE):
                     observe(lanes, first, scheme, state, record, row, place)
-    for first in range(0, n_active, TILE):
-        correct(lanes, first, scheme, state)
+    correct(lanes, scheme, state, n_active)

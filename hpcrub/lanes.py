@@ -128,9 +128,8 @@ def tile_add(tile, matrix, row, column, vector):
     return tuple(t + matrix[row, column + i] * vector for i, t in enumerate(tile))
 
 
-def tile_dot(lanes, matrix, row, columns, tile):
-    """Σ ``matrix[row, columns[i]]``·tile[i], added in order (a zero member changes no bit)."""
-    total = np.zeros(len(lanes))
+def tile_dot(matrix, row, columns, tile, total):
+    """total + Σ ``matrix[row, columns[i]]``·tile[i], added in order: a zero member changes no bit."""
     for column, t in zip(columns, tile):
         total = total + matrix[row, column] * t
     return total
@@ -359,20 +358,17 @@ def _tile_add(typing, tile, matrix, row, column, vector):
 
 
 @intrinsic
-def _tile_dot(typing, lanes, matrix, row, columns, tile):
-    out = LaneVector(len(lanes))
-
+def _tile_dot(typing, matrix, row, columns, tile, total):
     def code(context, builder, signature, args):
-        total = ir.Constant(_vector(out), None)
-        members = zip(
-            cgutils.unpack_tuple(builder, args[3]), cgutils.unpack_tuple(builder, args[4])
-        )
-        for column, member in members:
-            scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, 0)
-            total = _fmuladd(builder, _broadcast(builder, scalar, out.width), member, total)
-        return total
+        result = args[4]
+        members = cgutils.unpack_tuple(builder, args[3])
+        for column, member in zip(cgutils.unpack_tuple(builder, args[2]), members, strict=True):
+            scalar = _scalar_at(context, builder, matrix, args[0], args[1], column, 0)
+            factor = _broadcast(builder, scalar, total.width)
+            result = _fmuladd(builder, factor, member, result)
+        return result
 
-    return out(lanes, matrix, types.intp, columns, tile), code
+    return total(matrix, types.intp, columns, tile, total), code
 
 
 @intrinsic
@@ -430,8 +426,8 @@ overload(tile_add)(
     )
 )
 overload(tile_dot)(
-    lambda lanes, matrix, row, columns, tile: (
-        lambda lanes, matrix, row, columns, tile: _tile_dot(lanes, matrix, row, columns, tile)
+    lambda matrix, row, columns, tile, total: lambda matrix, row, columns, tile, total: _tile_dot(
+        matrix, row, columns, tile, total
     )
 )
 

@@ -214,6 +214,7 @@ class _Dispatcher:
         self.stopped_by = None
 
     def run(self):
+        self._serve()
         while (task := self._next_task()) is not None:
             try:
                 self._collect(task, self.compute(task, self.poll))

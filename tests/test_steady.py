@@ -1,0 +1,70 @@
+"""Steady-state detection and localisation on made-up signals (paper, section 3.1, equations 8–10)."""
+
+import numpy as np
+import pytest
+
+from hpcrub.steady import SteadyCriteria, correlation, is_steady, localisation
+
+CRITERIA = SteadyCriteria()
+T = np.linspace(0.0, 6.0, 1200, endpoint=False)  # two windows of three revolutions
+PERIODIC = np.sin(2 * np.pi * 3 * T) + 0.3 * np.cos(2 * np.pi * 5 * T)
+
+
+def verdict(signal, criteria=CRITERIA):
+    before, last = np.split(signal, 2)
+    return is_steady(before, last, np.abs(before).max(), np.abs(last).max(), criteria)
+
+
+def test_periodic_is_steady():
+    assert verdict(PERIODIC)
+
+
+def test_constant_and_flat_are_steady_and_not_nan():
+    assert verdict(np.zeros(1200))
+    assert verdict(np.full(1200, 3e-3))
+
+
+def test_growing_is_not_steady():
+    assert not verdict(PERIODIC * np.exp(0.01 * T))
+    assert verdict(PERIODIC * np.exp(0.001 * T))
+
+
+def test_drifting_phase_with_constant_amplitude_is_not_steady():
+    assert not verdict(np.sin(2 * np.pi * 3.1 * T))  # 0.3 of a turn between the windows
+
+
+def test_constant_then_moving_is_not_steady():
+    assert not verdict(np.where(T < 3, 1.0, PERIODIC / np.abs(PERIODIC).max()))
+
+
+def test_nan_is_never_steady():
+    assert not verdict(np.where(T > 5.9, np.nan, PERIODIC))
+    assert not is_steady(PERIODIC, PERIODIC, np.nan, np.nan, CRITERIA)
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-12, 1e150])
+def test_verdict_does_not_depend_on_the_unit(scale):
+    assert verdict(scale * PERIODIC)
+    assert not verdict(scale * PERIODIC * np.exp(0.01 * T))
+
+
+def test_correlation_is_numpys():
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 500))
+    assert abs(correlation(a, b) - np.corrcoef(a, b)[0, 1]) < 1e-14
+    assert correlation(a, a + 5.0) == pytest.approx(1.0)
+    assert correlation(np.ones(5), np.ones(5)) == 1.0
+    assert correlation(np.ones(5), np.arange(5.0)) == 0.0
+
+
+def test_localisation_limits():
+    assert localisation(np.full(12, 2e-3)) == pytest.approx(0.0, abs=1e-15)
+    assert localisation(np.eye(12)[3]) == pytest.approx(1.0)
+    assert localisation(np.zeros(12)) == 0.0
+    assert localisation(np.ones(1)) == 0.0
+
+
+def test_localisation_is_the_papers_formula():
+    U = np.array([38.9, 12.0, 7.0, 20.0, 3.0, 9.0])
+    zeta = U.max() / np.sqrt(np.mean(U**2))
+    assert localisation(U * 1e-3) == pytest.approx((zeta - 1.0) / (np.sqrt(6) - 1.0))
