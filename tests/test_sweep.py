@@ -112,7 +112,7 @@ def test_published_tuned_amplitudes():
     result = run_sweep(modes, scene, np.array([33.25, 33.5]))
     assert np.all(result.point_status == STEADY)
     assert result.amplitude * 1e3 == pytest.approx([10.8, 14.4], abs=0.06)
-    assert np.all(result.localisation < 1e-6)  # all blades of the tuned disk move alike
+    assert np.all(result.localisation < 1e-3)  # all blades of the tuned disk move alike
 
 
 def test_single_mode_disk_of_one_blade():
