@@ -1,0 +1,199 @@
+"""Command line → study, exit codes: 0 done, 1 failure, 2 bad input, 75 stopped on request."""
+
+import os
+
+# one thread per rank unless told otherwise; the libraries look at this when they are imported
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from hpcrub import __version__, config, parallel, progress, storage, study, sweep
+from hpcrub.errors import InputError, Interrupted
+from hpcrub.layout import PENDING, file_size
+from hpcrub.reduction import mistuned_modes
+
+TYPICAL_CHECKS = 2.0  # simulated time of a point in first checks; the paper's mean is 0.96 s at 0.5
+MEASURED = 0.3  # [s] simulated to measure the speed: long enough for the blades to rub in earnest
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message):
+        raise InputError(f"{message} (--help lists the options)")
+
+
+def main(argv=None):
+    """Run the program with command line arguments argv; returns the exit code."""
+    return parallel.run(lambda team: program(team, argv))
+
+
+def program(team, argv):
+    """What every rank does; returns the exit code."""
+    arguments = team.on_root(lambda: parse(argv))
+    if arguments is None:  # --help, --version
+        return 0
+    options, cfg = arguments
+    if options.dry_run:
+        team.on_root(lambda: dry_run(cfg, study.build_problem(cfg), team.size))
+        return 0
+    if team.size > 1:
+        team.together(storage.require_parallel)
+    problem = team.on_root(lambda: study.build_problem(cfg))
+    lock = Holder()
+    try:
+        team.on_root(lambda: prepare(cfg, options, lock))
+        run(team, cfg, problem)
+    finally:
+        lock.release()
+    return 0
+
+
+def parse(argv):
+    """Options and validated Config; None when --help or --version has been answered."""
+    parser = Parser(prog="main.py", description="Contact and linear response of mistuned disks.")
+    parser.add_argument("input", metavar="INPUT.yaml", help="input file")
+    parser.add_argument("--output", metavar="FILE", help="result file, instead of the input's")
+    parser.add_argument(
+        "--set", metavar="key.path=value", action="append", default=[], help="replace a key"
+    )
+    existing = parser.add_mutually_exclusive_group()
+    existing.add_argument("--resume", action="store_true", help="go on with an existing output")
+    existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
+    parser.add_argument("--dry-run", action="store_true", help="check, estimate the cost, stop")
+    parser.add_argument("--version", action="version", version=f"hpcrub {__version__}")
+    try:
+        options = parser.parse_args(argv)
+    except SystemExit:
+        return None
+    overrides = list(options.set)
+    if options.output is not None:
+        overrides.append(f"output={json.dumps(options.output)}")
+    return options, config.load(options.input, overrides)
+
+
+class Holder:
+    """Rank 0's lock, empty on other ranks."""
+
+    lock = None
+
+    def release(self):
+        if self.lock:
+            self.lock.release()
+
+
+def prepare(cfg, options, holder):
+    """Make sure that a sound result file is there, and nobody else's (rank 0)."""
+    path = Path(cfg.output)
+    exists = os.path.lexists(path)
+    if path.is_dir():
+        raise InputError(f"output: {path} is a folder")
+    if exists and not (options.resume or options.overwrite):
+        raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
+    holder.lock = storage.Lock(path)
+    if exists and options.resume:
+        storage.check(path, cfg)
+    else:
+        storage.lay_out(path, cfg)
+
+
+def run(team, cfg, problem):
+    """Compute what the result file lacks, then print the summary and draw the figures."""
+    began = time.monotonic()
+    file = team.together(lambda: storage.ResultFile(cfg.output, team.comm, "r+"))
+    bar = progress.Progress(cfg) if team.rank == 0 else None
+    team.on_root(lambda: announce(bar, cfg, team.size))
+    team.on_root(sweep.warm_up)
+    work = study.Study(team, cfg, problem, file, bar)
+    try:
+        work.run()
+    except Interrupted as error:
+        n_done = team.on_root(lambda: stop(bar, file))
+        file.close()
+        n_samples = file.config.mistuning.samples * len(cfg.mistuning.half_range)
+        error.args = (
+            f"{error} came; {n_done} of {n_samples} samples are in {cfg.output}, and the same "
+            "command with --resume computes the others, on any number of ranks",
+        )
+        raise
+    team.on_root(lambda: stop(bar, file))
+    team.on_root(lambda: progress.summary(file, work, time.monotonic() - began))
+    file.close()
+    team.on_root(lambda: draw(cfg.output))
+
+
+def announce(bar, cfg, n_ranks):
+    """Say what will be computed."""
+    levels, speeds = len(cfg.mistuning.half_range), cfg.speeds.n_values
+    bar.console.print(
+        f"hpcrub {__version__}: levels x samples x speeds = {levels} x {cfg.mistuning.samples} x "
+        f"{speeds}, {n_ranks} rank{'s'[: n_ranks > 1]}, into {cfg.output}\n"
+        "loading the kernel (compiled when first used on a machine: half a minute)"
+    )
+
+
+def stop(bar, file):
+    """End the bar; returns the number of finished samples."""
+    bar.stop()
+    return int(np.count_nonzero(file.status() != PENDING))
+
+
+def draw(path):
+    """Draw the figures beside the results and name all files."""
+    from hpcrub import plot  # matplotlib takes a second to import
+
+    out = progress.console()
+    out.print(f"results: {path}", soft_wrap=True)
+    for figure in plot.draw_study(path):
+        out.print(f"figure:  {figure}", soft_wrap=True)
+
+
+def dry_run(cfg, problem, n_ranks):
+    """Print what a study would compute and cost."""
+    out = progress.console()
+    omega = np.sqrt(problem.reduced.tuned_eigenvalues)
+    first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
+    levels, samples, speeds = len(cfg.mistuning.half_range), cfg.mistuning.samples, cfg.speeds
+    n_points = (levels * samples + 1) * speeds.n_values
+    rate = measure_rate(cfg, problem)
+    steps = TYPICAL_CHECKS * cfg.steady_state.first_check / cfg.time.step
+    seconds = n_points * steps / rate
+    out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
+    out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
+    out.print(
+        f"stability limit:      {problem.stability_limit:.4g} s for central_difference; "
+        f"time.step_s is {cfg.time.step:.4g} s ({cfg.time.scheme})"
+    )
+    out.print(
+        f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + tuned) x "
+        f"{speeds.n_values} speeds"
+    )
+    out.print(f"output:               {file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
+    out.print(f"measured:             {rate / 1e6:.3g} million steps per second and core")
+    out.print(
+        f"estimated run time:   {progress.duration(seconds / n_ranks)} on {n_ranks} "
+        f"rank{'s'[: n_ranks > 1]}, {seconds / 3600:,.3g} core hours "
+        f"({TYPICAL_CHECKS * cfg.steady_state.first_check:.3g} s simulated per point)"
+    )
+
+
+def measure_rate(cfg, problem):
+    """Time steps per second of a short sweep of the tuned disk on this core."""
+    sweep.warm_up()
+    scene = problem.scene
+    step = max(scene.step, min(1e-6, problem.stability_limit / 2))
+    seconds = min(MEASURED, scene.steady.first_check)
+    short = scene.steady._replace(first_check=seconds, max_time=seconds, window_revolutions=1)
+    scene = scene._replace(step=step, steady=short)
+    modes = mistuned_modes(problem.reduced, np.zeros(cfg.disk.n_blades))
+    start = time.perf_counter()
+    n_steps = sweep.run_sweep(modes, scene, cfg.speeds.values_hz[: 2 * sweep.WIDTH]).n_steps
+    return n_steps / (time.perf_counter() - start)

@@ -1,0 +1,118 @@
+"""Result file → figures, for paper and talk; colours that the colour-blind can tell apart."""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from hpcrub.layout import DONE, NOT_STEADY
+from hpcrub.storage import ResultFile
+
+BLACK, BLUE, ORANGE = "#000000", "#0072B2", "#D55E00"  # Okabe and Ito
+STYLE = {
+    "font.size": 12,
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 2,
+    "legend.frameon": False,
+}
+MOST = 20_000  # samples of a level behind the band of a frequency response
+
+
+def draw_study(path):
+    """Draw the frequency responses, and the amplifications or localisations, of a contact study.
+
+    path: result file. Returns the list of the figures' paths, beside the file.
+    """
+    file = ResultFile.open(path)
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained")
+        if file.config.pattern_deviation is None:
+            _draw_band(left, file)
+            _draw_amplifications(right, file)
+        else:
+            _draw_pattern(left, file, "amplitude_m", 1e3)
+            left.set_ylabel("blade-tip amplitude [mm]")
+            _draw_pattern(right, file, "localisation", 100)
+            right.set_ylabel("localisation factor [%]")
+        left.set_title(f"Contact response, {file.config.casing.n_bumps} bumps")
+        target = Path(path).with_suffix(".png")
+        figure.savefig(target, dpi=150)
+        plt.close(figure)
+    file.close()
+    return [target]
+
+
+def _draw_tuned(axes, file, name, scale):
+    speeds, values = file.read("speeds_hz"), scale * file.read(f"tuned/{name}")
+    axes.plot(speeds, values, color=BLACK, marker=".", label="tuned", zorder=3)
+    unsteady = file.read("tuned/point_status") == NOT_STEADY
+    if unsteady.any():
+        label = "not steady"
+        axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", mec=BLACK, label=label)
+    axes.set_xlabel("speed of rotation [Hz]")
+    axes.set_ylim(bottom=0)
+
+
+def _draw_pattern(axes, file, name, scale):
+    """Tuned disk and one explicit pattern over the speeds."""
+    values = scale * file.read(f"samples/{name}", (0, 0))
+    axes.plot(file.read("speeds_hz"), values, color=BLUE, marker=".", label="mistuned")
+    _draw_tuned(axes, file, name, scale)
+    axes.legend()
+
+
+def _draw_band(axes, file):
+    """Tuned disk, and percentiles of the widest level's samples at every speed."""
+    done = file.status()[-1, :MOST] == DONE
+    amplitude = 1e3 * file.read("samples/amplitude_m", (-1, slice(MOST)))[done]
+    speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
+    low, high = percentiles[0], percentiles[-1]
+    known = np.isfinite(amplitude).any(axis=0)
+    if known.any():
+        band = np.nanpercentile(amplitude[:, known], [low, 50, high], axis=0)
+        label = f"±{100 * file.config.mistuning.half_range[-1]:.3g} %, percentiles"
+        axes.fill_between(
+            speeds[known], band[0], band[2], color=BLUE, alpha=0.25, lw=0,
+            label=f"{label} {low:g} to {high:g}",
+        )  # fmt: skip
+        axes.plot(speeds[known], band[1], color=BLUE, label=f"{label[:-1]} 50")
+    _draw_tuned(axes, file, "amplitude_m", 1e3)
+    axes.set_ylabel("blade-tip amplitude [mm]")
+    axes.legend()
+
+
+def _draw_amplifications(axes, file):
+    """Percentiles of both amplifications against the mistuning level."""
+    half_range, status = 100 * file.read("half_range"), file.status()
+    percentiles = file.config.convergence.percentiles
+    markers = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
+    for name, label, colour, line in (
+        ("amplification", "contact", BLUE, "-"),
+        ("linear_amplification", "linear", ORANGE, "--"),
+    ):
+        values = [file.read(f"samples/{name}", v)[status[v] == DONE] for v in range(len(status))]
+        known = [v for v in range(len(status)) if len(values[v])]
+        if not known:
+            continue
+        curves = np.array([np.percentile(values[v], percentiles) for v in known]).T
+        for p, curve in enumerate(curves):
+            axes.plot(
+                half_range[known], curve, line, color=colour, marker=markers[p % len(markers)],
+                label=f"{label}, percentile {percentiles[p]:g}",
+            )  # fmt: skip
+    axes.axhline(1.0, color="0.6", lw=1)
+    axes.set_xlabel("mistuning: half range of blade stiffness [± %]")
+    axes.set_ylabel("amplification [-]")
+    counts = (status == DONE).sum(axis=1)
+    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
+    axes.set_title(f"Amplification, {each} samples per level")
+    axes.margins(y=0.15)
+    axes.legend(fontsize=10, ncols=2)

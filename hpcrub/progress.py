@@ -1,0 +1,233 @@
+"""Numbers → a bar on a terminal, plain lines in a log, tables at the end."""
+
+import os
+import sys
+import time
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from hpcrub.layout import DIVERGED, DONE, FAILED, NOT_STEADY, PENDING
+
+LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
+REFRESH = 0.5  # [s] between two updates of the percentiles
+ROWS = 1000  # samples read at once
+WIDTH = 100  # of the tables, at least
+
+# Joachim, Nyssen, Batailly (2020): table 2 [GPa], section 5 and figure 9
+TABLE_2 = (207.01, 206.27, 206.95, 216.83, 208.09, 214.21)
+TABLE_2 += (211.64, 201.66, 212.56, 203.28, 203.91, 211.93)
+PAPER = {
+    "tuned, largest amplitude": ("", "34.45", ""),
+    "pattern, largest amplitude": ("58.1", "34.78", "49.0"),
+    "pattern, largest localisation": ("38.9", "33.66", "67.9"),
+}
+
+
+def console():
+    """Where everything meant for people goes."""
+    watched = on_terminal()
+    out = Console(force_terminal=watched, highlight=False)
+    out.width = max(out.width, WIDTH)
+    return out
+
+
+def on_terminal():
+    """Whether a person watches. mpirun gives every rank a terminal of its own, so ask mpirun's."""
+    if not sys.stdout.isatty():
+        return False
+    if "OMPI_COMM_WORLD_SIZE" not in os.environ:
+        return True
+    try:
+        return os.readlink(f"/proc/{os.getppid()}/fd/1").startswith(("/dev/pts/", "/dev/tty"))
+    except OSError:
+        return False
+
+
+class Progress:
+    """Progress of a study, on rank 0."""
+
+    def __init__(self, config):
+        self.config = config
+        self.console = console()
+        self.bar = self.task = None
+        if on_terminal():
+            columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+            self.bar = Bar(*columns, TextColumn("{task.fields[text]}"), console=self.console)
+            self.bar.start()
+        self.began = self.shown = time.monotonic()
+        self.already = self.done = 0
+        self.total = 0
+
+    def tuned(self, n_done, n_total):
+        """n_done of n_total speeds of the tuned disk are done."""
+        self._show("tuned disk", n_done, n_total, "angular speeds", final=n_done == n_total)
+
+    def start(self, status):
+        """The samples begin; status (V, n) of those in the file."""
+        self.task = None
+        self.began = self.shown = time.monotonic()
+        self.already = self.done = int(np.count_nonzero(status != PENDING))
+        self.total = status.size
+        if self.already:
+            self.console.print(f"{self.already} of {self.total} samples are already there")
+
+    def sample(self, level, sample, outcome, amplification):
+        """One sample is finished; amplification (V, n) with NaN for the others."""
+        self.done += 1
+        if outcome.status == FAILED:
+            self.console.print(f"level {level}, sample {sample} failed: {outcome.message}")
+        final = self.done == self.total
+        if final or time.monotonic() - self.shown > self._interval():
+            self._show("samples", self.done, self.total, self._text(amplification), final)
+
+    def stop(self):
+        """Leave the terminal as it was."""
+        if self.bar:
+            self.bar.stop()
+
+    def _interval(self):
+        elapsed = time.monotonic() - self.began
+        return REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
+
+    def _text(self, amplification):
+        """Rate, time left, and the percentiles of the widest level."""
+        rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
+        left = duration((self.total - self.done) / rate)
+        values = amplification[-1][np.isfinite(amplification[-1])]
+        text = f"{rate:.3g}/s, {left} left"
+        if len(values):
+            percentiles = self.config.convergence.percentiles
+            shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
+            names = "/".join(f"{p:g}" for p in percentiles)
+            half_range = 100 * self.config.mistuning.half_range[-1]
+            text += f", A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+        return text
+
+    def _show(self, what, n_done, n_total, text, final):
+        self.shown = time.monotonic()
+        if not self.bar:
+            if final or what == "samples":
+                self.console.print(f"{what}: {n_done} of {n_total}, {text}", soft_wrap=True)
+            return
+        if self.task is None:
+            self.task = self.bar.add_task(what, total=n_total, text=text)
+        self.bar.update(self.task, completed=n_done, text=text)
+
+
+def duration(seconds):
+    """12 s, 3.4 min, 5.6 h, 7.8 days."""
+    for unit, length, most in (("s", 1, 100), ("min", 60, 6000), ("h", 3600, 172800)):
+        if seconds < most:
+            return f"{seconds / length:.3g} {unit}"
+    return f"{seconds / 86400:,.4g} days"
+
+
+def summary(file, study, seconds):
+    """Print what a finished or interrupted study has found.
+
+    file: ResultFile; study: Study, rank 0's; seconds: wall time of this run.
+    """
+    out = console()
+    if file.config.pattern_deviation is not None:
+        out.print(pattern_table(file))
+    out.print(level_table(file))
+    text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
+    if study.seconds > 0.0:
+        text += f", {study.n_steps / study.seconds / 1e6:.3g} million steps per second and core"
+    out.print(text)
+
+
+def level_table(file):
+    """One row per mistuning level."""
+    percentiles = file.config.convergence.percentiles
+    names = "/".join(f"{p:g}" for p in percentiles)
+    table = Table(
+        box=box.SIMPLE_HEAD, title=f"Amplifications, percentiles {names}, convergence error"
+    )
+    for heading in (
+        "level",
+        "sigma",
+        "samples",
+        "A_nl",
+        "A_lin",
+        "error",
+        "not steady",
+        "diverged",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    status = file.status()
+    half_range, sigma = file.read("half_range"), file.read("sigma")
+    for level in range(len(half_range)):
+        done = status[level] == DONE
+        n_failed = np.count_nonzero(status[level] == FAILED)
+        not_steady, diverged = point_shares(file, level)
+        table.add_row(
+            f"±{100 * half_range[level]:.3g} %",
+            f"{100 * sigma[level]:.2f} %",
+            f"{np.count_nonzero(done)}" + (f" (+{n_failed} failed)" if n_failed else ""),
+            _percentile_text(file.read("samples/amplification", level)[done], percentiles),
+            _percentile_text(file.read("samples/linear_amplification", level)[done], percentiles),
+            _last_error(file.read("statistics/contact/convergence_error", level)),
+            f"{100 * not_steady:.2f} %",
+            f"{100 * diverged:.2f} %",
+        )
+    return table
+
+
+def point_shares(file, level):
+    """Shares of the computed points of a level that were not steady, and that diverged."""
+    counts = np.zeros(4, dtype=np.int64)
+    for first in range(0, file.config.mistuning.samples, ROWS):
+        part = file.read("samples/point_status", (level, slice(first, first + ROWS)))
+        counts += np.bincount(part.ravel(), minlength=4)[:4]
+    n_points = max(counts[1:].sum(), 1)
+    return counts[NOT_STEADY] / n_points, counts[DIVERGED] / n_points
+
+
+def _percentile_text(values, percentiles):
+    if not len(values):
+        return "-"
+    return "/".join(f"{p:.3f}" for p in np.percentile(values, percentiles))
+
+
+def _last_error(error):
+    """Largest of the latest convergence errors (P, K) over the percentiles."""
+    known = np.flatnonzero(np.isfinite(error).all(axis=0))
+    return f"{100 * error[:, known[-1]].max():.2f} %" if len(known) else "-"
+
+
+def pattern_table(file):
+    """Peaks of the tuned disk and of an explicit pattern, beside the paper's for its own."""
+    moduli = file.config.mistuning.pattern_gpa
+    is_paper = file.config.casing.n_bumps == 4 and moduli in (TABLE_2, TABLE_2[::-1])
+    table = Table(box=box.SIMPLE_HEAD, title="Peaks over the speeds")
+    headings = ["amplitude [mm]", "speed [Hz]", "localisation [%]"]
+    for heading in ["", *headings, *(f"paper: {h}" for h in headings if is_paper)]:
+        table.add_column(heading, justify="right" if heading else "left")
+    for name, values in pattern_rows(file).items():
+        row = [f"{values[0] * 1e3:.1f}", f"{values[1]:.2f}", f"{values[2] * 100:.1f}"]
+        table.add_row(name, *row, *(PAPER[name] if is_paper else ()))
+    return table
+
+
+def pattern_rows(file):
+    """Amplitude [m], speed [Hz] and localisation of the points that the paper names."""
+    speeds = file.read("speeds_hz")
+    rows = {}
+    for name, group, where, by in (
+        ("tuned, largest amplitude", "tuned", (), "amplitude_m"),
+        ("pattern, largest amplitude", "samples", (0, 0), "amplitude_m"),
+        ("pattern, largest localisation", "samples", (0, 0), "localisation"),
+    ):
+        values = {
+            key: file.read(f"{group}/{key}", where) for key in ("amplitude_m", "localisation")
+        }
+        if np.isfinite(values[by]).any():
+            best = np.nanargmax(values[by])
+            rows[name] = values["amplitude_m"][best], speeds[best], values["localisation"][best]
+    return rows
