@@ -111,7 +111,6 @@ def run(team, cfg, problem):
     file = team.together(lambda: storage.ResultFile(cfg.output, team.comm, "r+"))
     bar = progress.Progress(cfg) if team.rank == 0 else None
     team.on_root(lambda: announce(bar, cfg, team.size))
-    team.on_root(sweep.warm_up)
     work = study.Study(team, cfg, problem, file, bar)
     try:
         work.run()
@@ -133,10 +132,9 @@ def run(team, cfg, problem):
 def announce(bar, cfg, n_ranks):
     """Say what will be computed."""
     levels, speeds = len(cfg.mistuning.half_range), cfg.speeds.n_values
-    bar.console.print(
+    bar.say(
         f"hpcrub {__version__}: levels x samples x speeds = {levels} x {cfg.mistuning.samples} x "
-        f"{speeds}, {n_ranks} rank{'s'[: n_ranks > 1]}, into {cfg.output}\n"
-        "loading the kernel (compiled when first used on a machine: half a minute)"
+        f"{speeds}, {n_ranks} rank{'s'[: n_ranks > 1]}, into {cfg.output}"
     )
 
 

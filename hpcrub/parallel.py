@@ -37,9 +37,10 @@ def run(program):
     program: function of a `Team` that returns an exit code.
     Returns the exit code; a failure prints once, an exception of a single rank aborts all.
     """
-    team = None
+    team, handlers = None, {}
     try:
         team = start_team()
+        handlers = {number: signal.signal(number, team.remember) for number in STOP_SIGNALS}
         code = program(team)
         team.barrier()
         return code
@@ -55,6 +56,9 @@ def run(program):
         if team is not None:
             team.abort(1)
         return 1
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 def start_team():
@@ -120,10 +124,9 @@ class Team:
         self.rank = comm.rank if comm else 0
         self.size = comm.size if comm else 1
         self.signal = None  # name of the signal that asked this rank to stop
-        for number in STOP_SIGNALS:
-            signal.signal(number, self._remember)
 
-    def _remember(self, number, frame):
+    def remember(self, number, frame):
+        """Signal handler: take note, nothing else."""
         self.signal = signal.Signals(number).name
 
     def barrier(self):

@@ -33,7 +33,7 @@ def draw_study(path):
     """
     file = ResultFile.open(path)
     with plt.rc_context(STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained")
+        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.2), layout="constrained")
         if file.config.pattern_deviation is None:
             _draw_band(left, file)
             _draw_amplifications(right, file)
@@ -86,12 +86,13 @@ def _draw_band(axes, file):
         axes.plot(speeds[known], band[1], color=BLUE, label=f"{label[:-1]} 50")
     _draw_tuned(axes, file, "amplitude_m", 1e3)
     axes.set_ylabel("blade-tip amplitude [mm]")
-    axes.legend()
+    axes.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
 
 
 def _draw_amplifications(axes, file):
     """Percentiles of both amplifications against the mistuning level."""
     half_range, status = 100 * file.read("half_range"), file.status()
+    axes.axhline(1.0, color="0.6", lw=1)
     percentiles = file.config.convergence.percentiles
     markers = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
     for name, label, colour, line in (
@@ -108,11 +109,10 @@ def _draw_amplifications(axes, file):
                 half_range[known], curve, line, color=colour, marker=markers[p % len(markers)],
                 label=f"{label}, percentile {percentiles[p]:g}",
             )  # fmt: skip
-    axes.axhline(1.0, color="0.6", lw=1)
     axes.set_xlabel("mistuning: half range of blade stiffness [± %]")
     axes.set_ylabel("amplification [-]")
     counts = (status == DONE).sum(axis=1)
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
     axes.set_title(f"Amplification, {each} samples per level")
-    axes.margins(y=0.15)
-    axes.legend(fontsize=10, ncols=2)
+    axes.set_xticks(half_range, [f"{level:.3g}" for level in half_range])
+    axes.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))

@@ -16,7 +16,7 @@ from hpcrub.layout import DIVERGED, DONE, FAILED, NOT_STEADY, PENDING
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles
 ROWS = 1000  # samples read at once
-WIDTH = 100  # of the tables, at least
+WIDTH = 106  # of the tables, at least
 
 # Joachim, Nyssen, Batailly (2020): table 2 [GPa], section 5 and figure 9
 TABLE_2 = (207.01, 206.27, 206.95, 216.83, 208.09, 214.21)
@@ -31,7 +31,7 @@ PAPER = {
 def console():
     """Where everything meant for people goes."""
     watched = on_terminal()
-    out = Console(force_terminal=watched, highlight=False)
+    out = Console(force_terminal=watched, highlight=False, markup=False, emoji=False)
     out.width = max(out.width, WIDTH)
     return out
 
@@ -63,6 +63,10 @@ class Progress:
         self.already = self.done = 0
         self.total = 0
 
+    def say(self, text):
+        """Print a line."""
+        self.console.print(text, soft_wrap=True)
+
     def tuned(self, n_done, n_total):
         """n_done of n_total speeds of the tuned disk are done."""
         self._show("tuned disk", n_done, n_total, "angular speeds", final=n_done == n_total)
@@ -74,13 +78,13 @@ class Progress:
         self.already = self.done = int(np.count_nonzero(status != PENDING))
         self.total = status.size
         if self.already:
-            self.console.print(f"{self.already} of {self.total} samples are already there")
+            self.say(f"{self.already} of {self.total} samples are already there")
 
     def sample(self, level, sample, outcome, amplification):
         """One sample is finished; amplification (V, n) with NaN for the others."""
         self.done += 1
         if outcome.status == FAILED:
-            self.console.print(f"level {level}, sample {sample} failed: {outcome.message}")
+            self.say(f"level {level}, sample {sample} failed: {outcome.message}")
         final = self.done == self.total
         if final or time.monotonic() - self.shown > self._interval():
             self._show("samples", self.done, self.total, self._text(amplification), final)
@@ -112,7 +116,7 @@ class Progress:
         self.shown = time.monotonic()
         if not self.bar:
             if final or what == "samples":
-                self.console.print(f"{what}: {n_done} of {n_total}, {text}", soft_wrap=True)
+                self.say(f"{what}: {n_done} of {n_total}, {text}")
             return
         if self.task is None:
             self.task = self.bar.add_task(what, total=n_total, text=text)
@@ -190,8 +194,8 @@ def point_shares(file, level):
 
 
 def _percentile_text(values, percentiles):
-    if not len(values):
-        return "-"
+    if len(values) < 2:
+        return f"{values[0]:.3f}" if len(values) else "-"
     return "/".join(f"{p:.3f}" for p in np.percentile(values, percentiles))
 
 
@@ -205,10 +209,10 @@ def pattern_table(file):
     """Peaks of the tuned disk and of an explicit pattern, beside the paper's for its own."""
     moduli = file.config.mistuning.pattern_gpa
     is_paper = file.config.casing.n_bumps == 4 and moduli in (TABLE_2, TABLE_2[::-1])
-    table = Table(box=box.SIMPLE_HEAD, title="Peaks over the speeds")
-    headings = ["amplitude [mm]", "speed [Hz]", "localisation [%]"]
-    for heading in ["", *headings, *(f"paper: {h}" for h in headings if is_paper)]:
-        table.add_column(heading, justify="right" if heading else "left")
+    table = Table(box=box.SIMPLE_HEAD, title="Amplitude, speed, localisation factor")
+    units = ["[mm]", "[Hz]", "LF [%]"]
+    for heading in ["", *units, *(f"paper {unit}" for unit in units if is_paper)]:
+        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, values in pattern_rows(file).items():
         row = [f"{values[0] * 1e3:.1f}", f"{values[1]:.2f}", f"{values[2] * 100:.1f}"]
         table.add_row(name, *row, *(PAPER[name] if is_paper else ()))

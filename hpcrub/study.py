@@ -113,32 +113,54 @@ class Study:
         self.n_steps, self.seconds = 0, 0.0  # in the contact sweeps of this run, all ranks (rank 0)
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
-        self.status = self.amplification = None  # (V, n), (2, V, n) on rank 0
+        self.status = self.amplification = self.tasks = None  # (V, n), (2, V, n), (T,) on rank 0
 
     def run(self):
         """Compute what is missing and write it, with the statistics of what is there.
 
         Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
         """
+        tuned, n_pending = self.team.on_root(self._take_stock)
+        if tuned is None or n_pending:
+            self.team.on_root(self._warm_up)  # the other ranks then find it compiled
         try:
-            self._tuned_disk()
-            pending = self._pending() if self.team.rank == 0 else ()
-            self.team.run_tasks(pending, self._compute, self._collect)
+            tuned = tuned or self._compute_tuned()
+            self.tuned_peak = tuned["peak_amplitude_m"]
+            self.tuned_linear = tuned["linear_amplitude_m"]
+            if not self.tuned_peak > 0.0:
+                self.team.on_root(lambda: _no_reference(self.tuned_peak))
+            if self.progress:
+                self.progress.start(self.status)
+            tasks = map(int, self.tasks) if self.team.rank == 0 else ()
+            self.team.run_tasks(tasks, self._compute, self._collect)
         except Interrupted:
             self.team.on_root(self._write_statistics)
             raise
         self.team.on_root(self._write_statistics)
 
-    # the tuned disk
+    def _take_stock(self):
+        """Take up the results that are there (rank 0).
 
-    def _tuned_disk(self):
-        """Peaks of the tuned disk: from the file, or computed with the speeds shared out."""
-        tuned = self.team.on_root(self.file.tuned)
-        if tuned is None:
-            tuned = self._compute_tuned()
-        self.tuned_peak, self.tuned_linear = tuned["peak_amplitude_m"], tuned["linear_amplitude_m"]
-        if not self.tuned_peak > 0.0:
-            self.team.on_root(lambda: _no_reference(self.tuned_peak))
+        Returns the tuned disk's, None when missing, and the number of samples to compute.
+        """
+        self.status = self.file.status()
+        names = "samples/amplification", "samples/linear_amplification"
+        known = [self.file.read(name) for name in names]
+        self.amplification = np.where(self.status == DONE, known, np.nan)
+        sample, level = np.nonzero(self.status.T == PENDING)
+        self.tasks = sample * self.shape[0] + level
+        if self._is_enough():
+            self.tasks = self.tasks[:0]
+        return self.file.tuned(), len(self.tasks)
+
+    def _warm_up(self):
+        """Compile what will be needed; statistics too, as a stop leaves little time for them."""
+        if self.progress:
+            self.progress.say("loading the kernel (on first use it is compiled: half a minute)")
+        sweep.warm_up()
+        running_percentiles(np.ones(1), [50.0], 1, 1.0)
+
+    # the tuned disk
 
     def _compute_tuned(self):
         modes = self.team.on_root(lambda: self._modes(np.zeros(self.config.disk.n_blades)))
@@ -170,20 +192,6 @@ class Study:
         return values
 
     # samples
-
-    def _pending(self):
-        """Tasks still to do, in order (rank 0); takes up the results that are there."""
-        self.status = self.file.status()
-        known = [
-            self.file.read(f"samples/{name}") for name in ("amplification", "linear_amplification")
-        ]
-        self.amplification = np.where(self.status == DONE, known, np.nan)
-        if self.progress:
-            self.progress.start(self.status)
-        if self._is_enough():
-            return ()
-        sample, level = np.nonzero(self.status.T == PENDING)
-        return map(int, sample * self.shape[0] + level)
 
     def _compute(self, task, poll):
         """Compute and write one sample; returns its Outcome."""
@@ -292,8 +300,6 @@ class Study:
         A study that stops when it has converged has some samples more, depending on the ranks;
         its statistics end where it converged.
         """
-        if self.status is None:  # interrupted before the first sample
-            return
         length = None
         if self.config.convergence.stop_when_converged:
             length = self._converged_at(self._running("contact"))
