@@ -132,12 +132,18 @@ def _git_revision():
 
 
 def _create_dataset(file, line, length):
-    plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    plist.set_layout(h5py.h5d.CONTIGUOUS)
-    plist.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    fill = np.nan if line.dtype == "f8" else 0
+    """Create one dataset, contiguous and allocated now; h5py's own call ignores that for scalars."""
+    dtype = np.dtype(line.dtype)
+    creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    creation.set_layout(h5py.h5d.CONTIGUOUS)
+    creation.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    creation.set_fill_value(np.array(np.nan if dtype.kind == "f" else 0, dtype))
     shape = tuple(length[d] for d in line.dimensions)
-    dataset = file.create_dataset(line.name, shape, line.dtype, fillvalue=fill, dcpl=plist)
+    space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
+    links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
+    links.set_create_intermediate_group(True)
+    name, kind = line.name.encode(), h5py.h5t.py_create(dtype)
+    dataset = h5py.Dataset(h5py.h5d.create(file.id, name, kind, space, creation, lcpl=links))
     dataset.attrs["units"] = line.units
     dataset.attrs["description"] = line.description
     for axis, dimension in enumerate(line.dimensions):
