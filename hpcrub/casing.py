@@ -16,7 +16,7 @@ def bump_height(phi, n_bumps, height):
     Returns:
         Height above the undeformed casing [m], same shape as ``phi``.
 
-    Source: Joachim, Nyssen, Batailly (2020), equation (1), with the sign of an inward bump positive.
+    Source: Joachim, Nyssen, Batailly (2020), equation (1), inward counted positive.
     """
     pitch = 2.0 * np.pi / n_bumps
     nearest = phi - pitch * np.round(phi / pitch)

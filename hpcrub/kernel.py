@@ -34,7 +34,6 @@ from hpcrub.lanes import (
     tile_dot,
     tile_gather,
     tile_largest,
-    tile_load,
     tile_splat,
     tile_store,
 )
@@ -50,7 +49,7 @@ FEW_CONTACTS = (0,) * 4
 SOME_CONTACTS = (0,) * 8
 MANY_CONTACTS = (0,) * 12
 MAX_SWEEPS = 500  # of the multiplier solver; five or so are usual
-TOLERANCE = 1e-14  # of the multipliers, relative to the largest penetration
+TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
 class Scheme(NamedTuple):
@@ -207,15 +206,16 @@ def solve(lanes, contact, state, deepest, n_active):
 
 
 @compiled
-def observe(lanes, first, scheme, state, record, row, block):
-    """Tangential displacements of the TILE points from ``first`` on (record is modified)."""
-    tips = tile_splat(TIPS, splat(lanes, 0.0))
-    for k in range(state.position.shape[0]):
-        tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
-    tile_store(record.history, row + first, tips)
+def observe(lanes, scheme, state, record, row, block):
+    """Tangential displacements of all contact points (record is modified)."""
     n_points = state.penetration.shape[0]
-    for i in range(first, first + TILE):
-        u = load(lanes, record.history, row + i)
+    for first in range(0, n_points, TILE):
+        tips = tile_splat(TIPS, splat(lanes, 0.0))
+        for k in range(state.position.shape[0]):
+            tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
+        tile_store(record.history, row * n_points + first, tips)
+    for i in range(n_points):
+        u = load(lanes, record.history, row * n_points + i)
         size = larger(u, splat(lanes, 0.0) - u)
         at = block * n_points + i
         store(record.peak, at, larger(size, load(lanes, record.peak, at)))
@@ -223,7 +223,7 @@ def observe(lanes, first, scheme, state, record, row, block):
 
 @compiled
 def grow(scheme, state):
-    """Growth factor of the bumps at the step to come (state is modified); False once all is grown."""
+    """Growth factor of the bumps at the coming step (state is modified); False once all is 1."""
     growing = False
     for lane in range(scheme.step.shape[0]):
         t = (state.n_steps[lane] + 1) * scheme.step[lane]
@@ -251,6 +251,26 @@ def apply_and_predict(lanes, scheme, state, step, n_active):
     return deepest
 
 
+@compiled(inline=True)
+def advance(lanes, scheme, contact, state, polar, step, n_active):
+    """Predictor and multipliers of one step (state is modified); returns the active points.
+
+    ``n_active`` points are still to be corrected for the step before.
+    """
+    deepest = apply_and_predict(lanes, scheme, state, step, n_active)
+    if polar.enabled:
+        deepest = displaced_depths(lanes, scheme, state, polar, step)
+    if not any_lane(below(splat(lanes, 0.0), deepest)):
+        return 0
+    n_active = candidates(lanes, contact, state, deepest)
+    if polar.enabled:
+        displaced_delassus(lanes, contact, state, polar, n_active)
+    solve(lanes, contact, state, deepest, n_active)
+    if polar.enabled:
+        n_active = displaced_forces(lanes, state, polar, n_active)
+    return n_active
+
+
 @compiled
 def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
     """Advance every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
@@ -260,35 +280,21 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
     """
     n_points = state.penetration.shape[0]
     n_steps = scheme.bump.shape[0]
-    ring = record.peak.shape[0] // n_points
-    n_records = n_steps // stride
     n_active = 0
     growing = True
     for b in range(n_blocks):
-        place = (block + b) % ring
+        place = (block + b) % (record.peak.shape[0] // n_points)
         if block >= 0:
-            for i in range(n_points):
-                store(record.peak, place * n_points + i, splat(lanes, 0.0))
+            record.peak[place * n_points : (place + 1) * n_points] = 0.0
         for step in range(n_steps):
             if growing:
                 growing = grow(scheme, state)
             for lane in range(len(lanes)):
                 state.n_steps[lane] += 1
-            deepest = apply_and_predict(lanes, scheme, state, step, n_active)
-            n_active = 0
-            if polar.enabled:
-                deepest = displaced_depths(lanes, scheme, state, polar, step)
-            if any_lane(below(splat(lanes, 0.0), deepest)):
-                n_active = candidates(lanes, contact, state, deepest)
-                if polar.enabled:
-                    displaced_delassus(lanes, contact, state, polar, n_active)
-                solve(lanes, contact, state, deepest, n_active)
-                if polar.enabled:
-                    n_active = displaced_forces(lanes, state, polar, n_active)
+            n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
             if block >= 0 and (step + 1) % stride == 0:
                 correct(lanes, scheme, state, n_active)
                 n_active = 0
-                row = (place * n_records + step // stride) * n_points
-                for first in range(0, n_points, TILE):
-                    observe(lanes, first, scheme, state, record, row, place)
+                row = place * (n_steps // stride) + step // stride
+                observe(lanes, scheme, state, record, row, place)
     correct(lanes, scheme, state, n_active)

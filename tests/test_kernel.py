@@ -27,16 +27,21 @@ REVOLUTION = 1500  # steps
 
 
 def scene_of(reduced, **changes):
-    defaults = dict(
-        contact_angle=reduced.contact_angle, contact_radius=reduced.contact_radius,
-        damping_ratio=0.005, n_bumps=4, bump_height=1.25e-3, clearance=0.25e-3, growth_time=0.01,
-        friction=0.15,
-    )
+    defaults = {
+        "contact_angle": reduced.contact_angle,
+        "contact_radius": reduced.contact_radius,
+        "damping_ratio": 0.005,
+        "n_bumps": 4,
+        "bump_height": 1.25e-3,
+        "clearance": 0.25e-3,
+        "growth_time": 0.01,
+        "friction": 0.15,
+    }
     return Scene(**{**defaults, **changes})
 
 
 def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
-    """Histories u_t (steps, n_c, lanes) of some blocks, every step recorded, and the final state."""
+    """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
     grid = Grid(revolution, scene.n_bumps, 1)
     bank = scheme.allocate(modes, scene, grid, width)
     for lane in range(width):
@@ -48,8 +53,9 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
         aligned_zeros((n_blocks * n_steps * n_points, width)),
         aligned_zeros((n_blocks * n_points, width)),
     )
-    kernel.march((0,) * width, bank.scheme, bank.contact, bank.state, record, bank.polar,
-                 n_blocks, 0, 1)
+    kernel.march(
+        (0,) * width, bank.scheme, bank.contact, bank.state, record, bank.polar, n_blocks, 0, 1
+    )
     history = record.history.reshape(n_blocks * n_steps, n_points, width)
     return history[:, : len(modes.radial), : len(speeds)], bank
 
@@ -103,7 +109,8 @@ def reduced():
 
 @pytest.fixture(scope="module")
 def mistuned(reduced):
-    return mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)[[3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]])
+    order = [3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]
+    return mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)[order])
 
 
 def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
@@ -111,7 +118,8 @@ def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
     history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=4)
     for lane, speed in enumerate(SPEEDS):
         tips, contacts = textbook(reduced, mistuned, scene, speed, len(history))
-        assert contacts.any(axis=0).sum() >= 4 and contacts.sum(axis=1).max() >= 3
+        assert contacts.any(axis=0).sum() >= 4
+        assert contacts.sum(axis=1).max() >= 3
         assert np.abs(history[:, :, lane] - tips).max() < 1e-9 * np.abs(tips).max()
 
 
@@ -133,8 +141,9 @@ np.save({out!r}, history)
 def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics):
     out = tmp_path / "twin.npy"
     code = TWIN.format(tests=str(Path(__file__).parent), out=str(out), kinematics=kinematics)
-    subprocess.run([sys.executable, "-c", code], check=True,
-                   env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    subprocess.run(
+        [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    )
     scene = scene_of(reduced, kinematics=kinematics)
     modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
     history, _ = march(modes, scene, SPEEDS, 1, 4, 1200)
@@ -228,8 +237,10 @@ def test_central_differences_are_of_second_order():
 
 def test_both_schemes_meet_at_small_steps():
     modes, scene, _ = one_mode(5.0, 0.02)
-    small = [scheme.coefficients(name, modes.omega, 0.02, 1e-7)
-             for name in ("central_difference", "exact_modal")]
+    small = [
+        scheme.coefficients(name, modes.omega, 0.02, 1e-7)
+        for name in ("central_difference", "exact_modal")
+    ]
     for a, b in zip(*small, strict=True):
         assert abs(a - b) <= 1e-12 * abs(a)
 
@@ -237,7 +248,8 @@ def test_both_schemes_meet_at_small_steps():
 def test_a_rigid_body_mode_has_finite_coefficients():
     for name in ("central_difference", "exact_modal"):
         keep, pull, push = scheme.coefficients(name, np.zeros(1), 0.01, 1e-5)
-        assert (keep[0], pull[0]) == (1.0, 0.0) and abs(push[0] / 1e-10 - 1.0) < 1e-12
+        assert (keep[0], pull[0]) == (1.0, 0.0)
+        assert abs(push[0] / 1e-10 - 1.0) < 1e-12
 
 
 def test_more_contact_points_than_one_tile(reduced):
@@ -248,7 +260,7 @@ def test_more_contact_points_than_one_tile(reduced):
     many = Modes(np.full(n, omega), eye, 0.3 * eye, eye)
     angles = np.zeros(n)
     angles[-1] = np.pi
-    one_scene = scene._replace(contact_angle=np.zeros(1), bump_height=2e-3, clearance=1e-3, friction=0.2)
+    one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
     one = modes._replace(tangential=0.3 * modes.tangential)
     history, _ = march(many, one_scene._replace(contact_angle=angles), [20.0], 1, 2, 4000)
     alone, _ = march(one, one_scene, [20.0], 1, 2, 4000)

@@ -1,4 +1,4 @@
-"""Steady-state detection and localisation on made-up signals (paper, section 3.1, equations 8–10)."""
+"""Steady state and localisation on made-up signals (paper, section 3.1, equations 8–10)."""
 
 import numpy as np
 import pytest

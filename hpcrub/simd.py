@@ -1,0 +1,265 @@
+"""LLVM vector instructions behind ``lanes.py``: types and emitters, nothing else.
+
+Each emitter is the compiled body of the plain-Python function of the same name in ``lanes.py``.
+"""
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.extending import intrinsic, models, register_model
+
+DOUBLE = ir.DoubleType()
+INDEX = ir.IntType(64)
+
+
+class LaneVector(types.Type):
+    """Numba type of one vector of doubles, a double per lane."""
+
+    def __init__(self, width):
+        self.width = width
+        super().__init__(name=f"LaneVector({width})")
+
+
+class LaneMask(types.Type):
+    """Numba type of one truth value per lane."""
+
+    def __init__(self, width):
+        self.width = width
+        super().__init__(name=f"LaneMask({width})")
+
+
+@register_model(LaneVector)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager, fe_type):
+        super().__init__(manager, fe_type, ir.VectorType(DOUBLE, fe_type.width))
+
+
+@register_model(LaneMask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager, fe_type):
+        super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+
+
+def _vector(fe_type):
+    return ir.VectorType(DOUBLE, fe_type.width)
+
+
+def _is_lane_array(fe_type):
+    return isinstance(fe_type, types.Array) and fe_type.ndim == 2 and fe_type.layout == "C"
+
+
+def _address(context, builder, fe_type, array, row, column, pointee):
+    """Pointer to array[row, column]; rows are as long as the array's second dimension."""
+    struct = context.make_array(fe_type)(context, builder, array)
+    n_columns = builder.extract_value(struct.shape, 1)
+    offset = builder.add(builder.mul(row, n_columns), column)
+    return builder.bitcast(builder.gep(struct.data, [offset]), pointee.as_pointer())
+
+
+def _broadcast(builder, scalar, width):
+    one = builder.insert_element(
+        ir.Constant(ir.VectorType(DOUBLE, width), ir.Undefined),
+        scalar,
+        ir.Constant(ir.IntType(32), 0),
+    )
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), None)
+    return builder.shuffle_vector(one, one, zeros)
+
+
+def _fmuladd(builder, a, b, c):
+    # llvm.fmuladd, not llvm.fma: on a machine without the instruction that one is a library call
+    function = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.v{a.type.count}f64"
+    )
+    return builder.call(function, [a, b, c])
+
+
+def _scalar_at(context, builder, fe_type, array, row, column, i):
+    """matrix[row, column + i]"""
+    column = builder.add(column, ir.Constant(INDEX, i))
+    return builder.load(_address(context, builder, fe_type, array, row, column, DOUBLE), align=8)
+
+
+@intrinsic
+def splat(typing, lanes, x):
+    out = LaneVector(len(lanes))
+
+    def code(context, builder, signature, args):
+        return _broadcast(builder, args[1], out.width)
+
+    return out(lanes, types.float64), code
+
+
+@intrinsic
+def load(typing, lanes, array, row):
+    out = LaneVector(len(lanes))
+
+    def code(context, builder, signature, args):
+        zero = ir.Constant(INDEX, 0)
+        at = _address(context, builder, array, args[1], args[2], zero, _vector(out))
+        return builder.load(at, align=8)
+
+    return out(lanes, array, types.intp), code
+
+
+@intrinsic
+def store(typing, array, row, vector):
+    def code(context, builder, signature, args):
+        zero = ir.Constant(INDEX, 0)
+        at = _address(context, builder, array, args[0], args[1], zero, _vector(vector))
+        builder.store(args[2], at, align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, vector), code
+
+
+def _arithmetic(emit):
+    """An intrinsic of lane vectors whose instruction is ``emit(builder, *args)``."""
+
+    @intrinsic
+    def binary(typing, a, b):
+        return a(a, b), lambda context, builder, signature, args: emit(builder, *args)
+
+    return binary
+
+
+def _max(builder, a, b):
+    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+
+add = _arithmetic(lambda builder, a, b: builder.fadd(a, b))
+sub = _arithmetic(lambda builder, a, b: builder.fsub(a, b))
+mul = _arithmetic(lambda builder, a, b: builder.fmul(a, b))
+larger = _arithmetic(_max)
+
+
+@intrinsic
+def fma(typing, a, b, c):
+    return a(a, b, c), lambda context, builder, signature, args: _fmuladd(builder, *args)
+
+
+@intrinsic
+def positive_part(typing, a):
+    def code(context, builder, signature, args):
+        return _max(builder, args[0], ir.Constant(args[0].type, None))
+
+    return a(a), code
+
+
+@intrinsic
+def below(typing, a, b):
+    def code(context, builder, signature, args):
+        return builder.fcmp_ordered("<", *args)
+
+    return LaneMask(a.width)(a, b), code
+
+
+@intrinsic
+def select(typing, mask, a, b):
+    return a(mask, a, b), lambda context, builder, signature, args: builder.select(*args)
+
+
+@intrinsic
+def any_lane(typing, mask):
+    def code(context, builder, signature, args):
+        bits = builder.bitcast(args[0], ir.IntType(mask.width))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+    return types.boolean(mask), code
+
+
+@intrinsic
+def tile_splat(typing, tile, vector):
+    out = types.UniTuple(vector, len(tile))
+
+    def code(context, builder, signature, args):
+        return cgutils.pack_array(builder, [args[1]] * out.count)
+
+    return out(tile, vector), code
+
+
+def _load_row(context, builder, fe_type, array, row, width):
+    pointee = ir.VectorType(DOUBLE, width)
+    at = _address(context, builder, fe_type, array, row, ir.Constant(INDEX, 0), pointee)
+    return builder.load(at, align=8)
+
+
+@intrinsic
+def tile_gather(typing, lanes, array, rows):
+    out = types.UniTuple(LaneVector(len(lanes)), len(rows))
+
+    def code(context, builder, signature, args):
+        return cgutils.pack_array(
+            builder,
+            [
+                _load_row(context, builder, array, args[1], row, len(lanes))
+                for row in cgutils.unpack_tuple(builder, args[2])
+            ],
+            ty=_vector(out.dtype),
+        )
+
+    return out(lanes, array, rows), code
+
+
+@intrinsic
+def tile_store(typing, array, row, tile):
+    def code(context, builder, signature, args):
+        zero = ir.Constant(INDEX, 0)
+        for i in range(len(tile)):
+            row_i = builder.add(args[1], ir.Constant(INDEX, i))
+            at = _address(context, builder, array, args[0], row_i, zero, _vector(tile.dtype))
+            builder.store(builder.extract_value(args[2], i), at, align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, tile), code
+
+
+@intrinsic
+def tile_add(typing, tile, matrix, row, column, vector):
+    def code(context, builder, signature, args):
+        value = args[0]
+        for i in range(len(tile)):
+            scalar = _scalar_at(context, builder, matrix, args[1], args[2], args[3], i)
+            factor = _broadcast(builder, scalar, vector.width)
+            member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
+            value = builder.insert_value(value, member, i)
+        return value
+
+    return tile(tile, matrix, types.intp, types.intp, vector), code
+
+
+@intrinsic
+def tile_dot(typing, matrix, row, columns, tile, total):
+    def code(context, builder, signature, args):
+        result = args[4]
+        members = cgutils.unpack_tuple(builder, args[3])
+        for column, member in zip(cgutils.unpack_tuple(builder, args[2]), members, strict=True):
+            scalar = _scalar_at(context, builder, matrix, args[0], args[1], column, 0)
+            factor = _broadcast(builder, scalar, total.width)
+            result = _fmuladd(builder, factor, member, result)
+        return result
+
+    return total(matrix, types.intp, columns, tile, total), code
+
+
+@intrinsic
+def tile_largest(typing, tile):
+    def code(context, builder, signature, args):
+        result, *others = cgutils.unpack_tuple(builder, args[0])
+        for member in others:
+            result = _max(builder, member, result)
+        return result
+
+    return tile.dtype(tile), code
+
+
+@intrinsic
+def indices(typing, tile, array, first):
+    out = types.UniTuple(types.intp, len(tile))
+
+    def code(context, builder, signature, args):
+        struct = context.make_array(array)(context, builder, args[1])
+        at = [builder.add(args[2], ir.Constant(INDEX, i)) for i in range(out.count)]
+        members = [builder.load(builder.gep(struct.data, [i])) for i in at]
+        return cgutils.pack_array(builder, members, ty=INDEX)
+
+    return out(tile, array, types.intp), code
