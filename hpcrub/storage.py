@@ -132,7 +132,7 @@ def _git_revision():
 
 
 def _create_dataset(file, line, length):
-    """Create one dataset, contiguous and allocated now; h5py's own call ignores that for scalars."""
+    """Create one dataset, allocated now; h5py's own call does not do that for scalars."""
     dtype = np.dtype(line.dtype)
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     creation.set_layout(h5py.h5d.CONTIGUOUS)

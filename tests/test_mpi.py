@@ -1,0 +1,265 @@
+"""The same bits on any number of ranks, after any interruption; one error line; no hang."""
+
+import os
+import signal
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+from conftest import ROOT, TINY, datasets, error_lines, run, start
+
+pytestmark = pytest.mark.mpi
+
+STUDY = TINY.replace("samples: 2", "samples: 8").replace("2e-5", "5e-6")
+WAIT = 60.0  # [s] for anything to happen
+
+DRIVER = """\
+import os, signal, sys, time
+from hpcrub import parallel
+from hpcrub.errors import InputError
+
+def program(team):
+    def compute(task, poll):
+        for _ in range(3):
+            time.sleep(0.002)
+            poll()
+        if "task" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            raise ZeroDivisionError("one rank only")
+        if "known" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            raise InputError("one rank only")
+        if "signal" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return team.rank, task
+    def some_fail():
+        if "together" in sys.argv and team.rank > 0:
+            raise InputError(f"rank {team.rank} cannot")
+        return team.rank
+    assert team.together(some_fail) == team.rank
+    assert team.on_root(lambda: team.rank) == 0
+    for n_tasks in (0, 1, 40, 2):  # one after the other, fewer than ranks included
+        results = {}
+        def collect(task, result):
+            results[task] = result
+            return "enough" in sys.argv and len(results) == 10
+        team.run_tasks(range(n_tasks), compute, collect)
+        if team.rank == 0 and "enough" not in sys.argv:
+            assert sorted(results) == list(range(n_tasks))
+            assert all(task == echo for task, (_, echo) in results.items())
+            if n_tasks == 40:
+                print("ranks at work:", len({rank for rank, _ in results.values()}))
+        elif team.rank == 0 and n_tasks == 40:
+            assert 10 <= len(results) <= 10 + team.size
+    return 0
+
+sys.exit(parallel.run(program))
+"""
+
+BAD_INPUTS = """\
+import os, sys
+from hpcrub import cli, parallel
+
+inputs = {
+    "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
+    "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
+    "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
+    "step above the limit": ["tiny.yaml", "--set", "time.step_s=1e-4"],
+    "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
+    "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
+    "missing file": ["nowhere.yaml"],
+    "not YAML": ["broken.yaml"],
+    "output folder is a file": ["tiny.yaml", "--output", "tiny.yaml/x.h5"],
+    "other configuration": ["tiny.yaml", "--resume", "--set", "casing.n_bumps=3"],
+    "existing output": ["tiny.yaml"],
+    "not a result": ["tiny.yaml", "--output", "broken.yaml", "--resume"],
+    "unknown option": ["tiny.yaml", "--nonsense"],
+}
+
+def program(team):
+    for name, arguments in inputs.items():
+        team.barrier()
+        if team.rank == 0:
+            print(f"== {name}", file=sys.stderr, flush=True)
+        codes = team.gather(cli.main(arguments))
+        if team.rank == 0:
+            print("codes", *codes, file=sys.stderr, flush=True)
+    return 0
+
+sys.exit(parallel.run(program))
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Folder with an input, and the bits of its results on one rank without mpirun."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.yaml").write_text(STUDY)
+    code, out, err = run(0, "study.yaml", "--output", "serial.h5", folder=folder)
+    assert code == 0, out + err
+    return folder, datasets(folder / "serial.h5")
+
+
+@pytest.fixture
+def driver(tmp_path):
+    path = tmp_path / "driver.py"
+    path.write_text(DRIVER)
+    return path
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_same_bits_on_any_number_of_ranks(study, ranks):
+    folder, expected = study
+    code, out, err = run(ranks, "study.yaml", "--output", f"{ranks}.h5", folder=folder)
+    assert code == 0, out + err
+    assert err == ""
+    assert datasets(folder / f"{ranks}.h5") == expected
+    assert (folder / f"{ranks}.png").exists()
+    assert not (folder / f"{ranks}.h5.lock").exists()
+
+
+def test_more_ranks_than_samples(study):
+    folder, _ = study
+    single = ["--set", "mistuning.samples=1", "--set", "mistuning.half_range_percent=[4]"]
+    for ranks in (0, 3):
+        code, out, err = run(
+            ranks, "study.yaml", "--output", f"s{ranks}.h5", *single, folder=folder
+        )
+        assert code == 0, out + err
+    assert datasets(folder / "s0.h5") == datasets(folder / "s3.h5")
+
+
+def wait_for_samples(process, path, n_wanted):
+    """Wait until so many samples are in the file of a running program."""
+    deadline = time.monotonic() + WAIT
+    while time.monotonic() < deadline and process.poll() is None:
+        if path.exists():
+            with h5py.File(path, "r", locking=False) as file:
+                if np.count_nonzero(file["samples/status"][()]) >= n_wanted:
+                    return
+        time.sleep(0.02)
+    process.kill()
+    pytest.fail("".join(process.communicate()))
+
+
+def children(pid):
+    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+        return [int(child) for child in file.read().split()]
+
+
+@pytest.mark.parametrize(
+    ("ranks", "number", "resumed_on"),
+    [(2, signal.SIGTERM, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGINT, 2)],
+)
+def test_stopped_and_resumed_gives_the_same_bits(study, ranks, number, resumed_on):
+    """mpirun passes SIGUSR1 on to its ranks; at SIGTERM it ends them and returns 1 by itself."""
+    folder, expected = study
+    arguments = ["study.yaml", "--output", f"{number.name}.h5"]
+    path = folder / arguments[-1]
+    process = start(ranks, ROOT / "main.py", *arguments, folder=folder)
+    wait_for_samples(process, path, 3)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=WAIT)
+    assert process.returncode == (1 if number == signal.SIGTERM else 75), out + err
+    (line,) = error_lines(err)
+    assert line.startswith(f"hpcrub: stopped: {number.name}")
+    assert "--resume" in line
+    with h5py.File(path) as file:
+        n_done = np.count_nonzero(file["samples/status"][()])
+        assert f"{n_done} of 16 samples" in line
+        assert 3 <= n_done < 16
+        n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
+        assert n_blocks >= 2  # the statistics of what is there
+    code, out, err = run(resumed_on, *arguments, "--resume", folder=folder)
+    assert code == 0, out + err
+    assert "of 16 samples are already there" in out
+    assert datasets(path) == expected
+
+
+def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
+    code, _, err = run(3, "signal", 2, folder=tmp_path, script=driver, timeout=30)
+    assert code == 75
+    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
+def test_killed_and_resumed_gives_the_same_bits(study):
+    folder, expected = study
+    process = start(2, ROOT / "main.py", "study.yaml", "--output", "killed.h5", folder=folder)
+    wait_for_samples(process, folder / "killed.h5", 3)
+    for rank in children(process.pid):
+        os.kill(rank, signal.SIGKILL)
+    process.communicate(timeout=WAIT)
+    assert process.returncode != 0
+    code, out, err = run(3, "study.yaml", "--output", "killed.h5", "--resume", folder=folder)
+    assert code == 0, out + err
+    assert datasets(folder / "killed.h5") == expected
+
+
+@pytest.mark.parametrize("mode", ["all", "enough"])
+def test_tasks_are_all_done_once(driver, tmp_path, mode):
+    code, out, err = run(3, mode, folder=tmp_path, script=driver)
+    assert (code, err) == (0, "")
+    assert "ranks at work: 3" in out or mode == "enough"
+
+
+@pytest.mark.parametrize("rank", [0, 2])
+def test_a_rank_that_raises_aborts_the_job(driver, tmp_path, rank):
+    code, _, err = run(3, "task", rank, folder=tmp_path, script=driver, timeout=30)
+    assert code == 1
+    assert "ZeroDivisionError: one rank only" in err
+
+
+def test_a_known_error_of_one_rank_is_one_line_and_its_code(driver, tmp_path):
+    code, _, err = run(3, "known", 1, folder=tmp_path, script=driver, timeout=30)
+    assert code == 2
+    assert error_lines(err) == ["hpcrub: error: one rank only"]
+    assert "Traceback" not in err
+
+
+def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
+    code, _, err = run(3, "together", folder=tmp_path, script=driver, timeout=30)
+    assert code == 2
+    assert error_lines(err) == ["hpcrub: error: rank 1 cannot"]
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
+    """All in one job, which every rank survives: the next input is tried on the same ranks."""
+    (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
+    (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
+    assert run(0, "tiny.yaml", folder=tmp_path)[0] == 0
+    code, out, err = run(ranks, folder=tmp_path, script="bad_inputs.py")
+    assert code == 0, out + err
+    attempts = err.split("== ")[1:]
+    assert len(attempts) == 13
+    for attempt in attempts:
+        name, line, codes = attempt.strip().split("\n")
+        assert line.startswith("hpcrub: error: "), name
+        assert codes == " ".join(["codes"] + ["2"] * ranks), name
+
+
+def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
+    code, _, err = run(3, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
+    assert code == 2
+    assert len(error_lines(err)) == 1
+
+
+def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
+    """Several ranks that cannot see each other must not each compute, or write, everything."""
+    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")
+    for rank, n_lines in ((0, 1), (1, 0)):
+        monkeypatch.setenv("OMPI_COMM_WORLD_RANK", str(rank))
+        (tmp_path / "main.py").write_text("from hpcrub.cli import main\nraise SystemExit(main())")
+        code, _, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
+        assert code == 2
+        assert len(error_lines(err)) == n_lines
+        assert "mpi4py" in err or rank
+
+
+def test_without_mpi4py_one_rank_works(tiny, tmp_path):
+    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
+    (tmp_path / "main.py").write_text("from hpcrub.cli import main\nraise SystemExit(main())")
+    code, out, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
+    assert code == 0, out + err

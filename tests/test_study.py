@@ -1,0 +1,222 @@
+"""The study on one rank, in this process: what it computes, what it stores, what it refuses."""
+
+import numpy as np
+import pytest
+from conftest import TINY, datasets, error_lines
+
+from hpcrub import cli, config, study, sweep
+from hpcrub.layout import DONE, FAILED
+from hpcrub.parallel import Team
+from hpcrub.reduction import mistuned_modes
+from hpcrub.statistics import running_percentiles
+from hpcrub.storage import ResultFile
+from hpcrub.sweep import SweepResult
+
+
+def main(*arguments):
+    return cli.main([str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_study_from_file_to_figure(tiny, folder, capfd):
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    for text in ("A_nl", "A_lin", "not steady", "diverged", "steps per second and core"):
+        assert text in out
+    assert (folder / "results/tiny.png").stat().st_size > 10_000
+    assert sorted(p.name for p in (folder / "results").iterdir()) == ["tiny.h5", "tiny.png"]
+
+    file = ResultFile.open("results/tiny.h5")
+    assert (file.status() == DONE).all()
+    tuned = file.tuned()
+    peaks = file.read("samples/amplitude_m").max(axis=2)
+    np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
+    amplification = peaks / tuned["peak_amplitude_m"]
+    np.testing.assert_array_equal(file.read("samples/amplification"), amplification)
+    assert np.abs(file.read("samples/deviation")).max(axis=(1, 2)) == pytest.approx(
+        [0.02, 0.04], rel=0.2
+    )
+    for kind, name in (("contact", "amplification"), ("linear", "linear_amplification")):
+        values = file.read(f"samples/{name}")
+        for level in range(2):
+            expected = running_percentiles(values[level], [1, 50, 99], 1, 2.81)
+            for key in ("percentile", "mean_of_percentile", "convergence_error"):
+                stored = file.read(f"statistics/{kind}/{key}", level)
+                np.testing.assert_array_equal(stored, getattr(expected, key))
+    file.close()
+
+    before = datasets("results/tiny.h5")
+    assert main(tiny, "--resume") == 0  # complete: the summary again
+    assert "A_nl" in capfd.readouterr().out
+    assert datasets("results/tiny.h5") == before
+
+
+def test_without_mistuning_nothing_is_amplified(tiny, folder):
+    assert main(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
+    file = ResultFile.open("results/tiny.h5")
+    assert (file.read("samples/amplification") == 1.0).all()  # the same bits
+    assert (file.read("samples/linear_amplification") == 1.0).all()
+    file.close()
+
+
+def test_shared_out_speeds_give_the_bits_of_the_whole_sweep(tiny_config):
+    problem = study.build_problem(tiny_config)
+    modes = mistuned_modes(problem.reduced, np.zeros(12))
+    speeds = np.concatenate([np.linspace(33.5, 35.0, 12), [50.0], np.linspace(60.0, 61.0, 3)])
+    whole = sweep.run_sweep(modes, problem.scene, speeds)
+    for n_ranks in (1, 2, 5):
+        seen = set()
+        for chunk in study.speed_chunks(speeds, n_ranks):
+            part = sweep.run_sweep(modes, problem.scene, speeds[chunk])
+            seen |= set(chunk.tolist())
+            for values, expected in zip(part[:4], whole[:4], strict=True):
+                np.testing.assert_array_equal(values, expected[chunk])
+        assert seen == set(range(len(speeds)))
+
+
+def test_diverged_points_have_no_peak():
+    speeds = np.array([1.0, 2.0, 3.0, 4.0])
+    amplitude = np.array([0.1, 9.0, 0.3, np.nan])
+    none = np.zeros(4)
+    result = SweepResult(amplitude, none, none, np.array([1, 3, 2, 1], np.uint8), 0)
+    assert study.peak(result, speeds) == (0.3, 3.0)
+    result = result._replace(point_status=np.full(4, 3, np.uint8))
+    assert np.isnan(study.peak(result, speeds)).all()
+
+
+@pytest.mark.parametrize("how", ["LinAlgError", "diverged"])
+def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd, how):
+    solve, march = study.mistuned_modes, sweep.run_sweep
+    bad = study.stiffness_deviation(2020, 1, 0, 12, 0.04)
+
+    def broken_solver(reduced, deviation):
+        if how == "LinAlgError" and np.array_equal(deviation, bad):
+            raise np.linalg.LinAlgError("Eigenvalues did not converge")
+        return solve(reduced, deviation)
+
+    def broken_march(modes, scene, speeds_hz, poll=None):
+        result = march(modes, scene, speeds_hz, poll)
+        if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
+            return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
+        return result
+
+    REDUCED = study.build_problem(config.load(tiny)).reduced
+    monkeypatch.setattr(study, "mistuned_modes", broken_solver)
+    monkeypatch.setattr(sweep, "run_sweep", broken_march)
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    assert "level 1, sample 0 failed: " in out
+    assert "1 (+1 failed)" in out
+    file = ResultFile.open("results/tiny.h5")
+    np.testing.assert_array_equal(file.status(), [[DONE, DONE], [FAILED, DONE]])
+    np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
+    percentile = file.read("statistics/contact/percentile", 1)
+    assert np.isnan(percentile[:, 0]).all()
+    np.testing.assert_array_equal(percentile[:, 1], file.read("samples/amplification", (1, 1)))
+    file.close()
+
+
+def test_stops_when_converged_and_stays_so(tiny, folder, capfd, monkeypatch):
+    """With a generous target it stops at the fewest values allowed, and a resume adds none."""
+    few = ["--set", "mistuning.samples=12", "--set", "mistuning.half_range_percent=[4]"]
+    few += ["--set", "convergence.stop_when_converged=true", "--set", "convergence.target_error=1"]
+    monkeypatch.setattr("hpcrub.statistics.MIN_VALUES", 3)
+    assert main(tiny, *few) == 0
+    file = ResultFile.open("results/tiny.h5")
+    np.testing.assert_array_equal(file.status(), [[DONE] * 3 + [0] * 9])
+    known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
+    np.testing.assert_array_equal(known, np.arange(12) < 3)
+    file.close()
+    before = datasets("results/tiny.h5")
+    assert main(tiny, *few, "--resume") == 0
+    assert datasets("results/tiny.h5") == before
+
+
+def test_paper_pattern_is_printed_beside_the_paper(tiny, folder, capfd):
+    pattern = "[211.93, 203.91, 203.28, 212.56, 201.66, 211.64, "
+    pattern += "214.21, 208.09, 216.83, 206.95, 206.27, 207.01]"
+    text = TINY.replace("mistuning: {half_range_percent: [2, 4], samples: 2}\n", "")
+    tiny.write_text(text + f"mistuning: {{pattern_gpa: {pattern}}}\n")
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    assert "58.1" in out
+    assert "67.9" in out
+    file = ResultFile.open("results/tiny.h5")
+    assert file.read("samples/deviation", (0, 0))[0] == pytest.approx(211.93 / 210 - 1)
+    file.close()
+    tiny.write_text(tiny.read_text().replace("211.93", "211.94"))
+    assert main(tiny, "--overwrite") == 0
+    assert "58.1" not in capfd.readouterr().out
+
+
+def test_dry_run_touches_nothing(tiny, folder, capfd):
+    assert main(tiny, "--dry-run") == 0
+    out = capfd.readouterr().out
+    assert "90.1" in out  # first frequency of the reference disk
+    assert "simulations:          15 = (2 levels x 2 samples + tuned) x 3 speeds" in out
+    assert "stability limit" in out
+    assert "estimated run time" in out
+    assert not (folder / "results").exists()
+
+
+def test_existing_output(tiny, folder, capfd):
+    assert main(tiny, "--resume") == 0  # nothing there: it starts
+    assert main(tiny) == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "--resume" in line
+    assert "--overwrite" in line
+    assert main(tiny, "--set", "casing.n_bumps=3", "--resume") == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "casing.n_bumps: 4 in the file, 3 asked for" in line
+    assert main(tiny, "--set", "casing.n_bumps=3", "--overwrite") == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--set", "time.step_s=1e-4"], "time.step_s: 0.0001 is not below"),
+        (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
+        (["--output", "tiny.yaml/result.h5"], "cannot write"),
+        (["--output", "."], "is a folder"),
+        (["--resume", "--overwrite"], "not allowed with"),
+        (["--no-such-option"], "unrecognized arguments"),
+    ],
+)
+def test_bad_input_is_one_line(tiny, folder, capfd, arguments, message):
+    assert main(tiny, *arguments) == 2
+    captured = capfd.readouterr()
+    assert captured.err.count("\n") == 1
+    assert error_lines(captured.err)
+    assert message in captured.err
+    assert not (folder / "results").exists()
+
+
+def test_stability_limit_counts_the_stiffest_sample(tiny_config):
+    tuned = study.build_problem(tiny_config).reduced.tuned_eigenvalues[-1]
+    limit = study.build_problem(tiny_config).stability_limit
+    assert limit == pytest.approx(2 / np.sqrt(1.04 * tuned))
+    exact = tiny_config.time.model_copy(update={"scheme": "exact_modal", "step_s": 2 * limit})
+    study.build_problem(tiny_config.model_copy(update={"time": exact}))  # needs no limit
+
+
+def test_bumps_that_reach_no_blade(tiny, folder, capfd):
+    assert main(tiny, "--set", "casing.bump_height_mm=0.2") == 1
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "bumps never reach the blades" in line
+
+
+def test_version_and_help(capfd):
+    assert main("--version") == 0
+    assert main("--help") == 0
+    assert "--resume" in capfd.readouterr().out
+
+
+def test_a_team_of_one_computes_in_order():
+    done = []
+    Team().run_tasks([3, 1, 2], lambda task, poll: 10 * task, lambda *both: done.append(both))
+    assert done == [(3, 30), (1, 10), (2, 20)]
