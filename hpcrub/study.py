@@ -122,7 +122,8 @@ class Study:
         """
         tuned, n_pending = self.team.on_root(self._take_stock)
         if tuned is None or n_pending:
-            self.team.on_root(self._warm_up)  # the other ranks then find it compiled
+            self.team.on_root(self._warm_up)
+            sweep.warm_up()  # the other ranks find it compiled; now every rank can stop promptly
         try:
             tuned = tuned or self._compute_tuned()
             self.tuned_peak = tuned["peak_amplitude_m"]
