@@ -103,20 +103,20 @@ class Progress:
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
         values = amplification[-1][np.isfinite(amplification[-1])]
-        text = f"{rate:.3g}/s, {left} left"
+        text = f"({rate:.3g}/s, {left} left)"
         if len(values):
             percentiles = self.config.convergence.percentiles
             shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
             names = "/".join(f"{p:g}" for p in percentiles)
             half_range = 100 * self.config.mistuning.half_range[-1]
-            text += f", A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+            text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
         return text
 
     def _show(self, what, n_done, n_total, text, final):
         self.shown = time.monotonic()
         if not self.bar:
             if final or what == "samples":
-                self.say(f"{what}: {n_done} of {n_total}, {text}")
+                self.say(f"{what}: {n_done} of {n_total} {text}")
             return
         if self.task is None:
             self.task = self.bar.add_task(what, total=n_total, text=text)

@@ -20,8 +20,6 @@ import shutil
 import subprocess
 from pathlib import Path
 
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "BEST_EFFORT")  # not every file system has locks
-
 import h5py
 import numpy as np
 
@@ -30,6 +28,9 @@ from hpcrub import config as configuration
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.layout import KINDS, LAYOUT, SAMPLE, SCALES, TUNED, file_size, sizes
 
+# HDF5's own locks would keep readers off a running study, and not every file system has them;
+# `Lock` keeps a second writer off.
+SERIAL = {"locking": False}
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
@@ -89,7 +90,7 @@ def lay_out(path, config):
                 f"{path} needs {file_size(config) / 1e9:,.3g} GB, "
                 f"but its disk has {free / 1e9:,.3g} GB left"
             )
-        with h5py.File(part, "w") as file:
+        with h5py.File(part, "w", **SERIAL) as file:
             _write_attributes(file, config)
             for line in LAYOUT:
                 _create_dataset(file, line, sizes(config))
@@ -188,7 +189,7 @@ def check(path, config=None):
     if not path.is_file():
         raise InputError(f"{path} does not exist" if not path.exists() else f"{path} is no file")
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(path, "r", **SERIAL) as file:
             _check_identity(path, file, config)
             _check_layout(path, file, _stored_config(path, file))
     except HpcrubError:
@@ -257,7 +258,7 @@ class ResultFile:
             if parallel:
                 self._file = h5py.File(path, mode, driver="mpio", comm=comm)
             else:
-                self._file = h5py.File(path, mode)
+                self._file = h5py.File(path, mode, **SERIAL)
         except OSError as error:
             raise InputError(f"cannot open {path}: {_reason(error)}") from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
