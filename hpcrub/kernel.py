@@ -23,6 +23,7 @@ from hpcrub.jit import compiled
 from hpcrub.lanes import (
     any_lane,
     below,
+    fma,
     indices,
     larger,
     load,
@@ -34,6 +35,8 @@ from hpcrub.lanes import (
     tile_dot,
     tile_gather,
     tile_largest,
+    tile_relax,
+    tile_scatter,
     tile_splat,
     tile_store,
 )
@@ -70,7 +73,7 @@ class Scheme(NamedTuple):
 class Contact(NamedTuple):
     """The Delassus operator W; constant for small kinematics, renewed at each step for polar."""
 
-    coupling: np.ndarray  # W_ij / W_jj (C·C, L), row i·C + j, diagonal zero [-]
+    coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
 
@@ -80,8 +83,9 @@ class State(NamedTuple):
 
     position: np.ndarray  # q (K, L) [m·√kg]
     increment: np.ndarray  # d (K, L)
-    penetration: np.ndarray  # p (C, L) [m]
+    penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; polar: (2C + 1, L)
+    depth: np.ndarray  # (C + 1, L) [m], work space of `solve_many`
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     growth: np.ndarray  # (1, L) growth factor of the bumps [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
@@ -157,10 +161,10 @@ def candidates(lanes, contact, state, deepest):
     reach = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
     changes no bit.
     """
-    last = state.multiplier.shape[0] - 1
+    last = state.penetration.shape[0] - 1
     threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
     n = 0
-    for i in range(state.penetration.shape[0]):
+    for i in range(last):
         if any_lane(below(threshold, load(lanes, state.penetration, i))):
             state.active[n] = i
             n += 1
@@ -170,35 +174,67 @@ def candidates(lanes, contact, state, deepest):
 
 
 @compiled(inline=True)
+def solve_few(lanes, slots, contact, state, limit, changing):
+    """Multipliers of at most ``len(slots)`` active points, all in registers; see `solve`."""
+    rows = indices(slots, state.active, 0)
+    depth = tile_gather(lanes, state.penetration, rows)
+    x = tile_splat(slots, splat(lanes, 0.0))
+    n_rows = state.penetration.shape[0]
+    for _ in range(MAX_SWEEPS):
+        depth, x, change = tile_relax(contact.coupling, n_rows, rows, depth, x, changing)
+        changing = below(limit, change)
+        if not any_lane(changing):
+            break
+    tile_scatter(state.multiplier, rows, x)
+    return changing
+
+
+@compiled
+def solve_many(lanes, contact, state, n_active, limit, changing):
+    """Multipliers of any number of active points, bit for bit as `solve_few`."""
+    n_rows = state.penetration.shape[0]
+    for a in range(n_active):
+        i = state.active[a]
+        store(state.depth, i, load(lanes, state.penetration, i))
+        store(state.multiplier, i, splat(lanes, 0.0))
+    for _ in range(MAX_SWEEPS):
+        change = splat(lanes, 0.0)
+        for a in range(n_active):
+            j = state.active[a]
+            old = load(lanes, state.multiplier, j)
+            new = select(changing, positive_part(load(lanes, state.depth, j)), old)
+            less = old - new
+            change = larger(larger(new - old, less), change)
+            store(state.multiplier, j, new)
+            for b in range(n_active):
+                i = state.active[b]
+                effect = load(lanes, contact.coupling, i * n_rows + j)
+                if i != j:
+                    store(state.depth, i, fma(effect, less, load(lanes, state.depth, i)))
+        changing = below(limit, change)
+        if not any_lane(changing):
+            break
+    return changing
+
+
+@compiled(inline=True)
 def solve(lanes, contact, state, deepest, n_active):
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged
     is frozen, so that its result does not depend on how long the others take.
     """
-    n_points = state.penetration.shape[0]
-    zero = splat(lanes, 0.0)
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
-    changing = below(zero, deepest)
-    for a in range(n_active):
-        store(state.multiplier, state.active[a], zero)
-    for _ in range(MAX_SWEEPS):
-        change = zero
-        for a in range(n_active):
-            i = state.active[a]
-            depth = load(lanes, state.penetration, i)
-            for b in range(n_active):
-                j = state.active[b]
-                effect = load(lanes, contact.coupling, i * n_points + j)
-                depth = depth - effect * load(lanes, state.multiplier, j)
-            old = load(lanes, state.multiplier, i)
-            new = select(changing, positive_part(depth), old)
-            change = larger(change, larger(new - old, old - new))
-            store(state.multiplier, i, new)
-        changing = below(limit, change)
-        if not any_lane(changing):
-            break
-    store(state.unsolved, 0, select(changing, splat(lanes, 1.0), load(lanes, state.unsolved, 0)))
+    changing = below(splat(lanes, 0.0), deepest)
+    if n_active <= len(FEW_CONTACTS):
+        failed = solve_few(lanes, FEW_CONTACTS, contact, state, limit, changing)
+    elif n_active <= len(SOME_CONTACTS):
+        failed = solve_few(lanes, SOME_CONTACTS, contact, state, limit, changing)
+    elif n_active <= len(MANY_CONTACTS):
+        failed = solve_few(lanes, MANY_CONTACTS, contact, state, limit, changing)
+    else:
+        failed = solve_many(lanes, contact, state, n_active, limit, changing)
+    store(state.unsolved, 0, select(failed, splat(lanes, 1.0), load(lanes, state.unsolved, 0)))
     for a in range(n_active):
         i = state.active[a]
         force = load(lanes, state.multiplier, i) * load(lanes, contact.stiffness, i)
@@ -208,7 +244,7 @@ def solve(lanes, contact, state, deepest, n_active):
 @compiled
 def observe(lanes, scheme, state, record, row, block):
     """Tangential displacements of all contact points (record is modified)."""
-    n_points = state.penetration.shape[0]
+    n_points = state.penetration.shape[0] - 1
     for first in range(0, n_points, TILE):
         tips = tile_splat(TIPS, splat(lanes, 0.0))
         for k in range(state.position.shape[0]):
@@ -246,7 +282,7 @@ def apply_and_predict(lanes, scheme, state, step, n_active):
         deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
     else:
         deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
-    for first in range(TILE, state.penetration.shape[0], TILE):
+    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
         deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest
 
@@ -278,7 +314,7 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
     ``block`` is the place in the ring of the first block to record, or negative to record nothing;
     every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
     """
-    n_points = state.penetration.shape[0]
+    n_points = state.penetration.shape[0] - 1
     n_steps = scheme.bump.shape[0]
     n_active = 0
     growing = True

@@ -101,6 +101,31 @@ def tile_gather(lanes, array, rows):
     return tuple(array[row].copy() for row in rows)
 
 
+def tile_scatter(array, rows, tile):
+    """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
+    for row, vector in zip(rows, tile, strict=True):
+        array[row] = vector
+
+
+def tile_relax(coupling, n_rows, rows, depth, x, changing):
+    """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
+
+    ``coupling`` holds C, of zero diagonal, with entry (i, j) in row i·n_rows + j. Lanes outside the
+    mask ``changing`` stay as they are. Returns depth, x and the largest change of any x.
+    """
+    depth, x = list(depth), list(x)
+    change = np.zeros_like(depth[0])
+    for a, column in enumerate(rows):
+        new = select(changing, positive_part(depth[a]), x[a])
+        less = x[a] - new
+        change = larger(np.abs(less), change)
+        x[a] = new
+        for b, row in enumerate(rows):
+            if b != a:
+                depth[b] = depth[b] + coupling[row * n_rows + column] * less
+    return tuple(depth), tuple(x), change
+
+
 def tile_largest(tile):
     """The largest member of a tile, lane by lane."""
     result = tile[0]
@@ -144,6 +169,8 @@ for _plain in (
     tile_add,
     tile_dot,
     tile_gather,
+    tile_scatter,
+    tile_relax,
     tile_largest,
     indices,
 ):

@@ -41,7 +41,7 @@ def displaced_depths(lanes, scheme, state, polar, step):
 
     On entry ``state.penetration`` holds u_r. Returns the deepest penetration of each lane.
     """
-    for first in range(0, state.penetration.shape[0], TILE):
+    for first in range(0, state.penetration.shape[0] - 1, TILE):
         tips = tile_splat(TIPS, splat(lanes, 0.0))
         for k in range(state.position.shape[0]):
             tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
@@ -68,7 +68,7 @@ def displaced_depths(lanes, scheme, state, polar, step):
 @compiled
 def displaced_delassus(lanes, contact, state, polar, n_active):
     """Delassus operator of the active points for their present normals (contact is modified)."""
-    n_points = state.penetration.shape[0]
+    n_points = state.penetration.shape[0] - 1
     n_pairs = n_points * n_points
     mu = splat(lanes, polar.friction)
     for b in range(n_active):
@@ -83,23 +83,24 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
             w_t = load(lanes, polar.compliance, 2 * n_pairs + at) * e_r
             w_t = w_t + load(lanes, polar.compliance, 3 * n_pairs + at) * e_t
             w = load(lanes, polar.cosine, i) * w_r + load(lanes, polar.sine, i) * w_t
-            store(contact.coupling, at, w)
+            store(contact.coupling, i * (n_points + 1) + j, w)
+    n_rows = n_points + 1
     for b in range(n_active):
         j = state.active[b]
         for lane in range(len(lanes)):
-            w_jj = contact.coupling[j * n_points + j, lane]
+            w_jj = contact.coupling[j * n_rows + j, lane]
             contact.stiffness[j, lane] = 1.0 / w_jj if w_jj > 0.0 else 0.0
         stiffness = load(lanes, contact.stiffness, j)
         for a in range(n_active):
-            at = state.active[a] * n_points + j
+            at = state.active[a] * n_rows + j
             store(contact.coupling, at, load(lanes, contact.coupling, at) * stiffness)
-        store(contact.coupling, j * n_points + j, splat(lanes, 0.0))
+        store(contact.coupling, j * n_rows + j, splat(lanes, 0.0))
 
 
 @compiled
 def displaced_forces(lanes, state, polar, n_active):
     """Turn the multipliers into radial and tangential forces (state is modified); how many rows."""
-    n_points = state.penetration.shape[0]
+    n_points = state.penetration.shape[0] - 1
     mu = splat(lanes, polar.friction)
     for a in range(n_active):
         i = state.active[a]

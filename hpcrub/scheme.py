@@ -99,15 +99,16 @@ def allocate(modes, scene, grid, width):
         growth_time=scene.growth_time,
     )
     contact = Contact(
-        coupling=aligned_zeros((n_points**2, width)),
+        coupling=aligned_zeros(((n_points + 1) ** 2, width)),
         stiffness=aligned_zeros((n_points, width)),
         reach=aligned_zeros((1, width)),
     )
     state = State(
         position=aligned_zeros((n_modes, width)),
         increment=aligned_zeros((n_modes, width)),
-        penetration=aligned_zeros((n_points, width)),
+        penetration=aligned_zeros((n_points + 1, width)),
         multiplier=aligned_zeros((n_forces, width)),
+        depth=aligned_zeros((n_points + 1, width)),
         active=np.full(n_forces + TILE, n_forces - 1),
         growth=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),

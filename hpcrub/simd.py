@@ -242,6 +242,43 @@ def tile_dot(typing, matrix, row, columns, tile, total):
 
 
 @intrinsic
+def tile_scatter(typing, array, rows, tile):
+    def code(context, builder, signature, args):
+        zero = ir.Constant(INDEX, 0)
+        vectors = cgutils.unpack_tuple(builder, args[2])
+        for row, member in zip(cgutils.unpack_tuple(builder, args[1]), vectors, strict=True):
+            at = _address(context, builder, array, args[0], row, zero, member.type)
+            builder.store(member, at, align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, rows, tile), code
+
+
+@intrinsic
+def tile_relax(typing, coupling, n_rows, rows, depth, x, changing):
+    out = types.Tuple((depth, x, depth.dtype))
+
+    def code(context, builder, signature, args):
+        rows_, depth_, x_ = (cgutils.unpack_tuple(builder, args[i]) for i in (2, 3, 4))
+        zero = ir.Constant(_vector(depth.dtype), None)
+        change = zero
+        for a, column in enumerate(rows_):
+            new = builder.select(args[5], _max(builder, depth_[a], zero), x_[a])
+            less = builder.fsub(x_[a], new)
+            change = _max(builder, _max(builder, builder.fsub(zero, less), less), change)
+            x_[a] = new
+            for b, row in enumerate(rows_):
+                if b != a:
+                    at = builder.add(builder.mul(row, args[1]), column)
+                    factor = _load_row(context, builder, coupling, args[0], at, depth.dtype.width)
+                    depth_[b] = _fmuladd(builder, factor, less, depth_[b])
+        tiles = [cgutils.pack_array(builder, members) for members in (depth_, x_)]
+        return context.make_tuple(builder, out, [*tiles, change])
+
+    return out(coupling, types.intp, rows, depth, x, changing), code
+
+
+@intrinsic
 def tile_largest(typing, tile):
     def code(context, builder, signature, args):
         result, *others = cgutils.unpack_tuple(builder, args[0])

@@ -130,7 +130,7 @@ class _Band:
         self.bank = scheme.allocate(modes, scene, grid, width)
         steady = scene.steady
         self.window = steady.window_revolutions * grid.blocks_per_revolution
-        n_points = len(self.bank.state.penetration)
+        n_points = len(self.bank.state.penetration) - 1
         n_records = grid.steps_per_block // grid.stride
         self.record = kernel.Record(
             history=aligned_zeros((2 * self.window * n_records * n_points, width)),
@@ -231,7 +231,7 @@ class _Band:
 
     def _signal(self, lane, tip, now):
         """Displacement of one contact point over both windows, oldest first."""
-        n_points = len(self.bank.state.penetration)
+        n_points = len(self.bank.state.penetration) - 1
         history = self.record.history.reshape(2 * self.window, -1, n_points, len(self.lanes))
         return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
 

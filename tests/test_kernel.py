@@ -48,7 +48,7 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
         scheme.empty_lane(bank, lane)
     for lane, speed in enumerate(speeds):
         scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
-    n_points, n_steps = len(bank.state.penetration), grid.steps_per_block
+    n_points, n_steps = len(bank.contact.stiffness), grid.steps_per_block
     record = kernel.Record(
         aligned_zeros((n_blocks * n_steps * n_points, width)),
         aligned_zeros((n_blocks * n_points, width)),
