@@ -241,11 +241,41 @@ def solve(lanes, contact, state, deepest, n_active):
         store(state.multiplier, i, force)
 
 
+@compiled(inline=True)
+def settle(lanes, contacts, scheme, state):
+    """Corrector by itself (state is modified); tangential motion of the first TILE points."""
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    tips = tile_splat(TIPS, splat(lanes, 0.0))
+    for k in range(state.position.shape[0]):
+        q = load(lanes, state.position, k)
+        if len(contacts) > 0:
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
+            kick = kick * load(lanes, scheme.push, k)
+            q = q + kick
+            store(state.position, k, q)
+            store(state.increment, k, load(lanes, state.increment, k) + kick)
+        tips = tile_add(tips, scheme.tangential, k, 0, q)
+    return tips
+
+
 @compiled
-def observe(lanes, scheme, state, record, row, block):
-    """Tangential displacements of all contact points (record is modified)."""
+def observe(lanes, scheme, state, record, row, block, n_active):
+    """Apply the corrector and record all tangential displacements (state, record are modified)."""
     n_points = state.penetration.shape[0] - 1
-    for first in range(0, n_points, TILE):
+    if n_active > len(MANY_CONTACTS):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        tips = settle(lanes, NO_CONTACTS, scheme, state)
+    elif n_active <= len(FEW_CONTACTS):
+        tips = settle(lanes, FEW_CONTACTS, scheme, state)
+    elif n_active <= len(SOME_CONTACTS):
+        tips = settle(lanes, SOME_CONTACTS, scheme, state)
+    else:
+        tips = settle(lanes, MANY_CONTACTS, scheme, state)
+    tile_store(record.history, row * n_points, tips)
+    for first in range(TILE, n_points, TILE):
         tips = tile_splat(TIPS, splat(lanes, 0.0))
         for k in range(state.position.shape[0]):
             tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
@@ -329,8 +359,7 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
                 state.n_steps[lane] += 1
             n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
             if block >= 0 and (step + 1) % stride == 0:
-                correct(lanes, scheme, state, n_active)
-                n_active = 0
                 row = place * (n_steps // stride) + step // stride
-                observe(lanes, scheme, state, record, row, place)
+                observe(lanes, scheme, state, record, row, place, n_active)
+                n_active = 0
     correct(lanes, scheme, state, n_active)

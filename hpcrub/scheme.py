@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.casing import bump_table
-from hpcrub.kernel import TILE, Contact, Scheme, State
+from hpcrub.kernel import TILE, Contact, Record, Scheme, State
 from hpcrub.lanes import aligned_zeros
 from hpcrub.polar import Polar
 
@@ -58,7 +58,27 @@ class Bank(NamedTuple):
     scheme: Scheme
     contact: Contact
     state: State
+    record: Record
     polar: Polar
+
+    def take(self, lanes):
+        """A Bank of some of the lanes only."""
+        return Bank(*(_take(group, lanes) for group in self))
+
+
+# Members that have one column (or one number) per lane
+LANE_MEMBERS = {
+    Scheme: ("keep", "pull", "push", "clearance", "step"),
+    Contact: Contact._fields,
+    State: tuple(name for name in State._fields if name != "active"),
+    Record: Record._fields,
+    Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
+}
+
+
+def _take(group, lanes):
+    members = LANE_MEMBERS[type(group)]
+    return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
 
 
 def allocate(modes, scene, grid, width):
@@ -114,7 +134,13 @@ def allocate(modes, scene, grid, width):
         n_steps=np.zeros(width, dtype=np.int64),
         unsolved=aligned_zeros((1, width)),
     )
-    return Bank(scheme, contact, state, _allocate_polar(scene, grid, n_points, width))
+    n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
+    n_records = grid.steps_per_block // grid.stride
+    record = Record(
+        history=aligned_zeros((n_blocks * n_records * n_points, width)),
+        peak=aligned_zeros((n_blocks * n_points, width)),
+    )
+    return Bank(scheme, contact, state, record, _allocate_polar(scene, grid, n_points, width))
 
 
 def _allocate_polar(scene, grid, n_points, width):
@@ -205,6 +231,6 @@ def _polar_reach(W, friction):
 
 
 def _aligned(values):
-    array = aligned_zeros(values.shape)
+    array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
     array[...] = values
     return array

@@ -19,6 +19,7 @@ from hpcrub.reduction import ReducedModel, craig_bampton, mistuned_modes, per_sa
 from hpcrub.statistics import first_converged, running_percentiles
 from hpcrub.steady import SteadyCriteria
 
+TUNED_PART = 4  # speeds of the tuned disk that are worth a task: they march together
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 
 
@@ -99,6 +100,16 @@ def peak(result, speeds_hz):
     return float(result.amplitude[best]), float(speeds_hz[best])
 
 
+def deviation(config, level, sample):
+    """Relative stiffness change of every blade (N,) in one sample of one level."""
+    if config.pattern_deviation is not None:
+        return config.pattern_deviation
+    half_range = config.mistuning.half_range[level]
+    return stiffness_deviation(
+        config.mistuning.seed, level, sample, config.disk.n_blades, half_range
+    )
+
+
 class Study:
     """A contact study of which some results may already be in the file."""
 
@@ -165,24 +176,29 @@ class Study:
 
     def _compute_tuned(self):
         modes = self.team.on_root(lambda: self._modes(np.zeros(self.config.disk.n_blades)))
-        chunks = speed_chunks(self.speeds_hz, self.team.size)
+        n_speeds = len(self.speeds_hz)
+        n_parts = max(1, min(self.team.size, n_speeds // TUNED_PART))
         whole = np.full((3, len(self.speeds_hz)), np.nan)
         whole = sweep.SweepResult(*whole, np.zeros(len(self.speeds_hz), np.uint8), 0)
 
         def compute(task, poll):
             start = time.perf_counter()
-            result = sweep.run_sweep(modes, self.problem.scene, self.speeds_hz[chunks[task]], poll)
+            part = range(task, n_speeds, n_parts)
+            result = sweep.run_sweep(
+                modes, self.problem.scene, self.speeds_hz, poll, selection=part
+            )
             return result, time.perf_counter() - start
 
         def collect(task, answer):
             result, seconds = answer
+            mine = slice(task, None, n_parts)
             for values, part in zip(whole[:4], result[:4], strict=True):
-                values[chunks[task]] = part
+                values[mine] = part[mine]
             self._count(result.n_steps, seconds)
             if self.progress:
                 self.progress.tuned(int(np.isfinite(whole.time).sum()), len(self.speeds_hz))
 
-        self.team.run_tasks(range(len(chunks)), compute, collect)
+        self.team.run_tasks(range(n_parts), compute, collect)
         return self.team.on_root(lambda: self._finish_tuned(modes, whole))
 
     def _finish_tuned(self, modes, result):
@@ -198,7 +214,7 @@ class Study:
         """Compute and write one sample; returns its Outcome."""
         sample, level = divmod(task, self.shape[0])
         start = time.perf_counter()
-        values = {"deviation": self._deviation(level, sample), "status": FAILED}
+        values = {"deviation": deviation(self.config, level, sample), "status": FAILED}
         result, message = None, ""
         try:
             modes = self._modes(values["deviation"])
@@ -219,13 +235,6 @@ class Study:
             seconds=seconds,
             message=message,
         )
-
-    def _deviation(self, level, sample):
-        c = self.config
-        if c.pattern_deviation is not None:
-            return c.pattern_deviation
-        half_range = c.mistuning.half_range[level]
-        return stiffness_deviation(c.mistuning.seed, level, sample, c.disk.n_blades, half_range)
 
     def _modes(self, deviation):
         if self.config.reduction.basis == "per_sample":
@@ -308,21 +317,6 @@ class Study:
             for level, running in enumerate(self._running(kind)):
                 cut = [values[..., :length] for values in running]
                 self.file.write_statistics(kind, level, type(running)(*cut))
-
-
-def speed_chunks(speeds_hz, n_ranks):
-    """Index arrays that share out a sweep and leave its results unchanged to the last bit.
-
-    A sweep cuts its revolutions by the slowest speed of a band, so every chunk of a band has that
-    speed in front; computing it again costs nothing, as several speeds advance together.
-    """
-    chunks = []
-    for band in sweep.speed_bands(speeds_hz):
-        width = max(sweep.WIDTH - 1, -(-len(band) // n_ranks))
-        rest = band[1:]
-        parts = [rest[i : i + width] for i in range(0, max(len(rest), 1), width)]
-        chunks += [np.concatenate([band[:1], part]) for part in parts]
-    return chunks
 
 
 def _point_values(result):

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import kernel, scheme
-from hpcrub.lanes import aligned_zeros
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_steady, localisation
 
-WIDTH = 8  # speeds marched together: doubles in the widest vector registers
+WIDTH = 16  # speeds marched together: two of the widest vector registers hide each other's latency
 BAND = 1.08  # ratio of the fastest to the slowest speed of a band
-RECORD_INTERVAL = 4e-5  # [s] between recorded displacements: 170 per period at 145 Hz
+RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
+NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
 MIN_BLOCK = 64  # steps
 
 NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
@@ -126,39 +126,22 @@ class _Band:
 
     def __init__(self, modes, scene, grid, speeds_hz, width):
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
-        self.lanes = (0,) * width
         self.bank = scheme.allocate(modes, scene, grid, width)
-        steady = scene.steady
-        self.window = steady.window_revolutions * grid.blocks_per_revolution
-        n_points = len(self.bank.state.penetration) - 1
-        n_records = grid.steps_per_block // grid.stride
-        self.record = kernel.Record(
-            history=aligned_zeros((2 * self.window * n_records * n_points, width)),
-            peak=aligned_zeros((2 * self.window * n_points, width)),
-        )
+        self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
         self.check = [0] * width  # block at which it is checked next
 
     def run(self, waiting, out, poll):
         """March the speeds ``waiting`` (indices), fill ``out`` (modified); returns the steps."""
-        bank, n_steps, now = self.bank, 0, 0
-        for lane in range(len(self.lanes)):
+        n_steps, now = 0, 0
+        for lane in range(len(self.speed)):
             self._refill(lane, waiting, now)
         while any(speed is not None for speed in self.speed):
             recording, until = self._next_event(now)
             place = now % (2 * self.window) if recording else -1
-            kernel.march(
-                self.lanes,
-                bank.scheme,
-                bank.contact,
-                bank.state,
-                self.record,
-                bank.polar,
-                until - now,
-                place,
-                self.grid.stride,
-            )
+            lanes = (0,) * len(self.speed)
+            kernel.march(lanes, *self.bank, until - now, place, self.grid.stride)
             now = until
             if poll is not None:
                 poll()
@@ -166,7 +149,20 @@ class _Band:
                 if self.speed[lane] is not None and check == now and self._finished(lane, now, out):
                     n_steps += (now - self.start[lane]) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
+            self._narrow()
         return n_steps
+
+    def _narrow(self):
+        """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
+        running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
+        half = len(self.speed) // 2
+        if half < NARROWEST or len(running) > half:
+            return
+        idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
+        kept = (running + idle)[:half]
+        self.bank = self.bank.take(kept)
+        for name in ("speed", "start", "check"):
+            setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
@@ -197,7 +193,7 @@ class _Band:
         """Check a lane; write its result (modified) and return True if it ends here."""
         steady = self.scene.steady
         # the ring holds just the two windows, and block ``now`` is next: its place is the oldest
-        peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))[:, :, lane]
+        peak = self.bank.record.peak.reshape(2 * self.window, -1, len(self.speed))[:, :, lane]
         peak = np.roll(peak, -(now % (2 * self.window)), axis=0)[:, : len(self.modes.radial)]
         before, last = peak[: self.window].max(axis=0), peak[self.window :].max(axis=0)
         index = self.speed[lane]
@@ -231,8 +227,8 @@ class _Band:
 
     def _signal(self, lane, tip, now):
         """Displacement of one contact point over both windows, oldest first."""
-        n_points = len(self.bank.state.penetration) - 1
-        history = self.record.history.reshape(2 * self.window, -1, n_points, len(self.lanes))
+        n_points = len(self.bank.contact.stiffness)
+        history = self.bank.record.history.reshape(2 * self.window, -1, n_points, len(self.speed))
         return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
 
 

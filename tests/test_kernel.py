@@ -49,14 +49,14 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     for lane, speed in enumerate(speeds):
         scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
     n_points, n_steps = len(bank.contact.stiffness), grid.steps_per_block
-    record = kernel.Record(
-        aligned_zeros((n_blocks * n_steps * n_points, width)),
-        aligned_zeros((n_blocks * n_points, width)),
+    bank = bank._replace(
+        record=kernel.Record(
+            aligned_zeros((n_blocks * n_steps * n_points, width)),
+            aligned_zeros((n_blocks * n_points, width)),
+        )
     )
-    kernel.march(
-        (0,) * width, bank.scheme, bank.contact, bank.state, record, bank.polar, n_blocks, 0, 1
-    )
-    history = record.history.reshape(n_blocks * n_steps, n_points, width)
+    kernel.march((0,) * width, *bank, n_blocks, 0, 1)
+    history = bank.record.history.reshape(n_blocks * n_steps, n_points, width)
     return history[:, : len(modes.radial), : len(speeds)], bank
 
 
@@ -165,13 +165,12 @@ def test_lanes_do_not_see_each_other(reduced, mistuned, kinematics):
 def step_by_step(bank, scene, n_steps, width):
     """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
     table = bank.scheme.bump.copy()
-    record = kernel.Record(aligned_zeros((0, width)), aligned_zeros((len(table[0]), width)))
     bump = aligned_zeros((1, table.shape[1]))
     one = bank.scheme._replace(bump=bump)
     for step in range(n_steps):
         bump[0] = table[step]
         bank.state.multiplier[:] = 0.0
-        kernel.march((0,) * width, one, bank.contact, bank.state, record, bank.polar, 1, -1, 1)
+        kernel.march((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
         depth = bank.scheme.radial.T @ bank.state.position
         depth += bank.state.growth * table[step][:, None] - bank.scheme.clearance
         yield depth, bank.state.multiplier[:-1]
@@ -219,8 +218,7 @@ def released(name, n_steps, damping_ratio=0.02):
 
     bank.state.position[0, 0] = 1.0
     bank.state.increment[0, 0] = 1.0 - exact(-h)
-    record = kernel.Record(aligned_zeros((0, 1)), aligned_zeros((kernel.TILE, 1)))
-    kernel.march((0,), bank.scheme, bank.contact, bank.state, record, bank.polar, 1, -1, 1)
+    kernel.march((0,), *bank, 1, -1, 1)
     return abs(bank.state.position[0, 0] - exact(1.0))
 
 

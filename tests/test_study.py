@@ -7,7 +7,6 @@ from conftest import TINY, datasets, error_lines
 from hpcrub import cli, config, study, sweep
 from hpcrub.layout import DONE, FAILED
 from hpcrub.parallel import Team
-from hpcrub.reduction import mistuned_modes
 from hpcrub.statistics import running_percentiles
 from hpcrub.storage import ResultFile
 from hpcrub.sweep import SweepResult
@@ -64,21 +63,6 @@ def test_without_mistuning_nothing_is_amplified(tiny, folder):
     file.close()
 
 
-def test_shared_out_speeds_give_the_bits_of_the_whole_sweep(tiny_config):
-    problem = study.build_problem(tiny_config)
-    modes = mistuned_modes(problem.reduced, np.zeros(12))
-    speeds = np.concatenate([np.linspace(33.5, 35.0, 12), [50.0], np.linspace(60.0, 61.0, 3)])
-    whole = sweep.run_sweep(modes, problem.scene, speeds)
-    for n_ranks in (1, 2, 5):
-        seen = set()
-        for chunk in study.speed_chunks(speeds, n_ranks):
-            part = sweep.run_sweep(modes, problem.scene, speeds[chunk])
-            seen |= set(chunk.tolist())
-            for values, expected in zip(part[:4], whole[:4], strict=True):
-                np.testing.assert_array_equal(values, expected[chunk])
-        assert seen == set(range(len(speeds)))
-
-
 def test_diverged_points_have_no_peak():
     speeds = np.array([1.0, 2.0, 3.0, 4.0])
     amplitude = np.array([0.1, 9.0, 0.3, np.nan])
@@ -99,8 +83,8 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
         return solve(reduced, deviation)
 
-    def broken_march(modes, scene, speeds_hz, poll=None):
-        result = march(modes, scene, speeds_hz, poll)
+    def broken_march(modes, scene, speeds_hz, poll=None, **options):
+        result = march(modes, scene, speeds_hz, poll, **options)
         if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
             return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
         return result
