@@ -37,7 +37,7 @@ Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
 Switch = Annotated[bool, Strict()]
 Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
 Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
-Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=3, max_length=200)]
+Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
 
 
 def _printable(text):
@@ -75,7 +75,7 @@ class Blade(Section):
 
 
 class Disk(Section):
-    n_blades: Whole = Field(12, ge=3, le=200, description="number of blades")
+    n_blades: Whole = Field(12, ge=2, le=200, description="number of blades")
     tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
     hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
     inner_radius_mm: Number = Field(
@@ -109,7 +109,7 @@ class Material(Section):
 
 
 class Reduction(Section):
-    n_modes: Whole = Field(60, ge=1, description="fixed-interface modes of the Craig-Bampton basis")
+    n_modes: Whole = Field(60, ge=0, description="fixed-interface modes of the Craig-Bampton basis")
     basis: Literal["tuned", "per_sample"] = Field(
         "tuned", description="basis of the tuned disk for all samples, or a new one for each"
     )

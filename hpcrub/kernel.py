@@ -67,6 +67,7 @@ class Scheme(NamedTuple):
     clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane; polar: else zero
     step: np.ndarray  # h (L,) [s]
     bump: np.ndarray  # (P, C) [m]; polar: zero
+    external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
     growth_time: float  # [s]
 
 
@@ -110,6 +111,7 @@ def predict(lanes, contacts, scheme, state, step):
     forces = tile_gather(lanes, state.multiplier, columns)
     depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
     depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
+    loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
         q = load(lanes, state.position, k)
         d = load(lanes, state.increment, k)
@@ -119,6 +121,8 @@ def predict(lanes, contacts, scheme, state, step):
             q = q + kick
             d = d + kick
         d = load(lanes, scheme.keep, k) * d - load(lanes, scheme.pull, k) * q
+        if loaded:
+            d = d + splat(lanes, scheme.external[step, k]) * load(lanes, scheme.push, k)
         q = q + d
         store(state.increment, k, d)
         store(state.position, k, q)

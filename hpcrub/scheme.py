@@ -116,6 +116,7 @@ def allocate(modes, scene, grid, width):
         clearance=aligned_zeros((1, width)),
         step=np.zeros(width),
         bump=_aligned(np.pad(bump, padding)),
+        external=np.zeros((0, n_modes)),
         growth_time=scene.growth_time,
     )
     contact = Contact(
