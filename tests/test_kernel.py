@@ -115,7 +115,7 @@ def mistuned(reduced):
 
 def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
     scene = scene_of(reduced)
-    history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=4)
+    history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=8)
     for lane, speed in enumerate(SPEEDS):
         tips, contacts = textbook(reduced, mistuned, scene, speed, len(history))
         assert contacts.any(axis=0).sum() >= 4
@@ -132,7 +132,7 @@ from reference import reference_reduced
 from hpcrub.reduction import mistuned_modes
 reduced = reference_reduced()
 scene = scene_of(reduced, kinematics={kinematics!r})
-history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 4, 1200)
+history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 8, 1200)
 np.save({out!r}, history)
 """
 
@@ -146,7 +146,7 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
     )
     scene = scene_of(reduced, kinematics=kinematics)
     modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
-    history, _ = march(modes, scene, SPEEDS, 1, 4, 1200)
+    history, _ = march(modes, scene, SPEEDS, 1, 8, 1200)
     twin = np.load(out)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
     assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
@@ -181,12 +181,12 @@ def step_by_step(bank, scene, n_steps, width):
 def test_no_penetration_and_no_tension_after_the_corrector(reduced, mistuned, friction, name):
     scene = scene_of(reduced, friction=friction, scheme=name)
     grid = Grid(REVOLUTION, 1, 1)
-    bank = scheme.allocate(mistuned, scene, grid, 4)
-    for lane, speed in enumerate([33.5, 34.0, 34.5, 35.0]):
+    bank = scheme.allocate(mistuned, scene, grid, 8)
+    for lane, speed in enumerate(np.linspace(33.5, 35.25, 8)):
         scheme.empty_lane(bank, lane)
         scheme.fill_lane(bank, lane, mistuned, scene, 1.0 / (speed * REVOLUTION))
     most = 0
-    for depth, force in step_by_step(bank, scene, REVOLUTION, 4):
+    for depth, force in step_by_step(bank, scene, REVOLUTION, 8):
         round_off = 84 * np.finfo(float).eps * np.abs(depth).max()  # of a sum over the modes
         assert depth.max() < round_off
         assert force.min() >= 0.0
@@ -260,8 +260,8 @@ def test_more_contact_points_than_one_tile(reduced):
     angles[-1] = np.pi
     one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
     one = modes._replace(tangential=0.3 * modes.tangential)
-    history, _ = march(many, one_scene._replace(contact_angle=angles), [20.0], 1, 2, 4000)
-    alone, _ = march(one, one_scene, [20.0], 1, 2, 4000)
+    history, _ = march(many, one_scene._replace(contact_angle=angles), [20.0], 1, 8, 4000)
+    alone, _ = march(one, one_scene, [20.0], 1, 8, 4000)
     assert np.abs(alone).max() > 1e-4
     for i in range(n - 1):
         assert np.array_equal(history[:, i], alone[:, 0])

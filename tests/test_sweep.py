@@ -72,7 +72,7 @@ def test_result_does_not_depend_on_lanes_or_parts(modes):
     whole = run_sweep(modes, scene, speeds)
     assert set(whole.point_status) <= {STEADY, NOT_STEADY}
     assert np.ptp(whole.time) > 0.1
-    for width in (1, 4):
+    for width in (1, 8):
         narrow = run_sweep(modes, scene, speeds, width=width)
         assert same(narrow, whole)
         assert narrow.n_steps == whole.n_steps
