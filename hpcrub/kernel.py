@@ -55,6 +55,17 @@ MAX_SWEEPS = 500  # of the multiplier solver; five or so are usual
 TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
+class Shortcuts(NamedTuple):
+    """Work that is left out where it cannot matter; none of them changes a bit of the result."""
+
+    nothing_touches: bool = True  # no run at all where no bump reaches the tips
+    no_contact: bool = True  # no multipliers where nothing penetrates
+    candidates: bool = True  # only the points that may carry a force
+    grown: bool = True  # no growth factor after the growth time
+    windows: bool = True  # no tangential displacements outside the windows that are compared
+    narrow: bool = True  # half the lanes when a sweep runs dry
+
+
 class Scheme(NamedTuple):
     """What the steps read. K modes, L lanes, C contact points padded to a multiple of TILE."""
 
@@ -69,6 +80,7 @@ class Scheme(NamedTuple):
     bump: np.ndarray  # (P, C) [m]; polar: zero
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
     growth_time: float  # [s]
+    shortcuts: Shortcuts
 
 
 class Contact(NamedTuple):
@@ -157,7 +169,7 @@ def correct(lanes, scheme, state, n_active):
 
 
 @compiled(inline=True)
-def candidates(lanes, contact, state, deepest):
+def candidates(lanes, contact, state, deepest, shortcut):
     """List the points that may carry a force in any lane (state.active, modified); return how many.
 
     Others can push a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
@@ -169,7 +181,7 @@ def candidates(lanes, contact, state, deepest):
     threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
     n = 0
     for i in range(last):
-        if any_lane(below(threshold, load(lanes, state.penetration, i))):
+        if not shortcut or any_lane(below(threshold, load(lanes, state.penetration, i))):
             state.active[n] = i
             n += 1
     for i in range(n, n + TILE):
@@ -330,9 +342,9 @@ def advance(lanes, scheme, contact, state, polar, step, n_active):
     deepest = apply_and_predict(lanes, scheme, state, step, n_active)
     if polar.enabled:
         deepest = displaced_depths(lanes, scheme, state, polar, step)
-    if not any_lane(below(splat(lanes, 0.0), deepest)):
+    if scheme.shortcuts.no_contact and not any_lane(below(splat(lanes, 0.0), deepest)):
         return 0
-    n_active = candidates(lanes, contact, state, deepest)
+    n_active = candidates(lanes, contact, state, deepest, scheme.shortcuts.candidates)
     if polar.enabled:
         displaced_delassus(lanes, contact, state, polar, n_active)
     solve(lanes, contact, state, deepest, n_active)
@@ -358,7 +370,7 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
             record.peak[place * n_points : (place + 1) * n_points] = 0.0
         for step in range(n_steps):
             if growing:
-                growing = grow(scheme, state)
+                growing = grow(scheme, state) or not scheme.shortcuts.grown
             for lane in range(len(lanes)):
                 state.n_steps[lane] += 1
             n_active = advance(lanes, scheme, contact, state, polar, step, n_active)

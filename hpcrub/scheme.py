@@ -118,6 +118,7 @@ def allocate(modes, scene, grid, width):
         bump=_aligned(np.pad(bump, padding)),
         external=np.zeros((0, n_modes)),
         growth_time=scene.growth_time,
+        shortcuts=scene.shortcuts,
     )
     contact = Contact(
         coupling=aligned_zeros(((n_points + 1) ** 2, width)),

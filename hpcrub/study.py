@@ -121,6 +121,7 @@ class Study:
         self.speeds_hz = config.speeds.values_hz
         self.shape = len(config.mistuning.half_range), config.mistuning.samples
         self.tuned_peak = self.tuned_linear = np.nan
+        self._march = sweep.find_peak if config.speeds.search == "peak" else sweep.run_sweep
         self.n_steps, self.seconds = 0, 0.0  # in the contact sweeps of this run, all ranks (rank 0)
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
@@ -218,7 +219,7 @@ class Study:
         result, message = None, ""
         try:
             modes = self._modes(values["deviation"])
-            result = sweep.run_sweep(modes, self.problem.scene, self.speeds_hz, poll)
+            result = self._march(modes, self.problem.scene, self.speeds_hz, poll)
             seconds = time.perf_counter() - start
             values |= _point_values(result) | self._amplifications(modes, result)
             message = "" if values["status"] == DONE else "all its points diverged"

@@ -20,6 +20,7 @@ BAND = 1.08  # ratio of the fastest to the slowest speed of a band
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
 MIN_BLOCK = 64  # steps
+COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops that are surrounded
 
 NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
 
@@ -39,6 +40,7 @@ class Scene(NamedTuple):
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
+    shortcuts: kernel.Shortcuts = kernel.Shortcuts()
 
 
 class SweepResult(NamedTuple):
@@ -114,11 +116,50 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
     )
     n_steps = 0
     wanted = set(range(n) if selection is None else selection)
+    if scene.shortcuts.nothing_touches and scene.bump_height <= scene.clearance:
+        for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
+            values[list(wanted)] = rest
+        return out
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
         waiting = [i for i in band if i in wanted]
         n_steps += _Band(modes, scene, grid, speeds_hz, width).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
+
+
+def find_peak(modes, scene, speeds_hz, poll=None):
+    """March only some speeds, closer and closer to the largest amplitudes.
+
+    Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
+    until these and their neighbours have been marched. A narrow peak may be missed.
+
+    Args and returns: as `run_sweep`; speeds that were left out have the status NONE.
+    """
+    chosen = sorted({*range(0, len(speeds_hz), COARSE), len(speeds_hz) - 1})
+    out = run_sweep(modes, scene, speeds_hz, poll, selection=chosen)
+    distance = COARSE
+    while distance > 1 or chosen:
+        distance = max(1, distance // 2)
+        chosen = _unknown_neighbours(out, distance)
+        if chosen:
+            out = _merge(out, run_sweep(modes, scene, speeds_hz, poll, selection=chosen))
+    return out
+
+
+def _unknown_neighbours(result, distance):
+    """Speeds not marched yet at a distance from those of the N_TOPS largest amplitudes."""
+    known = np.flatnonzero(result.point_status != NONE)
+    size = np.nan_to_num(result.amplitude[known], nan=-1.0)
+    tops = known[np.argsort(-size, kind="stable")[:N_TOPS]]
+    near = {int(top + d) for top in tops for d in (-distance, distance)}
+    return sorted(i for i in near - set(known.tolist()) if 0 <= i < len(result.amplitude))
+
+
+def _merge(first, second):
+    """Results of two sweeps over different selections of the same speeds."""
+    new = second.point_status != NONE
+    arrays = (np.where(new, b, a) for a, b in zip(first[:4], second[:4], strict=True))
+    return SweepResult(*arrays, first.n_steps + second.n_steps)
 
 
 class _Band:
@@ -156,7 +197,7 @@ class _Band:
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
         running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
         half = len(self.speed) // 2
-        if half < NARROWEST or len(running) > half:
+        if not self.scene.shortcuts.narrow or half < NARROWEST or len(running) > half:
             return
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
@@ -168,7 +209,7 @@ class _Band:
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
         running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
         begins = [self.check[lane] - 2 * self.window for lane in running]
-        recording = any(begin <= now for begin in begins)
+        recording = any(begin <= now for begin in begins) or not self.scene.shortcuts.windows
         events = [self.check[lane] for lane in running] + [b for b in begins if b > now]
         return recording, min(events)
 

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from reference import reference_reduced
 
+from hpcrub import sweep
 from hpcrub.errors import Interrupted
+from hpcrub.kernel import Shortcuts
 from hpcrub.reduction import Modes, mistuned_modes
 from hpcrub.steady import SteadyCriteria
 from hpcrub.sweep import (
@@ -14,6 +16,7 @@ from hpcrub.sweep import (
     STEADY,
     Scene,
     cut_revolution,
+    find_peak,
     run_sweep,
     speed_bands,
 )
@@ -136,3 +139,53 @@ def test_single_mode_disk_of_one_blade():
     result = run_sweep(modes, scene, np.array([15.0]))
     assert result.point_status[0] == STEADY
     assert 1e-4 < result.amplitude[0] < 0.1
+
+
+SWITCHES = Shortcuts._fields
+
+
+@pytest.mark.parametrize("switch", SWITCHES)
+@pytest.mark.parametrize("bump_height", [1.25e-3, 0.25e-3])
+def test_a_shortcut_changes_no_bit(modes, switch, bump_height):
+    """Every piece of work that is left out leaves the results as they are, to the last bit."""
+    scene = scene_of(bump_height=bump_height)
+    speeds = np.linspace(33.5, 35.5, 18)
+    without = run_sweep(
+        modes, scene._replace(shortcuts=Shortcuts()._replace(**{switch: False})), speeds
+    )
+    result = run_sweep(modes, scene, speeds)
+    assert np.array_equal(result.amplitude, without.amplitude)
+    assert np.array_equal(result.localisation, without.localisation)
+    assert np.array_equal(result.point_status, without.point_status)
+    assert (result.amplitude.max() > 1e-3) == (bump_height > 1e-3)
+
+
+def test_peak_search_marches_fewer_speeds_with_the_same_results(modes):
+    speeds = np.linspace(33.5, 35.5, 41)
+    full = run_sweep(modes, scene_of(), speeds)
+    found = find_peak(modes, scene_of(), speeds)
+    marched = found.point_status != NONE
+    assert 11 <= marched.sum() < 36
+    assert found.n_steps < full.n_steps
+    assert np.array_equal(found.amplitude[marched], full.amplitude[marched])
+    top = int(np.nanargmax(found.amplitude))
+    assert marched[max(top - 1, 0)]
+    assert marched[min(top + 1, 40)]
+
+
+def test_peak_search_finds_the_top_of_a_hill(monkeypatch):
+    """On a response with one smooth hill the search ends on its top, wherever that is."""
+    speeds = np.linspace(33.5, 35.5, 41)
+    for top in range(41):
+        hill = np.exp(-(((np.arange(41) - top) / 9.0) ** 2))
+
+        def fake(modes, scene, speeds_hz, poll, selection, hill=hill):
+            status = np.zeros(41, dtype=np.uint8)
+            status[selection] = STEADY
+            amplitude = np.where(status == STEADY, hill, np.nan)
+            return sweep.SweepResult(amplitude, amplitude, amplitude, status, len(selection))
+
+        monkeypatch.setattr(sweep, "run_sweep", fake)
+        found = find_peak(None, None, speeds)
+        assert np.nanargmax(found.amplitude) == top
+        assert found.n_steps == (found.point_status == STEADY).sum() < 26
