@@ -1,0 +1,192 @@
+"""Measured numbers → ``benchmarks/report.md`` and figures."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from benchmarks import work_precision as wp
+
+COLOURS = {"exact_modal": "#0072B2", "central_difference": "#D55E00"}
+
+
+def table(head, rows):
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n"
+
+
+def verdict(reached):
+    return "reached" if reached else "**not reached**"
+
+
+def kernel_section(kernel):
+    """Steps per second, and the two targets of the kernel."""
+    rows = [
+        (name, modes, width, f"{rate / 1e6:.2f}", f"{recording / 1e6:.2f}")
+        for name, modes, width, rate, recording in kernel["rows"]
+    ]
+    ours, c, gflops = np.array(kernel["sides"]).T
+    over_c = ours / c
+    limit = gflops * 1e9 / kernel["flops"]
+    below = limit / ours
+    head = ("scheme", "η", "lanes", "million steps/s", "the same while recording")
+    return f"""## Kernel: simulated steps per second and core
+
+{table(head, rows)}
+Side by side with 16 lanes and η = 60, three times in turns (the machine's speed drifts, ratios
+hold):
+
+{
+        table(
+            (
+                "hpcrub",
+                "plain C, dense",
+                "ratio",
+                "large matrix product",
+                "its limit for this algorithm",
+                "limit / hpcrub",
+            ),
+            [
+                (
+                    f"{a / 1e6:.2f} M/s",
+                    f"{b / 1e6:.3f} M/s",
+                    f"{r:.1f}",
+                    f"{g:.0f} GFLOP/s",
+                    f"{l / 1e6:.1f} M/s",
+                    f"{f:.1f}",
+                )
+                for a, b, r, g, l, f in zip(ours, c, over_c, gflops, limit, below, strict=True)
+            ],
+        )
+    }
+- At least 16 times the plain C program: median {np.median(over_c):.1f}, {
+        verdict(np.median(over_c) >= 16)
+    }.
+- Within 4 times of the machine's limit: median {np.median(below):.1f}, {
+        verdict(np.median(below) <= 4)
+    }.
+  A step of one speed needs {kernel["flops"]:.0f} floating-point operations ({
+        kernel["contacts"]:.1f}
+  points in contact at a time on average).
+- A plain NumPy loop makes {kernel["numpy"] / 1e6:.3f} million steps/s: hpcrub is
+  {np.median(ours) / kernel["numpy"]:.0f} times as fast.
+- What 16 lanes touch at every step is {kernel["bytes"] / 1024:.0f} KiB: it streams from the
+  second-level cache, not from memory.
+"""
+
+
+def percent(values):
+    return " / ".join(f"{100 * v:+.1f}" for v in values)
+
+
+def precision_section(results):
+    """Run time against error, and what the defaults are worth."""
+    rows = []
+    front = pareto(results)
+    for setting in wp.SETTINGS:
+        error, r = wp.compare(results, setting), results[setting]
+        low, high = error["interval"]
+        rows.append((
+            setting.label + (" (front)" if setting in front else ""), f"{r['seconds']:.3f}",
+            f"{r['simulated']:.2f}", f"{100 * r['not_steady']:.0f}",
+            percent(error["amplitude_percentiles"]),
+            " / ".join(f"{100 * a:+.1f}…{100 * b:+.1f}" for a, b in zip(low, high, strict=True)),
+            percent(error["amplification_percentiles"]), f"{100 * error['tuned']:+.1f}",
+            f"{100 * error['sample_median']:.1f}", f"{100 * error['periodic']:.3f}",
+        ))  # fmt: skip
+    head = ("setting", "s/sample", "simulated s/point", "not steady %",
+            "amplitude percentiles 1/50/99, error %", "95 % bootstrap", "A_nl 1/50/99, error %",
+            "tuned, error %", "sample peak, median error %", "periodic points, median error %")  # fmt: skip
+    share = wp.periodic(results).mean()
+    orders = {name: wp.order(results, name) for name in COLOURS}
+    return f"""## Run time against error
+
+{wp.N_SAMPLES} samples at ±{100 * wp.cases.HALF_RANGE:g} % (σ = 1.7 %), {len(wp.SPEEDS)} speeds
+from 33.5 to 35.5 Hz, four bumps. Errors against {wp.REFERENCE.label}.
+
+{table(head, rows)}
+- {100 * share:.0f} % of the points are periodic: both schemes agree there to
+  {100 * wp.PERIODIC:g} % at the finest step. Fitted order of the amplitude error on them:
+  {orders["exact_modal"]:.2f} (exact_modal), {orders["central_difference"]:.2f}
+  (central_difference).
+- On the others the motion is quasi-periodic or chaotic: rounding alone changes the amplitude of a
+  point, hence of a sample. The row {wp.FLOOR.label} shows that floor: a second run at the finest
+  step. Percentiles over samples average it out; the tuned disk is a single sample, so its floor
+  moves all amplifications together.
+"""
+
+
+def pareto(results):
+    """Settings that no other beats in both run time and error of the median amplitude."""
+    points = {s: (results[s]["seconds"], score(results, s)) for s in wp.SETTINGS}
+    return {
+        s for s, (cost, error) in points.items()
+        if not any(c < cost and e < error for c, e in points.values())
+    }  # fmt: skip
+
+
+def score(results, setting):
+    """Mean magnitude of the errors of the three amplitude percentiles."""
+    return float(np.mean(np.abs(wp.compare(results, setting)["amplitude_percentiles"])))
+
+
+def precision_figure(results, path):
+    """Work-precision diagram with the Pareto front."""
+    front = sorted(pareto(results), key=lambda s: results[s]["seconds"])
+    figure, axis = plt.subplots(figsize=(9, 5.5), layout="constrained")
+    for setting in wp.SETTINGS:
+        if setting == wp.REFERENCE:
+            continue
+        x, y = results[setting]["seconds"], 100 * score(results, setting)
+        plain = setting.n_modes == 60 and setting.search == "full" and setting.max_time == 5.0
+        axis.plot(x, y, "o" if plain else "s", color=COLOURS[setting.scheme],
+                  mfc=None if plain else "white", ms=11 if setting == wp.DEFAULT else 7)  # fmt: skip
+        text = setting.label.replace("exact_modal, ", "").replace("central_difference, ", "")
+        axis.annotate(text, (x, y), xytext=(6, 4), textcoords="offset points", fontsize=8)
+    line = [s for s in front if s != wp.REFERENCE]
+    axis.plot([results[s]["seconds"] for s in line], [100 * score(results, s) for s in line],
+              "-", color="0.6", zorder=0, label="Pareto front")  # fmt: skip
+    for name, colour in COLOURS.items():
+        axis.plot([], [], "o", color=colour, label=name)
+    floor = 100 * score(results, wp.FLOOR)
+    axis.axhline(floor, color="0.4", ls=":", label="floor: the finest step, other rounding")
+    axis.set(xscale="log", yscale="log", xlabel="seconds per sample and core",
+             ylabel="error of the amplitude percentiles 1, 50, 99 [%]")  # fmt: skip
+    axis.legend(frameon=False, fontsize=9)
+    axis.grid(alpha=0.3)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def cost_section(parts, shortcuts, scaling, start, ranks):
+    """Where the time of a sample goes, and how it grows."""
+    total = sum(v for k, v in parts.items() if "once" not in k)
+    rows = [(k, f"{1e3 * v:.2f} ms", "" if "once" in k else f"{100 * v / total:.2f} %")
+            for k, v in parts.items()]  # fmt: skip
+    grow = [
+        (name, ", ".join(f"{n}: {1e9 * s:.0f}" for n, s in zip(sizes, seconds, strict=True)),
+         f"{exponent:.2f}")
+        for name, (sizes, seconds, exponent) in scaling.items()
+    ]  # fmt: skip
+    off = [(name, f"{ratio:.2f}") for name, ratio in shortcuts.items()]
+    ratio = ranks[1] / ranks[2]
+    return f"""## Cost of a sample
+
+{table(("part", "time", "share of a sample"), rows)}
+Run time of a sweep with one shortcut switched off, relative to all on (none changes a bit of the
+result; there is a test for each):
+
+{table(("shortcut", "relative run time"), off)}
+## Growth with the size of the disk
+
+{table(("varied", "ns per step and lane", "fitted exponent"), grow)}
+## Start, memory, ranks
+
+- Start of the kernel: {start["cold"]:.1f} s with an empty cache (compiled), {start["warm"]:.1f} s
+  from the cache. Memory of a rank: {start["memory_mb"]:.0f} MB after the start.
+- The same study on one and two ranks: {ranks[1]:.1f} s and {ranks[2]:.1f} s, a speed-up of
+  {ratio:.2f}; target 1.9 {verdict(ratio >= 1.9)}.
+"""
