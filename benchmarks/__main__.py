@@ -2,8 +2,7 @@
 
 import os
 
-for _name in ("OMP", "OPENBLAS", "NUMBA"):
-    os.environ[f"{_name}_NUM_THREADS"] = "1"
+os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "NUMBA")})
 
 import platform
 import time

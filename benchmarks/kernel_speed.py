@@ -66,9 +66,9 @@ def dense_matrices(lanes, speed=34.0):
     """The same scheme in the coordinates of the reduced model: u+ = A1 u + A2 u-, push, W, bump."""
     modes, scene, grid = lanes.modes, lanes.scene, lanes.grid
     h = 1.0 / (speed * grid.steps_per_revolution)
-    keep, pull, push = scheme.coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    keep, push = scheme.coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
     inverse = np.linalg.inv(modes.shapes)
-    A1 = modes.shapes @ np.diag(1.0 + keep - pull) @ inverse
+    A1 = modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse
     A2 = -modes.shapes @ np.diag(keep) @ inverse
     load = -(modes.radial + scene.friction * modes.tangential).T
     moved = modes.shapes @ (push[:, None] * load)
@@ -147,9 +147,8 @@ def measure():
             for width in LANES if n_modes == 60 else (16,):
                 lanes = Lanes(width, n_modes, name)
                 rows.append((name, n_modes, width, lanes.rate(), lanes.rate(place=0)))
-    sides = []
-    for _ in range(3):  # the machine's speed drifts: everything that is compared, in turns
-        sides.append((reference.rate(), plain_c(reference), peak_gflops()))
+    # in turns: the machine's speed drifts
+    sides = [(reference.rate(), plain_c(reference), peak_gflops()) for _ in range(5)]
     contacts = reference.contacts()
     return {
         "rows": rows,

@@ -55,10 +55,10 @@ hold):
                     f"{b / 1e6:.3f} M/s",
                     f"{r:.1f}",
                     f"{g:.0f} GFLOP/s",
-                    f"{l / 1e6:.1f} M/s",
+                    f"{most / 1e6:.1f} M/s",
                     f"{f:.1f}",
                 )
-                for a, b, r, g, l, f in zip(ours, c, over_c, gflops, limit, below, strict=True)
+                for a, b, r, g, most, f in zip(ours, c, over_c, gflops, limit, below, strict=True)
             ],
         )
     }
@@ -99,7 +99,7 @@ def precision_section(results):
         ))  # fmt: skip
     head = ("setting", "s/sample", "simulated s/point", "not steady %",
             "amplitude percentiles 1/50/99, error %", "95 % bootstrap", "A_nl 1/50/99, error %",
-            "tuned, error %", "sample peak, median error %", "periodic points, median error %")  # fmt: skip
+            "tuned, error %", "sample peak, error %", "periodic points, error %")  # fmt: skip
     share = wp.periodic(results).mean()
     orders = {name: wp.order(results, name) for name in COLOURS}
     return f"""## Run time against error
@@ -143,7 +143,7 @@ def precision_figure(results, path):
         x, y = results[setting]["seconds"], 100 * score(results, setting)
         plain = setting.n_modes == 60 and setting.search == "full" and setting.max_time == 5.0
         axis.plot(x, y, "o" if plain else "s", color=COLOURS[setting.scheme],
-                  mfc=None if plain else "white", ms=11 if setting == wp.DEFAULT else 7)  # fmt: skip
+                  mfc=None if plain else "white", ms=7 + 4 * (setting == wp.DEFAULT))  # fmt: skip
         text = setting.label.replace("exact_modal, ", "").replace("central_difference, ", "")
         axis.annotate(text, (x, y), xytext=(6, 4), textcoords="offset points", fontsize=8)
     line = [s for s in front if s != wp.REFERENCE]

@@ -53,7 +53,7 @@ def shortcuts():
     options = {"all on": scene.shortcuts}
     for name in scene.shortcuts._fields:
         options[f"without {name}"] = scene.shortcuts._replace(**{name: False})
-    seconds = {name: np.inf for name in options}
+    seconds = dict.fromkeys(options, np.inf)
     for _ in range(3):  # in turns: the machine's speed drifts
         for name, value in options.items():
             changed = scene._replace(shortcuts=value)

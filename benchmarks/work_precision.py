@@ -120,7 +120,7 @@ def periodic(results):
 
 def order(results, scheme):
     """Fitted order of the amplitude error at periodic points, finest step left out."""
-    steps = [s for s in STEPS[1:-1]]
+    steps = list(STEPS[1:-1])
     errors = [compare(results, Setting(scheme=scheme, step=step))["periodic"] for step in steps]
     return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
 

@@ -7,8 +7,9 @@ both schemes are the same three lines (``docs/theory.md`` derives them):
     multipliers λ ≥ 0,  w = p − W λ ≤ 0,  λ w = 0       all contact points at once
     corrector   d ← d + push·Gλ,  q ← q + push·Gλ       G = −(R + μT)ᵀ: normal force and friction
 
-keep, push and pull are numbers per mode and lane (`coefficients`); R and T hold the radial and
-tangential displacement of every contact point per unit modal coordinate; W = R·push·(R + μT)ᵀ.
+keep, push and pull = ω² push are numbers per mode and lane (`scheme.coefficients`); R and T hold
+the radial and tangential displacement of every contact point per unit modal coordinate;
+W = R·push·(R + μT)ᵀ.
 
 The corrector of a step is applied on the way through the next predictor, so that each step reads
 and writes the modal state once. What one lane computes never depends on the other lanes.
@@ -73,7 +74,7 @@ class Scheme(NamedTuple):
     tangential: np.ndarray  # T (K, C)
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
     keep: np.ndarray  # (K, L) [-]
-    pull: np.ndarray  # (K, L) [-]
+    squared: np.ndarray  # ω² (K,) [rad²/s²]; pull = ω² push in both schemes
     push: np.ndarray  # (K, L) [s²]
     clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane; polar: else zero
     step: np.ndarray  # h (L,) [s]
@@ -125,16 +126,16 @@ def predict(lanes, contacts, scheme, state, step):
     depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
     loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
+        push = load(lanes, scheme.push, k)
         q = load(lanes, state.position, k)
         d = load(lanes, state.increment, k)
         if len(contacts) > 0:
-            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
-            kick = kick * load(lanes, scheme.push, k)
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * push
             q = q + kick
             d = d + kick
-        d = load(lanes, scheme.keep, k) * d - load(lanes, scheme.pull, k) * q
+        d = load(lanes, scheme.keep, k) * d - (push * splat(lanes, scheme.squared[k])) * q
         if loaded:
-            d = d + splat(lanes, scheme.external[step, k]) * load(lanes, scheme.push, k)
+            d = d + splat(lanes, scheme.external[step, k]) * push
         q = q + d
         store(state.increment, k, d)
         store(state.position, k, q)

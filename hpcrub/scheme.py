@@ -21,21 +21,21 @@ def coefficients(scheme, omega, damping_ratio, h):
         h: time step [s].
 
     Returns:
-        keep, pull [-] and push [s²], each (K,), in d ← keep·d − pull·q + push·(force).
+        keep [-] and push [s²], each (K,), in d ← keep·d − ω² push·q + push·(force).
 
     Source: Joachim, Nyssen, Batailly (2020), section 2.2.2; ``docs/theory.md`` for exact_modal.
     """
     c = damping_ratio * omega * h
     if scheme == "central_difference":
         push = h * h / (1.0 + c)
-        return (1.0 - c) / (1.0 + c), omega**2 * push, push
+        return (1.0 - c) / (1.0 + c), push
     theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
     keep = np.exp(-2.0 * c)
     # 1 − 2e^{−c}cos θ + e^{−2c} without the cancellation at small steps
     pull = np.real(np.expm1(-c) ** 2 + 4.0 * np.exp(-c) * np.sin(theta / 2.0) ** 2)
     rigid = omega * h < 1e-8
     push = np.where(rigid, h * h, pull / np.where(rigid, 1.0, omega) ** 2)
-    return keep, pull, push
+    return keep, push
 
 
 def delassus(motion, load, push):
@@ -68,7 +68,7 @@ class Bank(NamedTuple):
 
 # Members that have one column (or one number) per lane
 LANE_MEMBERS = {
-    Scheme: ("keep", "pull", "push", "clearance", "step"),
+    Scheme: ("keep", "push", "clearance", "step"),
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
@@ -111,7 +111,7 @@ def allocate(modes, scene, grid, width):
         tangential=_aligned(tangential),
         load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
         keep=aligned_zeros((n_modes, width)),
-        pull=aligned_zeros((n_modes, width)),
+        squared=modes.omega**2,
         push=aligned_zeros((n_modes, width)),
         clearance=aligned_zeros((1, width)),
         step=np.zeros(width),
@@ -168,7 +168,7 @@ def _allocate_polar(scene, grid, n_points, width):
 def empty_lane(bank, lane):
     """Put a lane at rest, far from the casing (bank is modified)."""
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.keep, scheme.pull, scheme.push, bank.contact.reach):
+    for array in (scheme.keep, scheme.push, bank.contact.reach):
         array[:, lane] = 0.0
     scheme.clearance[:, lane] = np.inf
     for array in (state.position, state.increment, state.multiplier, state.unsolved):
@@ -187,8 +187,9 @@ def fill_lane(bank, lane, modes, scene, h):
         h: time step [s].
     """
     scheme = bank.scheme
-    coefficients_of_lane = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
-    scheme.keep[:, lane], scheme.pull[:, lane], scheme.push[:, lane] = coefficients_of_lane
+    scheme.keep[:, lane], scheme.push[:, lane] = coefficients(
+        scene.scheme, modes.omega, scene.damping_ratio, h
+    )
     scheme.step[lane] = h
     motion = np.stack([modes.radial.T, modes.tangential.T])
     push = scheme.push[:, lane]
