@@ -23,9 +23,10 @@ def problem(n_modes=60, scheme="exact_modal", step=2e-5, **disk):
     return build_problem(config)
 
 
-def modes_of(reduced, sample):
-    """Modes of a mistuned sample; of the tuned disk for None."""
+def modes_of(reduced, sample, nudge=0.0):
+    """Modes of a mistuned sample, of the tuned disk for None; all blades stiffer by ``nudge``."""
     n_blades = len(reduced.blade_stiffness)
-    if sample is None:
-        return mistuned_modes(reduced, np.zeros(n_blades))
-    return mistuned_modes(reduced, stiffness_deviation(2020, 0, sample, n_blades, HALF_RANGE))
+    deviation = np.zeros(n_blades)
+    if sample is not None:
+        deviation = stiffness_deviation(2020, 0, sample, n_blades, HALF_RANGE)
+    return mistuned_modes(reduced, deviation + nudge)

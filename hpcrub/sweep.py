@@ -277,14 +277,14 @@ def warm_up():
     """Compile the kernel, or load it from the cache; the first call of a machine takes seconds."""
     modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
     scene = Scene(
-        np.zeros(1),
-        1.0,
-        0.01,
-        1,
-        1e-3,
-        1e-2,
-        1e-2,
-        0.1,
+        contact_angle=np.zeros(1),
+        contact_radius=1.0,
+        damping_ratio=0.01,
+        n_bumps=1,
+        bump_height=2e-3,
+        clearance=1e-3,
+        growth_time=1e-2,
+        friction=0.1,
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
     )
