@@ -166,10 +166,10 @@ class Speeds(Section):
 
 class Time(Section):
     scheme: Literal["central_difference", "exact_modal"] = Field(
-        "central_difference", description="time integration between contacts"
+        "exact_modal", description="time integration between contacts"
     )
     step_s: Number = Field(
-        1e-6, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
+        2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
     step = _si("step_s", "s")
@@ -190,7 +190,7 @@ class SteadyState(Section):
         0.01, gt=0, le=1, description="relative change of amplitude when steady, below [-]"
     )
     max_time_s: Number = Field(
-        5.0, gt=0, le=1e4, description="simulated time after which a point is given up [s]"
+        2.0, gt=0, le=1e4, description="simulated time after which a point is given up [s]"
     )
 
     first_check = _si("first_check_s", "s")

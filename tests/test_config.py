@@ -65,7 +65,7 @@ def test_properties_are_si():
         c.casing.bump_height: 0.00125,
         c.casing.growth_time: 0.01,
         c.forcing.amplitude: 150.0,
-        c.time.step: 1e-6,
+        c.time.step: 2e-5,
         c.steady_state.first_check: 0.5,
         c.steady_state.max_time: 5.0,
     }

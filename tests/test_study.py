@@ -163,7 +163,10 @@ def test_existing_output(tiny, folder, capfd):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--set", "time.step_s=1e-4"], "time.step_s: 0.0001 is not below"),
+        (
+            ["--set", "time.scheme=central_difference", "--set", "time.step_s=1e-4"],
+            "time.step_s: 0.0001 is not below",
+        ),
         (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
         (["--output", "tiny.yaml/result.h5"], "cannot write"),
         (["--output", "."], "is a folder"),
