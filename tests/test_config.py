@@ -67,7 +67,7 @@ def test_properties_are_si():
         c.forcing.amplitude: 150.0,
         c.time.step: 2e-5,
         c.steady_state.first_check: 0.5,
-        c.steady_state.max_time: 5.0,
+        c.steady_state.max_time: 2.0,
     }
     for found, expected in si.items():
         assert found == pytest.approx(expected, rel=1e-15)
