@@ -12,6 +12,7 @@ import numpy as np
 
 from hpcrub.jit import compiled
 from hpcrub.lanes import load, splat, store, tile_add, tile_splat, tile_store
+from hpcrub.reasons import SELF_LOCKING
 
 TILE = 12  # as in the kernel
 TIPS = (0,) * TILE
@@ -90,6 +91,10 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
         for lane in range(len(lanes)):
             w_jj = contact.coupling[j * n_rows + j, lane]
             contact.stiffness[j, lane] = 1.0 / w_jj if w_jj > 0.0 else 0.0
+            nearest = -contact.reach[0, lane] * polar.deepest[0, lane]
+            if not w_jj > 0.0 and polar.deepest[0, lane] > 0.0:
+                if state.penetration[j, lane] > nearest:  # the lane's own candidate
+                    contact.flaw[0, lane] = SELF_LOCKING
         stiffness = load(lanes, contact.stiffness, j)
         for a in range(n_active):
             at = state.active[a] * n_rows + j
