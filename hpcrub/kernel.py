@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import casing
-from hpcrub.complementarity import solve_by_pivoting
+from hpcrub.complementarity import STUCK, SWEEPS, UNSOLVED, solve_by_pivoting
 from hpcrub.jit import compiled
 from hpcrub.lanes import (
     any_lane,
@@ -90,7 +90,6 @@ class Contact(NamedTuple):
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
-    flaw: np.ndarray  # (1, L) code of `reasons`: why forces are not unique (polar: modified)
 
 
 class State(NamedTuple):
@@ -104,9 +103,10 @@ class State(NamedTuple):
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     growth: np.ndarray  # (1, L) growth factor of the bumps [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
-    sweeps: np.ndarray  # (1, L) most sweeps that the multipliers of a step took; 0: no contact yet
-    stuck: np.ndarray  # (1, L) 1 where the sweeps of this step did not converge, work space
-    unsolved: np.ndarray  # (1, L) 1 where the multipliers of a step were not found
+    # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
+    # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
+    # of the Delassus operator, code of ``reasons``. One array: the kernel's calls pay for each.
+    report: np.ndarray
 
 
 class Record(NamedTuple):
@@ -246,13 +246,13 @@ def solve_many(lanes, contact, state, n_active, limit, changing):
 
 @compiled
 def solve_stuck(lanes, contact, state, n_active):
-    """Multipliers of the lanes in ``state.stuck`` by pivoting, lane by lane (state is modified).
+    """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
 
     Only points within the lane's own reach take part: others' would change its rounding.
     """
     n_rows = state.penetration.shape[0]
     for lane in range(len(lanes)):
-        if state.stuck[0, lane] == 0.0:
+        if state.report[STUCK, lane] == 0.0:
             continue
         depth = state.penetration[:, lane]
         nearest = -contact.reach[0, lane] * depth.max()
@@ -263,7 +263,7 @@ def solve_stuck(lanes, contact, state, n_active):
                 M[a, b] += contact.coupling[i * n_rows + j, lane]
         x = np.zeros(len(rows))
         if not solve_by_pivoting(M, depth[rows], x):
-            state.unsolved[0, lane] = 1.0
+            state.report[UNSOLVED, lane] = 1.0
         for i in state.active[:n_active]:
             state.multiplier[i, lane] = 0.0
         for a, i in enumerate(rows):
@@ -288,9 +288,9 @@ def solve(lanes, contact, state, deepest, n_active):
         stuck, sweeps = solve_few(lanes, MANY_CONTACTS, contact, state, limit, changing)
     else:
         stuck, sweeps = solve_many(lanes, contact, state, n_active, limit, changing)
-    store(state.sweeps, 0, larger(sweeps, load(lanes, state.sweeps, 0)))
+    store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
     if any_lane(stuck):
-        store(state.stuck, 0, select(stuck, splat(lanes, 1.0), splat(lanes, 0.0)))
+        store(state.report, STUCK, select(stuck, splat(lanes, 1.0), splat(lanes, 0.0)))
         solve_stuck(lanes, contact, state, n_active)
     for a in range(n_active):
         i = state.active[a]

@@ -7,6 +7,7 @@ import numpy as np
 
 from hpcrub import complementarity
 from hpcrub.casing import bump_table
+from hpcrub.complementarity import FLAW
 from hpcrub.kernel import TILE, Contact, Record, Scheme, State
 from hpcrub.lanes import aligned_zeros
 from hpcrub.polar import Polar
@@ -126,7 +127,6 @@ def allocate(modes, scene, grid, width):
         coupling=aligned_zeros(((n_points + 1) ** 2, width)),
         stiffness=aligned_zeros((n_points, width)),
         reach=aligned_zeros((1, width)),
-        flaw=aligned_zeros((1, width)),
     )
     state = State(
         position=aligned_zeros((n_modes, width)),
@@ -137,9 +137,7 @@ def allocate(modes, scene, grid, width):
         active=np.full(n_forces + TILE, n_forces - 1),
         growth=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
-        sweeps=aligned_zeros((1, width)),
-        stuck=aligned_zeros((1, width)),
-        unsolved=aligned_zeros((1, width)),
+        report=aligned_zeros((4, width)),
     )
     n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
     n_records = grid.steps_per_block // grid.stride
@@ -172,11 +170,11 @@ def _allocate_polar(scene, grid, n_points, width):
 
 def empty_lane(bank, lane):
     """Put a lane at rest, far from the casing (bank is modified)."""
-    scheme, contact, state = bank.scheme, bank.contact, bank.state
-    for array in (scheme.keep, scheme.pull, scheme.push, contact.reach, contact.flaw):
+    scheme, state = bank.scheme, bank.state
+    for array in (scheme.keep, scheme.pull, scheme.push, *bank.contact):
         array[:, lane] = 0.0
     scheme.clearance[:, lane] = np.inf
-    for array in (state.position, state.increment, state.multiplier, state.sweeps, state.unsolved):
+    for array in (state.position, state.increment, state.multiplier, state.report):
         array[:, lane] = 0.0
     state.n_steps[lane] = 0
 
@@ -202,23 +200,22 @@ def fill_lane(bank, lane, modes, scene, h):
         scheme.clearance[0, lane] = 0.0
         _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
         bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
-        bank.contact.flaw[0, lane] = NONE if np.isfinite(reach) else UNPROVEN
+        bank.state.report[FLAW, lane] = NONE if np.isfinite(reach) else UNPROVEN
         return
     scheme.clearance[0, lane] = scene.clearance
-    _fill_contact(bank.contact, lane, W[0, 0] + scene.friction * W[0, 1])
+    normal = W[0, 0] + scene.friction * W[0, 1]
+    bank.state.report[FLAW, lane] = flaw = complementarity.flaw(normal)
+    if flaw in (NONE, UNPROVEN):  # else the point has no forces, and no result once it touches
+        _fill_contact(bank.contact, lane, normal)
 
 
 def _fill_contact(contact, lane, W):
-    """Give a lane its Delassus operator; without forces if it has a flaw (contact is modified)."""
-    n_points = len(W)
-    contact.flaw[0, lane] = flaw = complementarity.flaw(W)
-    coupling, stiffness = np.zeros_like(W), np.zeros(n_points)
-    if flaw in (NONE, UNPROVEN):
-        stiffness = 1.0 / np.diag(W)
-        coupling = W * stiffness
-        np.fill_diagonal(coupling, 0.0)
+    """Give a lane its Delassus operator (contact is modified)."""
+    diagonal = np.diag(W)
+    coupling = W / diagonal
+    np.fill_diagonal(coupling, 0.0)
     _spread(contact.coupling, lane, coupling)
-    contact.stiffness[:n_points, lane] = stiffness
+    contact.stiffness[: len(diagonal), lane] = 1.0 / diagonal
     contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
 
 

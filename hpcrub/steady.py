@@ -14,6 +14,7 @@ class SteadyCriteria(NamedTuple):
     min_correlation: float = 0.95
     max_amplitude_change: float = 0.01
     max_time: float = 5.0  # [s]
+    confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
 
 
 def correlation(a, b):

@@ -49,8 +49,8 @@ def simulate(n_samples, report=lambda text: None):
         half_range = LEVELS[level] if level >= 0 else 0.0
         deviation = stiffness_deviation(SEED, max(level, 0), sample, 12, half_range)
         modes = mistuned_modes(reduced, deviation)
-        for part in np.split(SPEEDS, len(SPEEDS) // WIDTH):
-            parts.append(_histories(modes, scene, grid, part, level, sample))
+        batches = np.split(SPEEDS, len(SPEEDS) // WIDTH)
+        parts += [_histories(modes, scene, grid, batch, level, sample) for batch in batches]
         report(f"{done + 1} of {len(cases)} disks, {time.monotonic() - began:.0f} s")
     return Histories(*(np.concatenate(members) for members in zip(*parts, strict=True)))
 
