@@ -192,6 +192,9 @@ class SteadyState(Section):
     max_time_s: Number = Field(
         2.0, gt=0, le=1e4, description="simulated time after which a point is given up [s]"
     )
+    confirmations: Whole = Field(
+        1, ge=1, le=1000, description="checks passed in succession until steady; 1 in the paper"
+    )
 
     first_check = _si("first_check_s", "s")
     max_time = _si("max_time_s", "s")

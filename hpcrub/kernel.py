@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import casing
+from hpcrub.complementarity import STUCK, SWEEPS, UNSOLVED, solve_by_pivoting
 from hpcrub.jit import compiled
 from hpcrub.lanes import (
     any_lane,
@@ -52,7 +53,7 @@ NO_CONTACTS = ()
 FEW_CONTACTS = (0,) * 4
 SOME_CONTACTS = (0,) * 8
 MANY_CONTACTS = (0,) * 12
-MAX_SWEEPS = 500  # of the multiplier solver; five or so are usual
+MAX_SWEEPS = 200  # of the multiplier solver before it pivots; five or so are usual
 TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
@@ -103,7 +104,10 @@ class State(NamedTuple):
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     growth: np.ndarray  # (1, L) growth factor of the bumps [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
-    unsolved: np.ndarray  # (1, L) 1 where the multipliers did not converge
+    # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
+    # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
+    # of the Delassus operator, code of ``reasons``. One array: the kernel's calls pay for each.
+    report: np.ndarray
 
 
 class Record(NamedTuple):
@@ -192,24 +196,30 @@ def candidates(lanes, contact, state, deepest, shortcut):
 
 @compiled(inline=True)
 def solve_few(lanes, slots, contact, state, limit, changing):
-    """Multipliers of at most ``len(slots)`` active points, all in registers; see `solve`."""
+    """Multipliers of at most ``len(slots)`` active points, all in registers; see `solve`.
+
+    Returns the lanes that did not converge, and how many sweeps each lane took.
+    """
+    sweeps = splat(lanes, 0.0)
     rows = indices(slots, state.active, 0)
     depth = tile_gather(lanes, state.penetration, rows)
     x = tile_splat(slots, splat(lanes, 0.0))
     n_rows = state.penetration.shape[0]
     for _ in range(MAX_SWEEPS):
         depth, x, change = tile_relax(contact.coupling, n_rows, rows, depth, x, changing)
+        sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
         changing = below(limit, change)
         if not any_lane(changing):
             break
     tile_scatter(state.multiplier, rows, x)
-    return changing
+    return changing, sweeps
 
 
 @compiled
 def solve_many(lanes, contact, state, n_active, limit, changing):
     """Multipliers of any number of active points, bit for bit as `solve_few`."""
     n_rows = state.penetration.shape[0]
+    sweeps = splat(lanes, 0.0)
     for a in range(n_active):
         i = state.active[a]
         store(state.depth, i, load(lanes, state.penetration, i))
@@ -228,10 +238,37 @@ def solve_many(lanes, contact, state, n_active, limit, changing):
                 effect = load(lanes, contact.coupling, i * n_rows + j)
                 if i != j:
                     store(state.depth, i, fma(effect, less, load(lanes, state.depth, i)))
+        sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
         changing = below(limit, change)
         if not any_lane(changing):
             break
-    return changing
+    return changing, sweeps
+
+
+@compiled
+def solve_stuck(lanes, contact, state, n_active):
+    """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
+
+    Only points within the lane's own reach take part: others' would change its rounding.
+    """
+    n_rows = state.penetration.shape[0]
+    for lane in range(len(lanes)):
+        if state.report[STUCK, lane] == 0.0:
+            continue
+        depth = state.penetration[:, lane]
+        nearest = -contact.reach[0, lane] * depth.max()
+        rows = np.array([i for i in state.active[:n_active] if depth[i] > nearest])
+        M = np.eye(len(rows))
+        for a, i in enumerate(rows):
+            for b, j in enumerate(rows):
+                M[a, b] += contact.coupling[i * n_rows + j, lane]
+        x = np.zeros(len(rows))
+        if not solve_by_pivoting(M, depth[rows], x):
+            state.report[UNSOLVED, lane] = 1.0
+        for i in state.active[:n_active]:
+            state.multiplier[i, lane] = 0.0
+        for a, i in enumerate(rows):
+            state.multiplier[i, lane] = x[a]
 
 
 @compiled(inline=True)
@@ -239,19 +276,23 @@ def solve(lanes, contact, state, deepest, n_active):
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged
-    is frozen, so that its result does not depend on how long the others take.
+    is frozen, so that its result does not depend on how long the others take; one that has not
+    after MAX_SWEEPS is solved by pivoting.
     """
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
     changing = below(splat(lanes, 0.0), deepest)
     if n_active <= len(FEW_CONTACTS):
-        failed = solve_few(lanes, FEW_CONTACTS, contact, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, FEW_CONTACTS, contact, state, limit, changing)
     elif n_active <= len(SOME_CONTACTS):
-        failed = solve_few(lanes, SOME_CONTACTS, contact, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, SOME_CONTACTS, contact, state, limit, changing)
     elif n_active <= len(MANY_CONTACTS):
-        failed = solve_few(lanes, MANY_CONTACTS, contact, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, MANY_CONTACTS, contact, state, limit, changing)
     else:
-        failed = solve_many(lanes, contact, state, n_active, limit, changing)
-    store(state.unsolved, 0, select(failed, splat(lanes, 1.0), load(lanes, state.unsolved, 0)))
+        stuck, sweeps = solve_many(lanes, contact, state, n_active, limit, changing)
+    store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
+    if any_lane(stuck):
+        store(state.report, STUCK, select(stuck, splat(lanes, 1.0), splat(lanes, 0.0)))
+        solve_stuck(lanes, contact, state, n_active)
     for a in range(n_active):
         i = state.active[a]
         force = load(lanes, state.multiplier, i) * load(lanes, contact.stiffness, i)

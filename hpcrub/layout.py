@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub import reasons
+
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
 NO_POINT, STEADY, NOT_STEADY, DIVERGED = 0, 1, 2, 3  # status of a point (one speed of one sample)
 KINDS = ("contact", "linear")
@@ -22,7 +24,10 @@ class Dataset(NamedTuple):
     dtype: str = "f8"
 
 
+_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(reasons.WORDS))
+_SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
 _POINT = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged"
+_BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _LINEAR = "largest tangential displacement of any tip under the linear travelling load"
@@ -37,6 +42,8 @@ LAYOUT = (
     Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
     Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
     Dataset("tuned/point_status", _S, "1", _POINT, "u1"),
+    Dataset("tuned/point_reason", _S, "1", _REASON, "u1"),
+    Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
     Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
@@ -46,6 +53,8 @@ LAYOUT = (
     Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
     Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
     Dataset("samples/point_status", _VNS, "1", _POINT, "u1"),
+    Dataset("samples/point_reason", _VNS, "1", _REASON, "u1"),
+    Dataset("samples/max_sweeps", _VNS, "1", _SWEEPS, "u1"),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over that of the tuned disk"),
@@ -61,6 +70,8 @@ LAYOUT = (
                 Dataset(f"statistics/{kind}/{name}", ("level", "percentile", "block"), "1", text)
                 for name, text in (
                     ("percentile", f"percentiles of the {kind} amplifications seen"),
+                    ("percentile_low", f"lower end of the percentiles' confidence intervals{_BY}"),
+                    ("percentile_high", f"upper end of the percentiles' confidence intervals{_BY}"),
                     ("mean_of_percentile", "mean of the percentile values so far"),
                     ("convergence_error", "convergence error, Z sqrt(V/k) of k percentile values"),
                 )

@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.complementarity import FLAW
 from hpcrub.jit import compiled
 from hpcrub.lanes import load, splat, store, tile_add, tile_splat, tile_store
+from hpcrub.reasons import SELF_LOCKING
 
 TILE = 12  # as in the kernel
 TIPS = (0,) * TILE
@@ -67,7 +69,7 @@ def displaced_depths(lanes, scheme, state, polar, step):
 
 @compiled
 def displaced_delassus(lanes, contact, state, polar, n_active):
-    """Delassus operator of the active points for their present normals (contact is modified)."""
+    """Delassus operator of the active points for their present normals (modified; state.report)."""
     n_points = state.penetration.shape[0] - 1
     n_pairs = n_points * n_points
     mu = splat(lanes, polar.friction)
@@ -90,6 +92,10 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
         for lane in range(len(lanes)):
             w_jj = contact.coupling[j * n_rows + j, lane]
             contact.stiffness[j, lane] = 1.0 / w_jj if w_jj > 0.0 else 0.0
+            nearest = -contact.reach[0, lane] * polar.deepest[0, lane]
+            touches = polar.deepest[0, lane] > 0.0 and state.penetration[j, lane] > nearest
+            if touches and not w_jj > 0.0:
+                state.report[FLAW, lane] = SELF_LOCKING
         stiffness = load(lanes, contact.stiffness, j)
         for a in range(n_active):
             at = state.active[a] * n_rows + j

@@ -5,10 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub import complementarity
 from hpcrub.casing import bump_table
+from hpcrub.complementarity import FLAW
 from hpcrub.kernel import TILE, Contact, Record, Scheme, State
 from hpcrub.lanes import aligned_zeros
 from hpcrub.polar import Polar
+from hpcrub.reasons import NONE, UNPROVEN
 
 
 def coefficients(scheme, omega, damping_ratio, h):
@@ -134,7 +137,7 @@ def allocate(modes, scene, grid, width):
         active=np.full(n_forces + TILE, n_forces - 1),
         growth=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
-        unsolved=aligned_zeros((1, width)),
+        report=aligned_zeros((4, width)),
     )
     n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
     n_records = grid.steps_per_block // grid.stride
@@ -168,10 +171,10 @@ def _allocate_polar(scene, grid, n_points, width):
 def empty_lane(bank, lane):
     """Put a lane at rest, far from the casing (bank is modified)."""
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.keep, scheme.push, bank.contact.reach):
+    for array in (scheme.keep, scheme.push, *bank.contact):
         array[:, lane] = 0.0
     scheme.clearance[:, lane] = np.inf
-    for array in (state.position, state.increment, state.multiplier, state.unsolved):
+    for array in (state.position, state.increment, state.multiplier, state.report):
         array[:, lane] = 0.0
     state.n_steps[lane] = 0
 
@@ -197,16 +200,24 @@ def fill_lane(bank, lane, modes, scene, h):
     if bank.polar.enabled:
         scheme.clearance[0, lane] = 0.0
         _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
-        bank.contact.reach[0, lane] = _polar_reach(W, scene.friction)
+        bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
+        bank.state.report[FLAW, lane] = NONE if np.isfinite(reach) else UNPROVEN
         return
     scheme.clearance[0, lane] = scene.clearance
     normal = W[0, 0] + scene.friction * W[0, 1]
-    diagonal = np.diag(normal)
-    coupling = normal / diagonal
+    bank.state.report[FLAW, lane] = flaw = complementarity.flaw(normal)
+    if flaw in (NONE, UNPROVEN):  # else the point has no forces, and no result once it touches
+        _fill_contact(bank.contact, lane, normal)
+
+
+def _fill_contact(contact, lane, W):
+    """Give a lane its Delassus operator (contact is modified)."""
+    diagonal = np.diag(W)
+    coupling = W / diagonal
     np.fill_diagonal(coupling, 0.0)
-    _spread(bank.contact.coupling, lane, coupling)
-    bank.contact.stiffness[: len(diagonal), lane] = 1.0 / diagonal
-    bank.contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
+    _spread(contact.coupling, lane, coupling)
+    contact.stiffness[: len(diagonal), lane] = 1.0 / diagonal
+    contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
 
 
 def _spread(table, lane, values):

@@ -14,11 +14,20 @@ unit of the amplification and is not divided by the mean.
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
+from scipy.stats import binom
 
 from hpcrub.jit import compiled
 
 MIN_VALUES = 10
 """The fewest percentile values on which convergence may be declared (two may agree by chance)."""
+
+
+class Intervals(NamedTuple):
+    """Confidence intervals of percentiles; NaN where there are too few samples for an end."""
+
+    percentile_low: np.ndarray  # (P, K)
+    percentile_high: np.ndarray  # (P, K)
 
 
 class RunningPercentiles(NamedTuple):
@@ -38,19 +47,56 @@ def running_percentiles(values, percentiles, step, z):
     between two percentile values. z: confidence coefficient Z.
     Returns RunningPercentiles with K = n // step; NaN where nothing can be said.
     """
-    values = np.ascontiguousarray(values, dtype=np.float64)
-    fractions = np.asarray(percentiles, dtype=np.float64) / 100.0
+    fractions = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
+    percentile = _order_statistics(values, step, (_n_valid(values, step) - 1) * fractions)
+    mean, error = _mean_and_error(percentile, z)
+    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
+    return RunningPercentiles(seen, percentile, mean, error)
+
+
+def running_intervals(values, percentiles, step, z):
+    """Confidence intervals of the percentiles of the first step, 2 step, ... samples.
+
+    Arguments as `running_percentiles`. Nothing is assumed but independent samples: of n of them,
+    the number below the percentile q of the population is binomial (n, q), hence the interval
+    between two order statistics holds it with the confidence 2 Phi(z) - 1 or more.
+    Returns Intervals. Source: David, Nagaraja, Order Statistics (2003), section 7.1.
+    """
+    n = _n_valid(values, step)
+    return Intervals(*(_order_statistics(values, step, rank) for rank in _ranks(n, percentiles, z)))
+
+
+def percentile_interval(values, percentiles, z):
+    """Ends (P,) of the confidence intervals of percentiles of all `values`."""
+    ends = running_intervals(values, percentiles, max(len(values), 1), z)
+    return Intervals(*(end[:, -1] if len(values) else np.full(len(end), np.nan) for end in ends))
+
+
+def _ranks(n, percentiles, z):
+    """Positions (P, K) of both ends of the intervals among n (K,) sorted values; NaN for none."""
+    fractions = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
+    tail = ndtr(-z)
+    low = binom.ppf(tail, n, fractions) - 1
+    high = binom.ppf(1.0 - tail, n, fractions)
+    return np.where(low >= 0, low, np.nan), np.where(high < n, high, np.nan)
+
+
+def _n_valid(values, step):
+    """Number of values among the first step, 2 step, ... that are not NaN (K,)."""
     n_blocks = len(values) // step
-    values = values[: n_blocks * step]
+    return (~np.isnan(values)).cumsum()[step - 1 : n_blocks * step : step]
+
+
+def _order_statistics(values, step, rank):
+    """Values at the positions rank (R, K) among the first step, 2 step, ... sorted ones."""
+    values = np.ascontiguousarray(values, dtype=np.float64)[: rank.shape[1] * step]
     order = np.argsort(values)  # NaN last
     n_valid = len(values) - int(np.count_nonzero(np.isnan(values)))
     place = np.empty(len(values), dtype=np.int64)
     place[order] = np.arange(len(values))
-    percentile = np.full((len(fractions), n_blocks), np.nan)
-    _percentiles_backwards(values[order], place, n_valid, fractions, step, percentile)
-    mean, error = _mean_and_error(percentile, z)
-    seen = step * np.arange(1, n_blocks + 1, dtype=np.int64)
-    return RunningPercentiles(seen, percentile, mean, error)
+    found = np.full(rank.shape, np.nan)
+    _walk_backwards(values[order], place, n_valid, np.ascontiguousarray(rank), step, found)
+    return found
 
 
 def first_converged(error, target):
@@ -80,27 +126,30 @@ def _mean_and_error(percentile, z):
 
 
 @compiled
-def _percentiles_backwards(ordered, place, n_valid, fractions, step, percentile):
-    """Fill percentile (P, K) (modified) by taking samples away from the last to the first.
+def _walk_backwards(ordered, place, n_valid, rank, step, found):
+    """Fill found (P, K) (modified) by taking samples away from the last to the first.
 
-    ordered (n,): all values sorted, NaN last. place (n,): position of sample i in `ordered`.
+    ordered (n,): all values sorted, NaN last. place (n,): position of sample i in `ordered`. rank
+    (P, K): positions among the values present, between two of them when fractional, NaN for none.
     The values still present form a linked list, so a percentile's place moves by a few links per
     block: the whole takes a time proportional to n.
     """
     before = np.arange(-1, n_valid - 1)
     after = np.arange(1, n_valid + 1)
-    at = np.zeros(len(fractions), dtype=np.int64)  # position in `ordered`, per percentile
-    index = np.zeros(len(fractions), dtype=np.int64)  # its number among the values present
+    at = np.zeros(len(rank), dtype=np.int64)  # position in `ordered`, per percentile
+    index = np.zeros(len(rank), dtype=np.int64)  # its number among the values present
     present = n_valid
-    for block in range(percentile.shape[1] - 1, -1, -1):
+    for block in range(found.shape[1] - 1, -1, -1):
         if present == 0:
             return
-        for p in range(len(fractions)):
-            virtual = (present - 1) * fractions[p]
+        for p in range(len(rank)):
+            virtual = rank[p, block]
+            if np.isnan(virtual):
+                continue
             _walk(p, int(virtual), before, after, at, index)
             a = ordered[at[p]]
             b = ordered[after[at[p]]] if index[p] + 1 < present else a
-            percentile[p, block] = _interpolate(a, b, virtual - index[p])
+            found[p, block] = _interpolate(a, b, virtual - index[p])
         for sample in range(block * step, (block + 1) * step):
             if place[sample] < n_valid:
                 _take_away(place[sample], before, after, at, index)

@@ -14,16 +14,28 @@ class SteadyCriteria(NamedTuple):
     min_correlation: float = 0.95
     max_amplitude_change: float = 0.01
     max_time: float = 5.0  # [s]
+    confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
 
 
 def correlation(a, b):
     """Pearson correlation of two signals (n,); 1 if both are constant, 0 if one is."""
-    a = a - a.mean()
-    b = b - b.mean()
-    norm_a, norm_b = np.sqrt(a @ a), np.sqrt(b @ b)
-    if norm_a == 0.0 or norm_b == 0.0:
-        return 1.0 if norm_a == norm_b else 0.0
-    return float((a / norm_a) @ (b / norm_b))
+    a, b = _unit(a), _unit(b)
+    if not (a.any() and b.any()):
+        return 0.0 if a.any() or b.any() else 1.0
+    return float(a @ b)
+
+
+def _unit(signal):
+    """Signal (n,) less its mean, of norm 1; zero for a constant one.
+
+    Scaled twice, because squares of numbers below 1e-160 or above 1e150 are not numbers any more.
+    """
+    off = signal - signal.mean()
+    largest = np.abs(off).max()
+    if not largest > 0.0:
+        return off
+    off = off / largest
+    return off / np.sqrt(off @ off)
 
 
 def is_steady(before, last, peak_before, peak_last, criteria):

@@ -308,10 +308,12 @@ class ResultFile:
         self._write(present, (level, sample))
         self._write(status, (level, sample))
 
-    def write_statistics(self, kind, level, result):
-        """Write RunningPercentiles of one level; blocks beyond its last become NaN; one rank."""
-        for name in ("percentile", "mean_of_percentile", "convergence_error"):
-            values = getattr(result, name)
+    def write_statistics(self, kind, level, running, intervals):
+        """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;
+        one rank."""
+        lines = running._asdict() | intervals._asdict()
+        lines.pop("samples_seen")  # known since the file was laid out
+        for name, values in lines.items():
             dataset = f"statistics/{kind}/{name}"
             padded = np.full(self._datasets[dataset].shape[1:], np.nan)
             padded[:, : values.shape[1]] = values

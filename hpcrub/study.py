@@ -16,7 +16,7 @@ from hpcrub.layout import DONE, FAILED, KINDS, NOT_STEADY, PENDING, STEADY
 from hpcrub.linear import linear_peak
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.reduction import ReducedModel, craig_bampton, mistuned_modes, per_sample_modes
-from hpcrub.statistics import first_converged, running_percentiles
+from hpcrub.statistics import first_converged, running_intervals, running_percentiles
 from hpcrub.steady import SteadyCriteria
 
 TUNED_PART = 4  # speeds of the tuned disk that are worth a task: they march together
@@ -87,6 +87,7 @@ def _scene(config, reduced):
             min_correlation=steady.min_correlation,
             max_amplitude_change=steady.max_amplitude_change,
             max_time=steady.max_time,
+            confirmations=steady.confirmations,
         ),
     )
 
@@ -179,8 +180,7 @@ class Study:
         modes = self.team.on_root(lambda: self._modes(np.zeros(self.config.disk.n_blades)))
         n_speeds = len(self.speeds_hz)
         n_parts = max(1, min(self.team.size, n_speeds // TUNED_PART))
-        whole = np.full((3, len(self.speeds_hz)), np.nan)
-        whole = sweep.SweepResult(*whole, np.zeros(len(self.speeds_hz), np.uint8), 0)
+        whole = sweep.SweepResult.empty(n_speeds)
 
         def compute(task, poll):
             start = time.perf_counter()
@@ -193,11 +193,11 @@ class Study:
         def collect(task, answer):
             result, seconds = answer
             mine = slice(task, None, n_parts)
-            for values, part in zip(whole[:4], result[:4], strict=True):
+            for values, part in zip(whole[:-1], result[:-1], strict=True):
                 values[mine] = part[mine]
             self._count(result.n_steps, seconds)
             if self.progress:
-                self.progress.tuned(int(np.isfinite(whole.time).sum()), len(self.speeds_hz))
+                self.progress.tuned(np.count_nonzero(whole.point_status), n_speeds)
 
         self.team.run_tasks(range(n_parts), compute, collect)
         return self.team.on_root(lambda: self._finish_tuned(modes, whole))
@@ -289,13 +289,13 @@ class Study:
         self.looked_at = self.finished
         return self._converged_at(self._running("contact")) is not None
 
-    def _running(self, kind):
+    def _running(self, kind, compute=running_percentiles):
         """RunningPercentiles of every level over the leading samples that are finished."""
         c = self.config.convergence
         values = self.amplification[KINDS.index(kind)]
         n_finished = [_leading(status != PENDING) for status in self.status]
         return [
-            running_percentiles(values[level, :n], c.percentiles, c.step, c.z)
+            compute(values[level, :n], c.percentiles, c.step, c.z)
             for level, n in enumerate(n_finished)
         ]
 
@@ -315,9 +315,10 @@ class Study:
         if self.config.convergence.stop_when_converged:
             length = self._converged_at(self._running("contact"))
         for kind in KINDS:
-            for level, running in enumerate(self._running(kind)):
-                cut = [values[..., :length] for values in running]
-                self.file.write_statistics(kind, level, type(running)(*cut))
+            both = zip(self._running(kind), self._running(kind, running_intervals), strict=True)
+            for level, parts in enumerate(both):
+                cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
+                self.file.write_statistics(kind, level, *cut)
 
 
 def _point_values(result):
@@ -326,6 +327,8 @@ def _point_values(result):
         "time_s": result.time,
         "localisation": result.localisation,
         "point_status": result.point_status,
+        "point_reason": result.point_reason,
+        "max_sweeps": result.max_sweeps,
     }
 
 

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import kernel, scheme
+from hpcrub import kernel, reasons, scheme
+from hpcrub.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_steady, localisation
 
@@ -50,7 +51,15 @@ class SweepResult(NamedTuple):
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
     point_status: np.ndarray  # (S,) uint8: NONE, STEADY, NOT_STEADY, DIVERGED
-    n_steps: int  # time steps of all speeds
+    point_reason: np.ndarray  # (S,) uint8: code of ``reasons``
+    max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
+    n_steps: int = 0  # time steps of all speeds
+
+    @classmethod
+    def empty(cls, n):
+        """Result of n speeds, none of them marched yet."""
+        nan, zero = np.full(n, np.nan), np.zeros(n, dtype=np.uint8)
+        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy())
 
 
 class Grid(NamedTuple):
@@ -111,10 +120,7 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    out = SweepResult(
-        np.full(n, np.nan), np.zeros(n), np.full(n, np.nan), np.zeros(n, dtype=np.uint8), 0
-    )
-    n_steps = 0
+    out, n_steps = SweepResult.empty(n), 0
     wanted = set(range(n) if selection is None else selection)
     if scene.shortcuts.nothing_touches and scene.bump_height <= scene.clearance:
         for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
@@ -158,7 +164,7 @@ def _unknown_neighbours(result, distance):
 def _merge(first, second):
     """Results of two sweeps over different selections of the same speeds."""
     new = second.point_status != NONE
-    arrays = (np.where(new, b, a) for a, b in zip(first[:4], second[:4], strict=True))
+    arrays = (np.where(new, b, a) for a, b in zip(first[:-1], second[:-1], strict=True))
     return SweepResult(*arrays, first.n_steps + second.n_steps)
 
 
@@ -172,6 +178,7 @@ class _Band:
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
         self.check = [0] * width  # block at which it is checked next
+        self.passed = [0] * width  # checks passed in succession
 
     def run(self, waiting, out, poll):
         """March the speeds ``waiting`` (indices), fill ``out`` (modified); returns the steps."""
@@ -202,7 +209,7 @@ class _Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank = self.bank.take(kept)
-        for name in ("speed", "start", "check"):
+        for name in ("speed", "start", "check", "passed"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
@@ -226,7 +233,7 @@ class _Band:
             return
         h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
         scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
-        self.start[lane] = now
+        self.start[lane], self.passed[lane] = now, 0
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         self.check[lane] = now + max(first, 2 * self.window)
 
@@ -239,14 +246,17 @@ class _Band:
         before, last = peak[: self.window].max(axis=0), peak[self.window :].max(axis=0)
         index = self.speed[lane]
         elapsed = now - self.start[lane]
-        if self._diverged(lane, peak):
+        reason = self._reason(lane, peak)
+        if reason in reasons.FATAL:
             status = DIVERGED
         else:
             tip = int(np.argmax(last))
             signal = self._signal(lane, tip, now)
             half = len(signal) // 2
             cap = self._blocks(lane, steady.max_time, math.floor)
-            if is_steady(signal[:half], signal[half:], before[tip], last[tip], steady):
+            passes = is_steady(signal[:half], signal[half:], before[tip], last[tip], steady)
+            self.passed[lane] = self.passed[lane] + 1 if passes else 0
+            if self.passed[lane] >= steady.confirmations:
                 status = STEADY
             elif elapsed >= cap:
                 status = NOT_STEADY
@@ -256,15 +266,25 @@ class _Band:
                 return False
             out.amplitude[index] = last.max()
             out.localisation[index] = localisation(last)
-        out.point_status[index] = status
+        out.point_status[index], out.point_reason[index] = status, reason
+        out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
         return True
 
-    def _diverged(self, lane, peak):
-        """A displacement that is no number or larger than the disk, or contact forces unsolved."""
-        limit = np.max(self.scene.contact_radius)
-        finite = np.all(np.isfinite(self.bank.state.position[:, lane])) and np.all(peak < limit)
-        return not finite or self.bank.state.unsolved[0, lane] > 0.0
+    def _reason(self, lane, peak):
+        """Code of ``reasons`` for what is wrong with a lane; a flaw counts once it has touched."""
+        state = self.bank.state
+        touched = state.report[SWEEPS, lane] > 0.0
+        flaw = int(state.report[FLAW, lane]) if touched else reasons.NONE
+        if flaw in reasons.FATAL:
+            return flaw
+        if state.report[UNSOLVED, lane] > 0.0:
+            return reasons.UNSOLVED
+        if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(peak).all()):
+            return reasons.NOT_FINITE
+        if peak.max() >= np.max(self.scene.contact_radius):
+            return reasons.TOO_LARGE
+        return flaw
 
     def _signal(self, lane, tip, now):
         """Displacement of one contact point over both windows, oldest first."""

@@ -10,7 +10,7 @@ import pytest
 
 from hpcrub import config, layout, storage
 from hpcrub.errors import InputError
-from hpcrub.statistics import running_percentiles
+from hpcrub.statistics import running_intervals, running_percentiles
 
 V, N_SAMPLES, S, N_BLADES, K = 2, 2, 3, 12, 2
 CONTRACT = {
@@ -21,6 +21,8 @@ CONTRACT = {
     "tuned/amplitude_m": (S,),
     "tuned/time_s": (S,),
     "tuned/point_status": (S,),
+    "tuned/point_reason": (S,),
+    "tuned/max_sweeps": (S,),
     "tuned/localisation": (S,),
     "tuned/peak_amplitude_m": (),
     "tuned/peak_speed_hz": (),
@@ -31,6 +33,8 @@ CONTRACT = {
     "samples/time_s": (V, N_SAMPLES, S),
     "samples/localisation": (V, N_SAMPLES, S),
     "samples/point_status": (V, N_SAMPLES, S),
+    "samples/point_reason": (V, N_SAMPLES, S),
+    "samples/max_sweeps": (V, N_SAMPLES, S),
     "samples/peak_amplitude_m": (V, N_SAMPLES),
     "samples/peak_speed_hz": (V, N_SAMPLES),
     "samples/amplification": (V, N_SAMPLES),
@@ -40,10 +44,14 @@ CONTRACT = {
     "statistics/contact/percentile": (V, 3, K),
     "statistics/contact/mean_of_percentile": (V, 3, K),
     "statistics/contact/convergence_error": (V, 3, K),
+    "statistics/contact/percentile_low": (V, 3, K),
+    "statistics/contact/percentile_high": (V, 3, K),
     "statistics/linear/samples_seen": (K,),
     "statistics/linear/percentile": (V, 3, K),
     "statistics/linear/mean_of_percentile": (V, 3, K),
     "statistics/linear/convergence_error": (V, 3, K),
+    "statistics/linear/percentile_low": (V, 3, K),
+    "statistics/linear/percentile_high": (V, 3, K),
 }
 
 
@@ -125,7 +133,8 @@ def test_written_values_come_back(path, tiny_config):
     assert file.tuned() is None
     file.write_sample(1, 0, values)
     file.write_tuned(tuned)
-    file.write_statistics("linear", 1, running)
+    intervals = running_intervals(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
+    file.write_statistics("linear", 1, running, intervals)
     file.close()
     file = storage.ResultFile.open(path, tiny_config)
     np.testing.assert_array_equal(file.status(), [[0, 0], [1, 0]])
@@ -135,6 +144,8 @@ def test_written_values_come_back(path, tiny_config):
     assert file.tuned()["peak_speed_hz"] == tuned["peak_speed_hz"]
     read = file.read("statistics/linear/percentile", 1)
     np.testing.assert_array_equal(read, running.percentile)
+    read = file.read("statistics/linear/percentile_high", 1)
+    np.testing.assert_array_equal(read, intervals.percentile_high)
     file.close()
 
 
@@ -147,7 +158,10 @@ def test_more_samples_than_a_percentile_needs(tmp_path):
     cfg = config.Config.from_yaml("mistuning: {samples: 5}\nconvergence: {step: 10}")
     file = storage.ResultFile.create(tmp_path / "short.h5", cfg)
     assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
-    file.write_statistics("contact", 0, running_percentiles(np.ones(5), [1, 50, 99], 10, 2.81))
+    arguments = np.ones(5), [1, 50, 99], 10, 2.81
+    file.write_statistics(
+        "contact", 0, running_percentiles(*arguments), running_intervals(*arguments)
+    )
     file.close()
 
 

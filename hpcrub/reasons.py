@@ -1,0 +1,13 @@
+"""Why a point (one speed of one sample) has no result, or one to be taken with care."""
+
+NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, SELF_LOCKING, NOT_UNIQUE, UNPROVEN = range(7)
+WORDS = (
+    "none",
+    "diverged: a displacement is not finite",
+    "diverged: displacements larger than the disk",
+    "diverged: contact forces not found",
+    "diverged: self-locking, a contact force would pull its blade further in",
+    "diverged: contact forces not unique, friction is too high for this disk and step",
+    "contact forces found, but not shown to be unique",
+)
+FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, SELF_LOCKING, NOT_UNIQUE)

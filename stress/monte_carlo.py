@@ -1,0 +1,87 @@
+"""Does a convergence error say how wrong a percentile is? Many small studies of one population.
+
+The population is a large pool of amplifications; a study draws from it with replacement, so that
+the true percentiles are those of the pool and a repetition costs nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.linear import linear_peak
+from hpcrub.mistuning import stiffness_deviation
+from hpcrub.reduction import mistuned_modes
+from hpcrub.statistics import running_intervals, running_percentiles
+from stress.model import reference_problem
+
+SEED = 2021
+PERCENTILES = (1, 50, 99)
+STEP, Z = 10, 2.81  # of the paper
+HALF_RANGE = 0.04
+
+
+class Spread(NamedTuple):
+    """What many studies of one size give, for every percentile (P,)."""
+
+    true: np.ndarray  # percentiles of the population
+    deviation: np.ndarray  # standard deviation of the estimates
+    stated: np.ndarray  # mean of equation (6), which is Z standard deviations
+    covered_6: np.ndarray  # share of studies whose estimate ± (6) holds the true percentile
+    covered_interval: np.ndarray  # share whose interval of order statistics does
+    half_width: np.ndarray  # mean half width of these intervals; NaN where an end is missing
+
+
+def linear_amplifications(n):
+    """Linear amplifications of n mistuned samples (n,)."""
+    problem = reference_problem()
+    load = 150.0, problem.scene.n_bumps, problem.scene.contact_angle
+
+    def peak(half_range, sample):
+        deviation = stiffness_deviation(SEED, 0, sample, 12, half_range)
+        modes = mistuned_modes(problem.reduced, deviation)
+        return linear_peak(modes, problem.scene.damping_ratio, *load, 12)[0]
+
+    return np.array([peak(HALF_RANGE, sample) for sample in range(n)]) / peak(0.0, 0)
+
+
+def spread(pool, n, repetitions):
+    """Spread of ``repetitions`` studies of n samples each."""
+    rng = np.random.default_rng([SEED, n])
+    true = np.percentile(pool, PERCENTILES)
+    rows = [_study(pool[rng.integers(0, len(pool), n)], true) for _ in range(repetitions)]
+    estimate, stated, covered, inside, width = (np.array(x) for x in zip(*rows, strict=True))
+    return Spread(
+        true,
+        estimate.std(axis=0),
+        stated.mean(axis=0),
+        covered.mean(axis=0),
+        inside.mean(axis=0),
+        width.mean(axis=0),
+    )
+
+
+def _study(values, true):
+    running = running_percentiles(values, PERCENTILES, STEP, Z)
+    low, high = (end[:, -1] for end in running_intervals(values, PERCENTILES, STEP, Z))
+    estimate, stated = running.percentile[:, -1], running.convergence_error[:, -1]
+    inside = ~(true < low) & ~(true > high)  # a missing end excludes nothing
+    return estimate, stated, np.abs(estimate - true) <= stated, inside, (high - low) / 2.0
+
+
+def table(populations):
+    """Markdown table; populations: (name, pool, sizes, repetitions)."""
+    heads = ["population", "samples", "percentile", "true value", "Z times true deviation"]
+    heads += ["mean of (6)", "(6) holds the truth", "interval holds it", "half width of interval"]
+    lines = [heads, ["---"] * len(heads)]
+    for name, pool, sizes, repetitions in populations:
+        for n in sizes:
+            s = spread(pool, n, repetitions)
+            for p, percentile in enumerate(PERCENTILES):
+                wide = f"{s.half_width[p]:.4f}" if np.isfinite(s.half_width[p]) else "open end"
+                lines.append(
+                    [name, f"{n}", f"{percentile}", f"{s.true[p]:.3f}"]
+                    + [f"{x[p]:.4f}" for x in (Z * s.deviation, s.stated)]
+                    + [f"{100 * x[p]:.1f} %" for x in (s.covered_6, s.covered_interval)]
+                    + [wide]
+                )
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
