@@ -12,15 +12,15 @@ VENV_PYTHON = .venv/bin/python
 
 # For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
 # The last line is for Open MPI 5. On a cluster none of these belongs in a job.
-run test: export OMPI_ALLOW_RUN_AS_ROOT = 1
-run test: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
-run test: export OMPI_MCA_rmaps_base_oversubscribe = 1
-run test: export OMP_NUM_THREADS = 1
-run test: export OPENBLAS_NUM_THREADS = 1
-run test: export NUMBA_NUM_THREADS = 1
-run test: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
+run test bench: export OMPI_ALLOW_RUN_AS_ROOT = 1
+run test bench: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
+run test bench: export OMPI_MCA_rmaps_base_oversubscribe = 1
+run test bench: export OMP_NUM_THREADS = 1
+run test bench: export OPENBLAS_NUM_THREADS = 1
+run test bench: export NUMBA_NUM_THREADS = 1
+run test bench: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test lint readme clean
+.PHONY: help setup run test bench lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -42,6 +42,9 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 lint: $(STAMP)  ## check style
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
+
+bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
+	@$(VENV_PYTHON) -m benchmarks
 
 readme: $(STAMP)  ## write the table of input keys in README.md anew
 	@$(VENV_PYTHON) tools/readme.py

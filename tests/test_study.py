@@ -66,8 +66,8 @@ def test_without_mistuning_nothing_is_amplified(tiny, folder):
 def test_diverged_points_have_no_peak():
     speeds = np.array([1.0, 2.0, 3.0, 4.0])
     amplitude = np.array([0.1, 9.0, 0.3, np.nan])
-    none = np.zeros(4)
-    result = SweepResult(amplitude, none, none, np.array([1, 3, 2, 1], np.uint8), 0)
+    result = SweepResult.empty(4)
+    result = result._replace(amplitude=amplitude, point_status=np.array([1, 3, 2, 1], np.uint8))
     assert study.peak(result, speeds) == (0.3, 3.0)
     result = result._replace(point_status=np.full(4, 3, np.uint8))
     assert np.isnan(study.peak(result, speeds)).all()

@@ -180,10 +180,10 @@ def test_peak_search_finds_the_top_of_a_hill(monkeypatch):
         hill = np.exp(-(((np.arange(41) - top) / 9.0) ** 2))
 
         def fake(modes, scene, speeds_hz, poll, selection, hill=hill):
-            status = np.zeros(41, dtype=np.uint8)
-            status[selection] = STEADY
-            amplitude = np.where(status == STEADY, hill, np.nan)
-            return sweep.SweepResult(amplitude, amplitude, amplitude, status, len(selection))
+            result = sweep.SweepResult.empty(41)
+            result.point_status[selection] = STEADY
+            result.amplitude[selection] = hill[selection]
+            return result._replace(n_steps=len(selection))
 
         monkeypatch.setattr(sweep, "run_sweep", fake)
         found = find_peak(None, None, speeds)
