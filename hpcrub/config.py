@@ -47,6 +47,16 @@ def _printable(text):
 
 
 FileName = Annotated[str, Strict(), AfterValidator(_printable), Field(min_length=1, max_length=999)]
+Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
+Diameters = Annotated[
+    tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
+]
+StudyName = Literal[
+    "contact",
+    "modal",
+    "casing",
+    "linear",
+]
 
 
 def _si(key, unit, times=1, per=1):
@@ -230,10 +240,16 @@ class Convergence(Section):
     )
 
 
+class Linear(Section):
+    n_diameters: Diameters = Field(
+        (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
+    )
+
+
 class Config(Section):
     """The whole input of one study."""
 
-    study: Literal["contact"] = Field("contact", description="what is computed")
+    study: StudyName = Field("contact", description="what is computed")
     output: FileName = Field(
         "results/quickstart.h5",
         description="result file; a file without this key gets results/(its name).h5",
@@ -249,6 +265,7 @@ class Config(Section):
     steady_state: SteadyState = SteadyState()
     mistuning: Mistuning = Mistuning()
     convergence: Convergence = Convergence()
+    linear: Linear = Linear()
 
     @model_validator(mode="before")
     @classmethod
