@@ -195,7 +195,8 @@ def dry_run_tasks(cfg, n_ranks):
     out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     n_steps = module.cost(cfg)
     if n_steps:
-        rate, _ = measure(cfg, study.build_problem(cfg))
+        usual = cfg.model_copy(update={"speeds": config.Speeds()})  # enough for all lanes
+        rate, _ = measure(usual, study.build_problem(cfg))
         seconds = n_steps / rate
         n_ranks = min(n_ranks, module.n_tasks(cfg))
         out.print(

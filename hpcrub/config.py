@@ -56,6 +56,8 @@ StudyName = Literal[
     "modal",
     "casing",
     "linear",
+    "time_response",
+    "interaction_map",
 ]
 
 
@@ -246,6 +248,27 @@ class Linear(Section):
     )
 
 
+class History(Section):
+    duration_s: Number = Field(
+        1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
+    )
+
+
+class Spectrum(Section):
+    max_frequency_hz: Number = Field(
+        200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
+    )
+    step_hz: Number = Field(0.5, ge=1e-3, le=1e4, description="its step of frequencies [Hz]")
+    window_s: Number = Field(
+        0.5, gt=0, le=1000, description="end of each history that is transformed [s]"
+    )
+
+    @property
+    def n_frequencies(self):
+        """Number of frequencies, zero included."""
+        return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
+
+
 class Config(Section):
     """The whole input of one study."""
 
@@ -266,6 +289,8 @@ class Config(Section):
     mistuning: Mistuning = Mistuning()
     convergence: Convergence = Convergence()
     linear: Linear = Linear()
+    history: History = History()
+    spectrum: Spectrum = Spectrum()
 
     @model_validator(mode="before")
     @classmethod

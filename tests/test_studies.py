@@ -130,3 +130,37 @@ def test_inspect(folder, capsys):
         assert text in out
     (folder / "casing.h5").write_bytes(b"nothing")
     assert inspect.main(["casing.h5"]) == 2
+
+
+QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
+
+
+def test_time_response(folder):
+    pattern = "mistuning.pattern_gpa=[205,215,205,215,205,215,205,215,205,215,205,215]"
+    file = compute("time_response", *QUICK, pattern, "history.duration_s=0.6")
+    assert len(file.read("deviation")) == 2
+    assert np.abs(file.read("tangential_m")).max() > 1e-3
+    assert file.read("gap_m").min() > -1e-6
+    assert file.read("check_s")[0] == pytest.approx(0.5, abs=0.01)
+    assert np.isfinite(file.read("correlation")).all()
+    assert (folder / "time_response.png").stat().st_size > 10_000
+    assert "one speed" in refusal("study: time_response")
+
+
+def test_interaction_map(folder):
+    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=1"
+    spans = "history.duration_s=0.4", "spectrum.window_s=0.2", "spectrum.max_frequency_hz=150"
+    file = compute("interaction_map", *QUICK, *speeds, *spans)
+    spectrum, frequencies = file.read("spectrum_m"), file.read("frequencies_hz")
+    assert np.isfinite(spectrum).all()
+    # the tuned disk moves with the passing of the bumps, 4 per revolution
+    for s, speed in enumerate((29, 30, 31)):
+        assert frequencies[spectrum[0, s].argmax()] == pytest.approx(4 * speed, abs=3)
+    assert file.read("natural_frequencies_hz")[0, 0] == pytest.approx(90.12, abs=0.1)
+    assert (folder / "interaction_map.png").stat().st_size > 10_000
+
+
+def refusal(text):
+    with pytest.raises(config.InputError) as caught:
+        config.Config.from_yaml(text)
+    return str(caught.value)

@@ -32,6 +32,8 @@ FIGURES = {
     "animation": Entry("modal.animation", ("modal",), "", "one mode as a GIF (--mode)", False),
     "casing": Entry("casing.casing", ("casing",), "1b, 3", "casing, clearance and bumps"),
     "linear": Entry("linear.percentiles", ("linear",), "4", "linear amplification over σ and n_d"),
+    "time": Entry("histories.time", ("time_response",), "5", "displacements, gaps, forces"),
+    "map": Entry("histories.interaction", ("interaction_map",), "6", "spectra over the speeds"),
 }
 
 

@@ -41,6 +41,8 @@ STUDIES = {
     "modal": Entry("modal", "1, 2", "the disk, its mode shapes, SAFE diagram"),
     "casing": Entry("casing", "1, 3", "casing, clearance and bumps"),
     "linear": Entry("linear", "4", "linear amplification, percentiles over σ and n_d"),
+    "time_response": Entry("time_response", "5", "one simulation in full"),
+    "interaction_map": Entry("interaction_map", "6", "spectra over a wide range of speeds"),
 }
 
 
