@@ -39,25 +39,32 @@ def program(team, argv):
     arguments = team.on_root(lambda: parse(argv))
     if arguments is None:  # --help, --version
         return 0
-    options, cfg = arguments
-    module = studies.find(cfg)
+    options, runs = arguments
+    if team.size > 1 and not options.dry_run:
+        team.together(storage.require_parallel)
+    for cfg in runs:
+        one_run(team, options, cfg)
+    if len(runs) > 1 and not options.dry_run:
+        team.on_root(lambda: draw([cfg.output for cfg in runs]))
+    return 0
+
+
+def one_run(team, options, cfg):
+    """One study from its input to its figures."""
     if options.dry_run:
         team.on_root(lambda: dry_run(cfg, team.size))
-        return 0
-    if team.size > 1:
-        team.together(storage.require_parallel)
-    problem = team.on_root(lambda: module.prepare(cfg))
+        return
+    problem = team.on_root(lambda: studies.find(cfg).prepare(cfg))
     lock = Holder()
     try:
         team.on_root(lambda: prepare(cfg, options, lock))
         run(team, cfg, problem)
     finally:
         lock.release()
-    return 0
 
 
 def parse(argv):
-    """Options and validated Config; None when --help or --version has been answered."""
+    """Options and the Config of every run; None when --help or --version has been answered."""
     parser = Parser(prog="main.py", description="Contact and linear response of mistuned disks.")
     parser.add_argument("input", metavar="INPUT.yaml", help="input file")
     parser.add_argument("--output", metavar="FILE", help="result file, instead of the input's")
@@ -76,7 +83,7 @@ def parse(argv):
     overrides = list(options.set)
     if options.output is not None:
         overrides.append(f"output={json.dumps(options.output, ensure_ascii=False)}")
-    return options, config.load(options.input, overrides)
+    return options, config.load_runs(options.input, overrides)
 
 
 class Holder:
@@ -125,7 +132,7 @@ def run(team, cfg, problem):
     team.on_root(lambda: stop(bar, work))
     team.on_root(lambda: work.summary(time.monotonic() - began))
     file.close()
-    team.on_root(lambda: draw(cfg.output))
+    team.on_root(lambda: draw([cfg.output]))
 
 
 def announce(bar, cfg, n_ranks):
@@ -145,13 +152,14 @@ def stop(bar, work):
     return work.n_done()
 
 
-def draw(path):
-    """Draw the figures beside the results and name all files."""
+def draw(paths):
+    """Draw the figures of one run, or those of several together, and name all files."""
     from hpcrub import plot  # matplotlib takes a second to import
 
     out = progress.console()
-    out.print(f"results: {path}", soft_wrap=True)
-    for figure in plot.draw_study(path):
+    if len(paths) == 1:
+        out.print(f"results: {paths[0]}", soft_wrap=True)
+    for figure in plot.draw_study(paths):
         out.print(f"figure:  {figure}", soft_wrap=True)
 
 

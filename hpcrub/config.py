@@ -22,7 +22,7 @@ from pydantic import (
     model_validator,
 )
 
-from hpcrub import config_checks, config_text, yaml_text
+from hpcrub import config_checks, config_runs, config_text, yaml_text
 from hpcrub.errors import InputError
 
 
@@ -58,6 +58,10 @@ StudyName = Literal[
     "linear",
     "time_response",
     "interaction_map",
+    "energy",
+    "cross",
+    "damping",
+    "branches",
 ]
 
 
@@ -269,6 +273,23 @@ class Spectrum(Section):
         return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
 
 
+class Energy(Section):
+    samples: Whole = Field(
+        100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
+    )
+
+
+class Branches(Section):
+    perturbed: Whole = Field(
+        2, ge=0, le=100, description="random initial states of a branches study"
+    )
+    perturbation_mm: Number = Field(
+        20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
+    )
+
+    perturbation = _si("perturbation_mm", "m", per=1000)
+
+
 class Config(Section):
     """The whole input of one study."""
 
@@ -276,6 +297,9 @@ class Config(Section):
     output: FileName = Field(
         "results/quickstart.h5",
         description="result file; a file without this key gets results/(its name).h5",
+    )
+    sources: Files = Field(
+        (), description="result files of contact studies that energy, cross and damping start from"
     )
     disk: Disk = Disk()
     material: Material = Material()
@@ -291,6 +315,8 @@ class Config(Section):
     linear: Linear = Linear()
     history: History = History()
     spectrum: Spectrum = Spectrum()
+    energy: Energy = Energy()
+    branches: Branches = Branches()
 
     @model_validator(mode="before")
     @classmethod
@@ -335,6 +361,11 @@ class Config(Section):
 
 
 def load(path, overrides=()):
+    """Configuration of an input file, the first one of a sweep; see `load_runs`."""
+    return load_runs(path, overrides)[0]
+
+
+def load_runs(path, overrides=()):
     """Read and validate an input file.
 
     Args:
@@ -342,7 +373,7 @@ def load(path, overrides=()):
         overrides: texts "key.path=value" that replace keys of the file.
 
     Returns:
-        Config
+        list of Config: one, or all those of its `sweep`.
 
     Raises:
         InputError: unreadable file, or the first wrong key, its value and what is allowed.
@@ -358,7 +389,7 @@ def load(path, overrides=()):
         for override in overrides:
             config_text.apply_override(data, override)
         data.setdefault("output", f"results/{Path(path).stem}.h5")
-        return _validated(data)
+        return [_validated(run) for run in config_runs.expand(data)]
     except InputError as error:
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 

@@ -71,6 +71,9 @@ def _run_problems(c):
             f"steady_state.max_time_s: {steady.max_time_s} is below "
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
+    wanted = {"energy": 1, "cross": 1, "damping": 2}.get(c.study)
+    if wanted is not None and len(c.sources) != wanted:
+        yield f"sources: {len(c.sources)} result files given, {c.study} needs {wanted}"
     if c.study == "time_response" and s.n_values != 1:
         yield (
             f"speeds.to_hz: {s.to_hz} is not speeds.from_hz, {s.from_hz}; a time_response is of "

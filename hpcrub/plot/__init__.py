@@ -21,11 +21,22 @@ class Entry(NamedTuple):
     paper: str  # figure of the paper
     what: str
     automatic: bool = True  # drawn when the study ends
-    several: bool = False  # takes several files
+    several: bool = False  # compares several files; one will do
 
 
 FIGURES = {
     "summary": Entry("contact.summary", ("contact",), "7", "responses, amplifications"),
+    "family": Entry("families.responses", ("contact",), "8, 9", "responses", several=True),
+    "percentiles": Entry(
+        "families.percentiles", ("contact",), "12", "both amplifications over σ", several=True
+    ),
+    "amplitudes": Entry(
+        "families.amplitudes", ("contact",), "13", "largest amplitudes over n_d", several=True
+    ),
+    "running": Entry(
+        "families.running", ("contact",), "10", "running means of the percentiles", several=True
+    ),
+    "errors": Entry("families.errors", ("contact",), "11", "convergence errors", several=True),
     "disk": Entry("modal.disk", ("modal",), "1", "the disk and its beams"),
     "safe": Entry("modal.safe", ("modal",), "2", "SAFE diagram, full and reduced model"),
     "shapes": Entry("modal.shapes", ("modal",), "", "deformed shapes of the first family"),
@@ -34,20 +45,26 @@ FIGURES = {
     "linear": Entry("linear.percentiles", ("linear",), "4", "linear amplification over σ and n_d"),
     "time": Entry("histories.time", ("time_response",), "5", "displacements, gaps, forces"),
     "map": Entry("histories.interaction", ("interaction_map",), "6", "spectra over the speeds"),
+    "energy": Entry("energy.energy", ("energy",), "14", "A_nl by displacement and by energy"),
+    "energies": Entry(
+        "energy.energy", ("energy",), "14", "the same for several n_d together", several=True
+    ),
+    "cross": Entry("cross.cross", ("cross",), "15", "densities of (A_lin, A_nl)"),
+    "damping": Entry("damping.damping", ("damping",), "16", "percentiles at two dampings"),
+    "branches": Entry("branches.branches", ("branches",), "17", "stable motions, localisation"),
 }
 
 
-def draw_study(path, folder=None, kind="png"):
-    """Draw the figures that belong to a finished study; returns their paths."""
-    file = ResultFile.open(path)
-    config = file.config
+def draw_study(paths, folder=None, kind="png"):
+    """Draw the figures that belong to one finished study, or to several together."""
+    file = ResultFile.open(paths[0])
+    study = file.config.study
     file.close()
-    names = [name for name, entry in FIGURES.items() if config.study in entry.studies]
     return [
         picture
-        for name in names
-        if FIGURES[name].automatic and not FIGURES[name].several
-        for picture in draw([path], name, folder, kind)
+        for name, entry in FIGURES.items()
+        if study in entry.studies and entry.automatic and entry.several == (len(paths) > 1)
+        for picture in draw(paths, name, folder, kind)
     ]
 
 

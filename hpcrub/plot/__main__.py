@@ -36,11 +36,7 @@ def pictures(options, extra):
     """Paths of the figures asked for."""
     if options.figure:
         return plot.draw(options.files, options.figure, options.out, options.format, **extra)
-    return [
-        path
-        for file in options.files
-        for path in plot.draw_study(file, options.out, options.format)
-    ]
+    return plot.draw_study(options.files, options.out, options.format)
 
 
 if __name__ == "__main__":

@@ -43,6 +43,10 @@ STUDIES = {
     "linear": Entry("linear", "4", "linear amplification, percentiles over σ and n_d"),
     "time_response": Entry("time_response", "5", "one simulation in full"),
     "interaction_map": Entry("interaction_map", "6", "spectra over a wide range of speeds"),
+    "energy": Entry("energy", "14", "amplification of the blades' strain energy"),
+    "cross": Entry("cross", "15", "contact beside linear amplification, sample by sample"),
+    "damping": Entry("damping", "16", "percentiles of contact studies with different damping"),
+    "branches": Entry("branches", "17", "coexisting stable motions, from several initial states"),
 }
 
 
