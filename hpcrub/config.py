@@ -7,73 +7,26 @@ table in the README are made from them.
 
 from math import pi
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    AllowInfNan,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    Strict,
-    ValidationError,
-    model_validator,
-)
+from pydantic import Field, ValidationError, model_validator
 
 from hpcrub import config_checks, config_runs, config_text, yaml_text
+from hpcrub.config_studies import Branches, Energy, History, Linear, Spectrum, StudyName
+from hpcrub.config_types import (
+    FileName,
+    Files,
+    Levels,
+    Moduli,
+    Number,
+    Percentiles,
+    Section,
+    Switch,
+    Whole,
+    si,
+)
 from hpcrub.errors import InputError
-
-
-def _number(**limits):
-    """Type of a finite number within limits: no booleans, no texts but scientific notation."""
-    read = BeforeValidator(config_text.scientific_notation)
-    return Annotated[float, Strict(), AllowInfNan(False), Field(**limits), read]
-
-
-Number = _number()
-Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
-Switch = Annotated[bool, Strict()]
-Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
-Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
-Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
-
-
-def _printable(text):
-    if not text.isprintable():
-        raise ValueError("not printable")
-    return text
-
-
-FileName = Annotated[str, Strict(), AfterValidator(_printable), Field(min_length=1, max_length=999)]
-Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
-Diameters = Annotated[
-    tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
-]
-StudyName = Literal[
-    "contact",
-    "modal",
-    "casing",
-    "linear",
-    "time_response",
-    "interaction_map",
-    "energy",
-    "cross",
-    "damping",
-    "branches",
-]
-
-
-def _si(key, unit, times=1, per=1):
-    """Property with the value of `key` in SI."""
-    return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
-
-
-class Section(BaseModel):
-    """A mapping of the input file: frozen, and without keys that nobody reads."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Blade(Section):
@@ -86,8 +39,8 @@ class Blade(Section):
         -0.0459, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
     )
 
-    thickness = _si("thickness_mm", "m", per=1000)
-    lean = _si("lean_deg", "rad", times=pi, per=180)
+    thickness = si("thickness_mm", "m", per=1000)
+    lean = si("lean_deg", "rad", times=pi, per=180)
 
 
 class Disk(Section):
@@ -102,12 +55,12 @@ class Disk(Section):
     spoke_thickness_mm: Number = Field(7.23, gt=0, le=1e4, description="thickness of spokes [mm]")
     blade: Blade = Blade()
 
-    tip_radius = _si("tip_radius_mm", "m", per=1000)
-    hub_radius = _si("hub_radius_mm", "m", per=1000)
-    inner_radius = _si("inner_radius_mm", "m", per=1000)
-    width = _si("width_mm", "m", per=1000)
-    ring_thickness = _si("ring_thickness_mm", "m", per=1000)
-    spoke_thickness = _si("spoke_thickness_mm", "m", per=1000)
+    tip_radius = si("tip_radius_mm", "m", per=1000)
+    hub_radius = si("hub_radius_mm", "m", per=1000)
+    inner_radius = si("inner_radius_mm", "m", per=1000)
+    width = si("width_mm", "m", per=1000)
+    ring_thickness = si("ring_thickness_mm", "m", per=1000)
+    spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
 
     @property
     def n_dof(self):
@@ -120,8 +73,8 @@ class Material(Section):
     density_kg_m3: Number = Field(7800.0, gt=0, le=1e6, description="density [kg/m³]")
     damping_ratio: Number = Field(0.005, gt=0, lt=1, description="damping ratio of every mode [-]")
 
-    young_modulus = _si("young_modulus_gpa", "Pa", times=1e9)
-    density = _si("density_kg_m3", "kg/m³")
+    young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
+    density = si("density_kg_m3", "kg/m³")
 
 
 class Reduction(Section):
@@ -139,9 +92,9 @@ class Casing(Section):
         0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
     )
 
-    clearance = _si("clearance_mm", "m", per=1000)
-    bump_height = _si("bump_height_mm", "m", per=1000)
-    growth_time = _si("growth_time_s", "s")
+    clearance = si("clearance_mm", "m", per=1000)
+    bump_height = si("bump_height_mm", "m", per=1000)
+    growth_time = si("growth_time_s", "s")
 
 
 class Contact(Section):
@@ -156,7 +109,7 @@ class Forcing(Section):
         150.0, gt=0, le=1e9, description="radial load on every tip, linear response only [N]"
     )
 
-    amplitude = _si("amplitude_n", "N")
+    amplitude = si("amplitude_n", "N")
 
 
 class Speeds(Section):
@@ -188,7 +141,7 @@ class Time(Section):
         2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
-    step = _si("step_s", "s")
+    step = si("step_s", "s")
 
 
 class SteadyState(Section):
@@ -212,8 +165,8 @@ class SteadyState(Section):
         1, ge=1, le=1000, description="checks passed in succession until steady; 1 in the paper"
     )
 
-    first_check = _si("first_check_s", "s")
-    max_time = _si("max_time_s", "s")
+    first_check = si("first_check_s", "s")
+    max_time = si("max_time_s", "s")
 
 
 class Mistuning(Section):
@@ -244,50 +197,6 @@ class Convergence(Section):
     stop_when_converged: Switch = Field(
         False, description="end the study as soon as all levels are at the target"
     )
-
-
-class Linear(Section):
-    n_diameters: Diameters = Field(
-        (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
-    )
-
-
-class History(Section):
-    duration_s: Number = Field(
-        1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
-    )
-
-
-class Spectrum(Section):
-    max_frequency_hz: Number = Field(
-        200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
-    )
-    step_hz: Number = Field(0.5, ge=1e-3, le=1e4, description="its step of frequencies [Hz]")
-    window_s: Number = Field(
-        0.5, gt=0, le=1000, description="end of each history that is transformed [s]"
-    )
-
-    @property
-    def n_frequencies(self):
-        """Number of frequencies, zero included."""
-        return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
-
-
-class Energy(Section):
-    samples: Whole = Field(
-        100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
-    )
-
-
-class Branches(Section):
-    perturbed: Whole = Field(
-        2, ge=0, le=100, description="random initial states of a branches study"
-    )
-    perturbation_mm: Number = Field(
-        20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
-    )
-
-    perturbation = _si("perturbation_mm", "m", per=1000)
 
 
 class Config(Section):

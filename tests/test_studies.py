@@ -14,7 +14,6 @@ from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot.__main__ import main as plot_main
 from hpcrub.reduction import mistuned_modes
-from hpcrub.statistics import percentile_interval
 from hpcrub.storage import ResultFile
 from hpcrub.study import build_model
 
@@ -104,21 +103,12 @@ def test_tasks_on_several_ranks_are_the_same_bits(folder):
         code, _, err = run(ranks, *study, path, folder=folder)
         assert code == 0, err
     with h5py.File("three.h5", "r+") as file:  # as an interrupted run would leave it
-        file["status"][3:] = 0
+        file["status"][2:] = 0
         file["amplification"][1] = np.nan
     assert run(2, *study, "three.h5", "--resume", folder=folder)[0] == 0
     with h5py.File("one.h5") as one, h5py.File("three.h5") as three:
         for name in ("amplification", "tuned/amplitude_m", "status"):
             np.testing.assert_array_equal(one[name][()], three[name][()])
-
-
-def test_percentile_interval_covers_as_often_as_it_says():
-    random = np.random.default_rng(1)
-    for n, percentile in ((60, 50), (2000, 99), (500, 1)):
-        intervals = [percentile_interval(random.random(n), percentile) for _ in range(1000)]
-        low, high = np.array(intervals).T
-        covered = np.mean((low <= percentile / 100) & (percentile / 100 <= high))
-        assert 0.93 < covered < 0.985
 
 
 def test_inspect(folder, capsys):

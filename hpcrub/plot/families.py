@@ -8,7 +8,7 @@ from hpcrub.config_text import flatten, show
 from hpcrub.layout import DONE, NOT_STEADY
 from hpcrub.plot.linear import draw_percentiles
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
-from hpcrub.statistics import percentile_interval
+from hpcrub.statistics import Z_95, percentile_interval
 
 
 def labels(files):
@@ -105,7 +105,8 @@ def amplitudes(files):
         if not all(map(len, values)):
             continue
         top = np.array([np.percentile(v, 99) for v in values])
-        spread = np.abs(np.array([percentile_interval(v, 99) for v in values]).T - top)
+        ends = np.array([np.ravel(percentile_interval(v, [99], Z_95)) for v in values]).T
+        spread = np.nan_to_num(np.abs(ends - top))  # an end that is not known is not drawn
         axes.errorbar(
             x + 0.04 * (level + 1), top, yerr=spread, color=colours[level], capsize=3,
             marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {sigma[level]:.1f} %",

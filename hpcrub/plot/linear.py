@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE
-from hpcrub.statistics import percentile_interval
+from hpcrub.statistics import Z_95, percentile_interval
 
 COLOURS = [GREEN, BLUE, ORANGE]
 
@@ -40,7 +40,8 @@ def draw_percentiles(axes, sigma, values, at, colours=COLOURS, style="-", prefix
     for p, percentile in enumerate(at):
         colour, marker = colours[p % len(colours)], MARKERS[p % len(MARKERS)]
         curve = [1.0, *(np.percentile(values[v], percentile) for v in known)]
-        band = np.array([(1.0, 1.0), *(percentile_interval(values[v], percentile) for v in known)])
+        ends = [np.ravel(percentile_interval(values[v], [percentile], Z_95)) for v in known]
+        band = np.array([(1.0, 1.0), *ends])
         axes.fill_between(x, *band.T, color=colour, alpha=0.2, lw=0)
         label = f"{prefix}percentile {percentile:g}"
         axes.plot(x, curve, style, marker=marker, color=colour, label=label)

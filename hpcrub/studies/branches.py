@@ -121,7 +121,7 @@ def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
                 values[i] = values[before]
         result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion, width=8)
         whole = result if whole is None else whole
-        for values, new in zip(whole[:4], result[:4], strict=True):
+        for values, new in zip(whole[:-1], result[:-1], strict=True):
             values[i] = new[i]
     return whole
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hpcrub.layout import Dataset
-from hpcrub.statistics import percentile_interval
+from hpcrub.statistics import Z_95, percentile_interval
 from hpcrub.studies.sources import amplifications, complete
 
 KERNEL = False
@@ -75,11 +75,11 @@ def compute(problem, task, poll):
         for kind, values in zip(KINDS, source, strict=True):
             for level, found in enumerate(values):
                 known = found[np.isfinite(found)]
-                for p, percentile in enumerate(config.convergence.percentiles):
-                    if len(known):
-                        where = (case, level, p)
-                        yield f"{kind}/percentile", where, np.percentile(known, percentile)
-                        yield f"{kind}/interval", where, percentile_interval(known, percentile)
+                at = config.convergence.percentiles
+                if len(known):
+                    yield f"{kind}/percentile", (case, level), np.percentile(known, at)
+                interval = np.transpose(percentile_interval(known, at, Z_95))
+                yield f"{kind}/interval", (case, level), interval
 
 
 def report(file):

@@ -12,7 +12,7 @@ from hpcrub.config import Config
 from hpcrub.layout import Dataset
 from hpcrub.linear import linear_peak
 from hpcrub.reduction import ReducedModel, mistuned_modes
-from hpcrub.statistics import percentile_interval
+from hpcrub.statistics import Z_95, percentile_interval
 from hpcrub.study import build_model, deviation
 
 KERNEL = False
@@ -117,6 +117,6 @@ def report(file):
                 continue
             at = file.config.convergence.percentiles
             text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
-            low, high = percentile_interval(values, at[-1])
+            low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
             text += f"  [{low:.3f}, {high:.3f}]"
             yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
