@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub import __version__, config, parallel, progress, storage, study, sweep
+from hpcrub import __version__, config, parallel, progress, storage, studies, study, sweep
 from hpcrub.errors import InputError, Interrupted
-from hpcrub.layout import PENDING, file_size
 from hpcrub.reduction import mistuned_modes
+from hpcrub.studies.tasks import TaskStudy
 
 MEASURED_STEP = 2e-5  # [s] of the sweep that measures the cost: a step costs the same at any length
 MEASURED_SPEEDS = 41
@@ -39,24 +39,32 @@ def program(team, argv):
     arguments = team.on_root(lambda: parse(argv))
     if arguments is None:  # --help, --version
         return 0
-    options, cfg = arguments
-    if options.dry_run:
-        team.on_root(lambda: dry_run(cfg, study.build_problem(cfg), team.size))
-        return 0
-    if team.size > 1:
+    options, runs = arguments
+    if team.size > 1 and not options.dry_run:
         team.together(storage.require_parallel)
-    problem = team.on_root(lambda: study.build_problem(cfg))
+    for cfg in runs:
+        one_run(team, options, cfg)
+    if len(runs) > 1 and not options.dry_run:
+        team.on_root(lambda: draw([cfg.output for cfg in runs]))
+    return 0
+
+
+def one_run(team, options, cfg):
+    """One study from its input to its figures."""
+    if options.dry_run:
+        team.on_root(lambda: dry_run(cfg, team.size))
+        return
+    problem = team.on_root(lambda: studies.find(cfg).prepare(cfg))
     lock = Holder()
     try:
         team.on_root(lambda: prepare(cfg, options, lock))
         run(team, cfg, problem)
     finally:
         lock.release()
-    return 0
 
 
 def parse(argv):
-    """Options and validated Config; None when --help or --version has been answered."""
+    """Options and the Config of every run; None when --help or --version has been answered."""
     parser = Parser(prog="main.py", description="Contact and linear response of mistuned disks.")
     parser.add_argument("input", metavar="INPUT.yaml", help="input file")
     parser.add_argument("--output", metavar="FILE", help="result file, instead of the input's")
@@ -75,7 +83,7 @@ def parse(argv):
     overrides = list(options.set)
     if options.output is not None:
         overrides.append(f"output={json.dumps(options.output, ensure_ascii=False)}")
-    return options, config.load(options.input, overrides)
+    return options, config.load_runs(options.input, overrides)
 
 
 class Holder:
@@ -108,53 +116,60 @@ def run(team, cfg, problem):
     began = time.monotonic()
     file = team.together(lambda: storage.ResultFile(cfg.output, team.comm, "r+"))
     bar = progress.Progress(cfg) if team.rank == 0 else None
+    kind = TaskStudy if studies.is_tasks(cfg) else study.Study
+    work = kind(team, cfg, problem, file, bar)
     team.on_root(lambda: announce(bar, cfg, team.size))
-    work = study.Study(team, cfg, problem, file, bar)
     try:
         work.run()
     except Interrupted as error:
-        n_done = team.on_root(lambda: stop(bar, file))
+        n_done, n_all = team.on_root(lambda: stop(bar, work))
         file.close()
-        n_samples = file.config.mistuning.samples * len(cfg.mistuning.half_range)
         error.args = (
-            f"{error} came; {n_done} of {n_samples} samples are in {cfg.output}, and the same "
+            f"{error} came; {n_done} of {n_all} {work.what} are in {cfg.output}, and the same "
             "command with --resume computes the others, on any number of ranks",
         )
         raise
-    team.on_root(lambda: stop(bar, file))
-    team.on_root(lambda: progress.summary(file, work, time.monotonic() - began))
+    team.on_root(lambda: stop(bar, work))
+    team.on_root(lambda: work.summary(time.monotonic() - began))
     file.close()
-    team.on_root(lambda: draw(cfg.output))
+    team.on_root(lambda: draw([cfg.output]))
 
 
 def announce(bar, cfg, n_ranks):
     """Say what will be computed."""
     levels, speeds = len(cfg.mistuning.half_range), cfg.speeds.n_values
-    bar.say(
-        f"hpcrub {__version__}: levels x samples x speeds = {levels} x {cfg.mistuning.samples} x "
-        f"{speeds}, {n_ranks} rank{'s'[: n_ranks > 1]}, into {cfg.output}"
-    )
+    what = f"levels x samples x speeds = {levels} x {cfg.mistuning.samples} x {speeds}"
+    if studies.is_tasks(cfg):
+        n_tasks = studies.find(cfg).n_tasks(cfg)
+        what = f"{cfg.study}, {n_tasks} task{'s'[: n_tasks > 1]}"
+    ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
+    bar.say(f"hpcrub {__version__}: {what}, {ranks}, into {cfg.output}")
 
 
-def stop(bar, file):
-    """End the bar; returns the number of finished samples."""
+def stop(bar, work):
+    """End the bar; returns the number of finished samples or tasks, and of all."""
     bar.stop()
-    return int(np.count_nonzero(file.status() != PENDING))
+    return work.n_done()
 
 
-def draw(path):
-    """Draw the figures beside the results and name all files."""
+def draw(paths):
+    """Draw the figures of one run, or those of several together, and name all files."""
     from hpcrub import plot  # matplotlib takes a second to import
 
     out = progress.console()
-    out.print(f"results: {path}", soft_wrap=True)
-    for figure in plot.draw_study(path):
+    if len(paths) == 1:
+        out.print(f"results: {paths[0]}", soft_wrap=True)
+    for figure in plot.draw_study(paths):
         out.print(f"figure:  {figure}", soft_wrap=True)
 
 
-def dry_run(cfg, problem, n_ranks):
+def dry_run(cfg, n_ranks):
     """Print what a study would compute and cost."""
+    if studies.is_tasks(cfg):
+        dry_run_tasks(cfg, n_ranks)
+        return
     out = progress.console()
+    problem = study.build_problem(cfg)
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
     levels, samples, speeds = len(cfg.mistuning.half_range), cfg.mistuning.samples, cfg.speeds
@@ -171,13 +186,33 @@ def dry_run(cfg, problem, n_ranks):
         f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + tuned) x "
         f"{speeds.n_values} speeds"
     )
-    out.print(f"output:               {file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
+    out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     out.print(f"measured:             {rate / 1e6:.3g} million steps per second and core")
     out.print(
         f"estimated run time:   {progress.duration(seconds / n_ranks)} on {n_ranks} "
         f"rank{'s'[: n_ranks > 1]}, {seconds / 3600:,.3g} core hours "
         f"({simulated:.3g} s simulated per point)"
     )
+
+
+def dry_run_tasks(cfg, n_ranks):
+    """The same for a study of independent tasks."""
+    out, module = progress.console(), studies.find(cfg)
+    module.prepare(cfg)
+    out.print(f"tasks:                {module.n_tasks(cfg):,}")
+    out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
+    n_steps = module.cost(cfg)
+    if n_steps:
+        usual = cfg.model_copy(update={"speeds": config.Speeds()})  # enough for all lanes
+        rate, _ = measure(usual, study.build_problem(cfg))
+        seconds = n_steps / rate
+        n_ranks = min(n_ranks, module.n_tasks(cfg))
+        out.print(
+            f"time steps:           {n_steps:,}, {rate / 1e6:.3g} million per second and core"
+        )
+        out.print(
+            f"estimated run time:   {progress.duration(seconds / n_ranks)} on {n_ranks} ranks"
+        )
 
 
 def measure(cfg, problem):

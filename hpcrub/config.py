@@ -7,57 +7,26 @@ table in the README are made from them.
 
 from math import pi
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    AllowInfNan,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    Strict,
-    ValidationError,
-    model_validator,
+from pydantic import Field, ValidationError, model_validator
+
+from hpcrub import config_checks, config_runs, config_text, yaml_text
+from hpcrub.config_studies import Branches, Energy, History, Linear, Spectrum, StudyName
+from hpcrub.config_types import (
+    FileName,
+    Files,
+    Levels,
+    Moduli,
+    Number,
+    Percentiles,
+    Section,
+    Switch,
+    Whole,
+    si,
 )
-
-from hpcrub import config_checks, config_text, yaml_text
 from hpcrub.errors import InputError
-
-
-def _number(**limits):
-    """Type of a finite number within limits: no booleans, no texts but scientific notation."""
-    read = BeforeValidator(config_text.scientific_notation)
-    return Annotated[float, Strict(), AllowInfNan(False), Field(**limits), read]
-
-
-Number = _number()
-Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
-Switch = Annotated[bool, Strict()]
-Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
-Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
-Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
-
-
-def _printable(text):
-    if not text.isprintable():
-        raise ValueError("not printable")
-    return text
-
-
-FileName = Annotated[str, Strict(), AfterValidator(_printable), Field(min_length=1, max_length=999)]
-
-
-def _si(key, unit, times=1, per=1):
-    """Property with the value of `key` in SI."""
-    return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
-
-
-class Section(BaseModel):
-    """A mapping of the input file: frozen, and without keys that nobody reads."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Blade(Section):
@@ -70,8 +39,8 @@ class Blade(Section):
         -0.0459, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
     )
 
-    thickness = _si("thickness_mm", "m", per=1000)
-    lean = _si("lean_deg", "rad", times=pi, per=180)
+    thickness = si("thickness_mm", "m", per=1000)
+    lean = si("lean_deg", "rad", times=pi, per=180)
 
 
 class Disk(Section):
@@ -86,12 +55,12 @@ class Disk(Section):
     spoke_thickness_mm: Number = Field(7.23, gt=0, le=1e4, description="thickness of spokes [mm]")
     blade: Blade = Blade()
 
-    tip_radius = _si("tip_radius_mm", "m", per=1000)
-    hub_radius = _si("hub_radius_mm", "m", per=1000)
-    inner_radius = _si("inner_radius_mm", "m", per=1000)
-    width = _si("width_mm", "m", per=1000)
-    ring_thickness = _si("ring_thickness_mm", "m", per=1000)
-    spoke_thickness = _si("spoke_thickness_mm", "m", per=1000)
+    tip_radius = si("tip_radius_mm", "m", per=1000)
+    hub_radius = si("hub_radius_mm", "m", per=1000)
+    inner_radius = si("inner_radius_mm", "m", per=1000)
+    width = si("width_mm", "m", per=1000)
+    ring_thickness = si("ring_thickness_mm", "m", per=1000)
+    spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
 
     @property
     def n_dof(self):
@@ -104,8 +73,8 @@ class Material(Section):
     density_kg_m3: Number = Field(7800.0, gt=0, le=1e6, description="density [kg/m³]")
     damping_ratio: Number = Field(0.005, gt=0, lt=1, description="damping ratio of every mode [-]")
 
-    young_modulus = _si("young_modulus_gpa", "Pa", times=1e9)
-    density = _si("density_kg_m3", "kg/m³")
+    young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
+    density = si("density_kg_m3", "kg/m³")
 
 
 class Reduction(Section):
@@ -123,9 +92,9 @@ class Casing(Section):
         0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
     )
 
-    clearance = _si("clearance_mm", "m", per=1000)
-    bump_height = _si("bump_height_mm", "m", per=1000)
-    growth_time = _si("growth_time_s", "s")
+    clearance = si("clearance_mm", "m", per=1000)
+    bump_height = si("bump_height_mm", "m", per=1000)
+    growth_time = si("growth_time_s", "s")
 
 
 class Contact(Section):
@@ -140,7 +109,7 @@ class Forcing(Section):
         150.0, gt=0, le=1e9, description="radial load on every tip, linear response only [N]"
     )
 
-    amplitude = _si("amplitude_n", "N")
+    amplitude = si("amplitude_n", "N")
 
 
 class Speeds(Section):
@@ -172,7 +141,7 @@ class Time(Section):
         2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
-    step = _si("step_s", "s")
+    step = si("step_s", "s")
 
 
 class SteadyState(Section):
@@ -196,8 +165,8 @@ class SteadyState(Section):
         1, ge=1, le=1000, description="checks passed in succession until steady; 1 in the paper"
     )
 
-    first_check = _si("first_check_s", "s")
-    max_time = _si("max_time_s", "s")
+    first_check = si("first_check_s", "s")
+    max_time = si("max_time_s", "s")
 
 
 class Mistuning(Section):
@@ -233,10 +202,13 @@ class Convergence(Section):
 class Config(Section):
     """The whole input of one study."""
 
-    study: Literal["contact"] = Field("contact", description="what is computed")
+    study: StudyName = Field("contact", description="what is computed")
     output: FileName = Field(
         "results/quickstart.h5",
         description="result file; a file without this key gets results/(its name).h5",
+    )
+    sources: Files = Field(
+        (), description="result files of contact studies that energy, cross and damping start from"
     )
     disk: Disk = Disk()
     material: Material = Material()
@@ -249,6 +221,11 @@ class Config(Section):
     steady_state: SteadyState = SteadyState()
     mistuning: Mistuning = Mistuning()
     convergence: Convergence = Convergence()
+    linear: Linear = Linear()
+    history: History = History()
+    spectrum: Spectrum = Spectrum()
+    energy: Energy = Energy()
+    branches: Branches = Branches()
 
     @model_validator(mode="before")
     @classmethod
@@ -293,6 +270,11 @@ class Config(Section):
 
 
 def load(path, overrides=()):
+    """Configuration of an input file, the first one of a sweep; see `load_runs`."""
+    return load_runs(path, overrides)[0]
+
+
+def load_runs(path, overrides=()):
     """Read and validate an input file.
 
     Args:
@@ -300,7 +282,7 @@ def load(path, overrides=()):
         overrides: texts "key.path=value" that replace keys of the file.
 
     Returns:
-        Config
+        list of Config: one, or all those of its `sweep`.
 
     Raises:
         InputError: unreadable file, or the first wrong key, its value and what is allowed.
@@ -316,7 +298,7 @@ def load(path, overrides=()):
         for override in overrides:
             config_text.apply_override(data, override)
         data.setdefault("output", f"results/{Path(path).stem}.h5")
-        return _validated(data)
+        return [_validated(run) for run in config_runs.expand(data)]
     except InputError as error:
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 

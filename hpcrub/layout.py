@@ -1,11 +1,9 @@
-"""Configuration → names, shapes and units of everything in the result file.
+"""Names, dimensions and units of everything in the result file of a contact study.
 
 Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
 """
 
 from typing import NamedTuple
-
-import numpy as np
 
 from hpcrub import reasons
 
@@ -79,30 +77,6 @@ LAYOUT = (
         )
     ),
 )
-SCALES = {"speed": "speeds_hz", "level": "half_range"}  # dimension → its scale
+SCALES = {"speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen"}
 TUNED = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("tuned/")]
 SAMPLE = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("samples/")]
-
-
-def sizes(config):
-    """Length of every dimension of the layout."""
-    return {
-        "speed": config.speeds.n_values,
-        "level": len(config.mistuning.half_range),
-        "sample": config.mistuning.samples,
-        "blade": config.disk.n_blades,
-        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
-        "percentile": len(config.convergence.percentiles),
-        "block": config.mistuning.samples // config.convergence.step,
-    }
-
-
-def file_size(config):
-    """Bytes that the result file takes."""
-    length = sizes(config)
-    items = (
-        int(np.prod([length[d] for d in line.dimensions], dtype=object))
-        * np.dtype(line.dtype).itemsize
-        for line in LAYOUT
-    )
-    return sum(items) + 65536  # names, attributes

@@ -71,6 +71,12 @@ class Progress:
         """n_done of n_total speeds of the tuned disk are done."""
         self._show("tuned disk", n_done, n_total, "angular speeds", final=n_done == n_total)
 
+    def tasks(self, n_done, n_total):
+        """n_done of n_total tasks of a study without samples are done."""
+        final = n_done == n_total
+        if final or time.monotonic() - self.shown > self._interval():
+            self._show("tasks", n_done, n_total, "", final)
+
     def start(self, status):
         """The samples begin; status (V, n) of those in the file."""
         self.task = None
@@ -115,8 +121,8 @@ class Progress:
     def _show(self, what, n_done, n_total, text, final):
         self.shown = time.monotonic()
         if not self.bar:
-            if final or what == "samples":
-                self.say(f"{what}: {n_done} of {n_total} {text}")
+            if final or what != "tuned disk":
+                self.say(f"{what}: {n_done} of {n_total} {text}".rstrip())
             return
         if self.task is None:
             self.task = self.bar.add_task(what, total=n_total, text=text)

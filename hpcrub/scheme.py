@@ -220,6 +220,29 @@ def _fill_contact(contact, lane, W):
     contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
 
 
+def set_motion(bank, lane, position, velocity, time):
+    """Start a filled lane from a motion at the begin of a block (bank is modified).
+
+    Args:
+        bank: Bank.
+        lane: index.
+        position: modal coordinates (K,).
+        velocity: (K,), mean over the step before.
+        time: since the bumps began to grow [s].
+    """
+    h = bank.scheme.step[lane]
+    bank.state.position[:, lane] = position
+    bank.state.increment[:, lane] = h * velocity
+    bank.state.n_steps[lane] = round(time / h)
+
+
+def motion(bank, lane):
+    """Position, velocity and time of a lane, as `set_motion` takes them."""
+    h, state = bank.scheme.step[lane], bank.state
+    velocity = state.increment[:, lane] / h
+    return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h
+
+
 def _spread(table, lane, values):
     """Write values (..., n, n) to the lane's padded rows of a table (..., C·C, L) (modified)."""
     n_points = math.isqrt(table.shape[-2])

@@ -23,6 +23,10 @@ MIN_VALUES = 10
 """The fewest percentile values on which convergence may be declared (two may agree by chance)."""
 
 
+Z_95 = 1.96
+"""Normal quantile of 95 % confidence."""
+
+
 class Intervals(NamedTuple):
     """Confidence intervals of percentiles; NaN where there are too few samples for an end."""
 

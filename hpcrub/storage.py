@@ -23,10 +23,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from hpcrub import __version__
+from hpcrub import __version__, studies
 from hpcrub import config as configuration
 from hpcrub.errors import HpcrubError, InputError
-from hpcrub.layout import KINDS, LAYOUT, SAMPLE, SCALES, TUNED, file_size, sizes
+from hpcrub.layout import SAMPLE, TUNED
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `Lock` keeps a second writer off.
@@ -85,16 +85,17 @@ def lay_out(path, config):
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         free = shutil.disk_usage(part.parent).free
-        if file_size(config) > free:
+        if studies.file_size(config) > free:
             raise InputError(
-                f"{path} needs {file_size(config) / 1e9:,.3g} GB, "
+                f"{path} needs {studies.file_size(config) / 1e9:,.3g} GB, "
                 f"but its disk has {free / 1e9:,.3g} GB left"
             )
         with h5py.File(part, "w", **SERIAL) as file:
             _write_attributes(file, config)
-            for line in LAYOUT:
-                _create_dataset(file, line, sizes(config))
-            _write_constants(file, config)
+            for line in studies.layout(config):
+                _create_dataset(file, line, studies.sizes(config))
+            for name, values in studies.find(config).constants(config).items():
+                file[name][...] = values
             _attach_scales(file, config)
         with open(part, "rb") as file:
             os.fsync(file.fileno())
@@ -151,31 +152,17 @@ def _create_dataset(file, line, length):
         dataset.dims[axis].label = dimension
 
 
-def _write_constants(file, config):
-    """What is known before any computation."""
-    half_range = config.mistuning.half_range
-    file["speeds_hz"][:] = config.speeds.values_hz
-    file["half_range"][:] = half_range
-    pattern = config.pattern_deviation
-    file["sigma"][:] = half_range / np.sqrt(3) if pattern is None else np.std(pattern)
-    for kind in KINDS:
-        seen = file[f"statistics/{kind}/samples_seen"]
-        seen[:] = config.convergence.step * np.arange(1, len(seen) + 1)
-
-
 def _attach_scales(file, config):
-    for name in SCALES.values():
-        file[name].make_scale(name)
-    for kind in KINDS:
-        file[f"statistics/{kind}/samples_seen"].make_scale("samples_seen")
-    for line in LAYOUT:
+    scales = studies.find(config).SCALES
+    for line in studies.layout(config):
         dataset = file[line.name]
         for axis, dimension in enumerate(line.dimensions):
-            scale = SCALES.get(dimension)
-            if dimension == "block":
-                scale = line.name.rpartition("/")[0] + "/samples_seen"
-            if scale and not dataset.is_scale:
-                dataset.dims[axis].attach_scale(file[scale])
+            # {group}: a scale of its own in every group, such as the blocks of the statistics
+            name = scales.get(dimension, "").format(group=line.name.rpartition("/")[0])
+            if name and name != line.name:
+                if not file[name].is_scale:
+                    file[name].make_scale(name.rpartition("/")[2])
+                dataset.dims[axis].attach_scale(file[name])
             if dimension == "percentile":
                 dataset.attrs["percentiles"] = config.convergence.percentiles
 
@@ -223,8 +210,8 @@ def _stored_config(path, file):
 
 
 def _check_layout(path, file, config):
-    length = sizes(config)
-    for line in LAYOUT:
+    length = studies.sizes(config)
+    for line in studies.layout(config):
         link = file.get(line.name, getlink=True)
         dataset = file.get(line.name)
         if not isinstance(link, h5py.HardLink) or not isinstance(dataset, h5py.Dataset):
@@ -262,8 +249,9 @@ class ResultFile:
         except OSError as error:
             raise InputError(f"cannot open {path}: {_reason(error)}") from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
-        self._datasets = {line.name: self._file[line.name] for line in LAYOUT}
         self.config = _stored_config(path, self._file)
+        lines = studies.layout(self.config)
+        self._datasets = {line.name: self._file[line.name] for line in lines}
 
     @classmethod
     def create(cls, path, config, comm=None):
@@ -285,8 +273,12 @@ class ResultFile:
         return self._datasets[name][where]
 
     def status(self):
-        """Status of every sample, (V, n) uint8."""
-        return self.read("samples/status")
+        """Status of every sample, (V, n) uint8, or of every task, (T,)."""
+        return self.read("status" if studies.is_tasks(self.config) else "samples/status")
+
+    def attributes(self):
+        """Attributes of the root: configuration, versions, time."""
+        return dict(self._file.attrs)
 
     def tuned(self):
         """Results of the tuned disk by name, None when they are not complete."""
@@ -295,7 +287,7 @@ class ResultFile:
 
     def write_tuned(self, values):
         """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
-        self._write({f"tuned/{name}": values[name] for name in TUNED}, ())
+        self.write({f"tuned/{name}": values[name] for name in TUNED}, ())
 
     def write_sample(self, level, sample, values):
         """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
@@ -305,8 +297,8 @@ class ResultFile:
         """
         present = {f"samples/{name}": values[name] for name in SAMPLE if name in values}
         status = {"samples/status": present.pop("samples/status")}
-        self._write(present, (level, sample))
-        self._write(status, (level, sample))
+        self.write(present, (level, sample))
+        self.write(status, (level, sample))
 
     def write_statistics(self, kind, level, running, intervals):
         """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;
@@ -317,9 +309,13 @@ class ResultFile:
             dataset = f"statistics/{kind}/{name}"
             padded = np.full(self._datasets[dataset].shape[1:], np.nan)
             padded[:, : values.shape[1]] = values
-            self._write({dataset: padded}, (level,))
+            self.write({dataset: padded}, (level,))
 
-    def _write(self, values, where):
+    def write(self, values, where):
+        """Write {dataset: values} at one place, in this order; one rank.
+
+        Raises HpcrubError when the file cannot be written.
+        """
         try:
             for name, value in values.items():
                 self._datasets[name][where] = value

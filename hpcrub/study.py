@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub import progress as progress_text
 from hpcrub import sweep
 from hpcrub.disk import Disk, build_disk
 from hpcrub.errors import HpcrubError, InputError, Interrupted
@@ -44,16 +45,24 @@ class Outcome(NamedTuple):
     message: str = ""
 
 
+def build_model(config):
+    """Tuned Disk and ReducedModel of a configuration.
+
+    Raises InputError for an impossible geometry.
+    """
+    try:
+        disk = build_disk(config.disk, config.material)
+        return disk, craig_bampton(disk, config.reduction.n_modes)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise InputError(f"disk: {error}") from None
+
+
 def build_problem(config):
     """Tuned disk, reduced model and scene of a configuration.
 
     Raises InputError for an impossible geometry and for a time step above the stability limit.
     """
-    try:
-        disk = build_disk(config.disk, config.material)
-        reduced = craig_bampton(disk, config.reduction.n_modes)
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise InputError(f"disk: {error}") from None
+    disk, reduced = build_model(config)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
     stiffest = max(0.0, np.max(config.mistuning.half_range if pattern is None else pattern))
@@ -114,6 +123,8 @@ def deviation(config, level, sample):
 class Study:
     """A contact study of which some results may already be in the file."""
 
+    what = "samples"
+
     def __init__(self, team, config, problem, file, progress=None):
         """team: Team; config: Config; problem: Problem; file: ResultFile open to write on all
         ranks; progress: Progress on rank 0, None elsewhere."""
@@ -151,6 +162,15 @@ class Study:
             self.team.on_root(self._write_statistics)
             raise
         self.team.on_root(self._write_statistics)
+
+    def n_done(self):
+        """Finished samples and all (rank 0)."""
+        status = self.file.status()
+        return int(np.count_nonzero(status != PENDING)), status.size
+
+    def summary(self, seconds):
+        """Print what was found (rank 0); seconds: wall time of this run."""
+        progress_text.summary(self.file, self, seconds)
 
     def _take_stock(self):
         """Take up the results that are there (rank 0).

@@ -44,6 +44,19 @@ class Scene(NamedTuple):
     shortcuts: kernel.Shortcuts = kernel.Shortcuts()
 
 
+class Motion(NamedTuple):
+    """Where every speed stands at the end of a block of a run, to go on from there."""
+
+    position: np.ndarray  # modal coordinates (S, K) [m·√kg]
+    velocity: np.ndarray  # (S, K)
+    time: np.ndarray  # since the bumps began to grow (S,) [s]
+
+    @classmethod
+    def at_rest(cls, n_speeds, n_modes):
+        """At rest, before the bumps grow."""
+        return cls(*np.zeros((2, n_speeds, n_modes)), np.zeros(n_speeds))
+
+
 class SweepResult(NamedTuple):
     """Frequency response of one sample over S speeds."""
 
@@ -103,8 +116,8 @@ def cut_revolution(slowest_hz, scene):
     return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
 
 
-def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
-    """March every speed from rest to its steady state.
+def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, motion=None):
+    """March every speed to its steady state.
 
     Args:
         modes: Modes of the sample.
@@ -114,6 +127,7 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
         width: speeds marched together; changes the cost, not one bit of the result.
         selection: indices of the speeds to march, all by default. The steps are those of the whole
             sweep, so that parts of it computed apart are the same bits.
+        motion: Motion to start from, rest by default (modified: the motion at the end).
 
     Returns:
         SweepResult.
@@ -122,14 +136,15 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None):
     n = len(speeds_hz)
     out, n_steps = SweepResult.empty(n), 0
     wanted = set(range(n) if selection is None else selection)
-    if scene.shortcuts.nothing_touches and scene.bump_height <= scene.clearance:
+    touches = scene.bump_height > scene.clearance or motion is not None
+    if scene.shortcuts.nothing_touches and not touches:
         for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
             values[list(wanted)] = rest
         return out
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
         waiting = [i for i in band if i in wanted]
-        n_steps += _Band(modes, scene, grid, speeds_hz, width).run(waiting, out, poll)
+        n_steps += _Band(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 
 
@@ -171,8 +186,9 @@ def _merge(first, second):
 class _Band:
     """Lanes that march the speeds of one band."""
 
-    def __init__(self, modes, scene, grid, speeds_hz, width):
+    def __init__(self, modes, scene, grid, speeds_hz, width, motion=None):
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
+        self.motion = motion
         self.bank = scheme.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.speed = [None] * width  # index of the speed in each lane
@@ -226,13 +242,15 @@ class _Band:
         )
 
     def _refill(self, lane, waiting, now):
-        """Put the next waiting speed into a lane, at rest; leave the lane idle if there is none."""
+        """Put the next waiting speed into a lane; leave the lane idle if there is none."""
         scheme.empty_lane(self.bank, lane)
         self.speed[lane] = waiting.pop(0) if waiting else None
         if self.speed[lane] is None:
             return
         h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
         scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
+        if self.motion is not None:
+            scheme.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         self.start[lane], self.passed[lane] = now, 0
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         self.check[lane] = now + max(first, 2 * self.window)
@@ -269,6 +287,9 @@ class _Band:
         out.point_status[index], out.point_reason[index] = status, reason
         out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
+        if self.motion is not None:
+            for values, end in zip(self.motion, scheme.motion(self.bank, lane), strict=True):
+                values[index] = end
         return True
 
     def _reason(self, lane, peak):
@@ -308,4 +329,5 @@ def warm_up():
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
     )
-    run_sweep(modes, scene, [100.0])
+    for width in (WIDTH, NARROWEST):
+        run_sweep(modes, scene, [100.0], width=width)

@@ -310,7 +310,7 @@ WRONG = [
     ),
     ("convergence: {percentiles: [1, 101]}", "convergence.percentiles[1]: 101 is not a number"),
     # choices
-    ("study: linear", "study: 'linear' is not contact"),
+    ("study: wrong", "study: 'wrong' is not one of contact, modal"),
     ("contact: {kinematics: smal}", "contact.kinematics: 'smal' is not one of small, polar"),
     ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
     ("reduction: {basis: none}", "reduction.basis: 'none' is not one of tuned, per_sample"),

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcrub import config, layout, storage
+from hpcrub import config, layout, storage, studies
 from hpcrub.errors import InputError
 from hpcrub.statistics import running_intervals, running_percentiles
 
@@ -237,7 +237,7 @@ def test_a_disk_too_small_is_found_before_work(tmp_path):
 
 
 def test_size_is_foretold(path, tiny_config):
-    assert path.stat().st_size == pytest.approx(layout.file_size(tiny_config), abs=65536)
+    assert path.stat().st_size == pytest.approx(studies.file_size(tiny_config), abs=65536)
 
 
 def try_lock(path, queue):

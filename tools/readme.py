@@ -1,16 +1,18 @@
-"""Write the tables of README.md anew: input keys from the configuration, output from the layout."""
+"""Write the tables of README.md anew from what the program has: keys, output, studies, figures."""
 
 import re
 from pathlib import Path
 
 from hpcrub.config import key_table
 from hpcrub.layout import LAYOUT
+from hpcrub.plot import FIGURES
+from hpcrub.studies import STUDIES
 
 README = Path(__file__).parents[1] / "README.md"
 
 
 def updated(text):
-    """The README text with both tables as the program has them now.
+    """The README text with all tables as the program has them now.
 
     Raises:
         ValueError: a table's markers are not in the text exactly once.
@@ -20,6 +22,14 @@ def updated(text):
         (f"`{d.name}`", ", ".join(d.dimensions) or "one value", d.units, d.description)
         for d in LAYOUT
     ]
+    all_studies = [(f"`{name}`", s.figures, s.what) for name, s in STUDIES.items()]
+    figures = [
+        (f"`{name}`", ", ".join(f.studies), f.paper, f.what, "yes" if f.several else "")
+        for name, f in FIGURES.items()
+    ]
+    text = _replace(text, "studies", ("study", "figures of the paper", "what"), all_studies)
+    head = "figure", "of the study", "in the paper", "shows", "several files"
+    text = _replace(text, "figures", head, figures)
     text = _replace(text, "keys", ("key", "default", "allowed", "meaning"), keys)
     return _replace(text, "datasets", ("dataset", "dimensions", "unit", "meaning"), data)
 

@@ -1,53 +1,28 @@
-"""Result file → figures, for paper and talk; colours that the colour-blind can tell apart."""
-
-from pathlib import Path
-
-import matplotlib
-
-matplotlib.use("Agg")
+"""Figures of contact studies."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from hpcrub.layout import DONE, NOT_STEADY
-from hpcrub.storage import ResultFile
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, legend_below
 
-BLACK, BLUE, ORANGE = "#000000", "#0072B2", "#D55E00"  # Okabe and Ito
-STYLE = {
-    "font.size": 12,
-    "axes.grid": True,
-    "grid.color": "0.9",
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 2,
-    "legend.frameon": False,
-}
 MOST = 20_000  # samples of a level behind the band of a frequency response
 
 
-def draw_study(path):
-    """Draw the frequency responses, and the amplifications or localisations, of a contact study.
-
-    path: result file. Returns the list of the figures' paths, beside the file.
-    """
-    file = ResultFile.open(path)
-    with plt.rc_context(STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.2), layout="constrained")
-        if file.config.pattern_deviation is None:
-            _draw_band(left, file)
-            _draw_amplifications(right, file)
-        else:
-            _draw_pattern(left, file, "amplitude_m", 1e3)
-            left.set_ylabel("blade-tip amplitude [mm]")
-            _draw_pattern(right, file, "localisation", 100)
-            right.set_ylabel("localisation factor [%]")
-        left.set_title(f"Contact response, {file.config.casing.n_bumps} bumps")
-        target = Path(path).with_suffix(".png")
-        figure.savefig(target, dpi=150)
-        plt.close(figure)
-    file.close()
-    return [target]
+def summary(files):
+    """Frequency responses, and the amplifications or localisations, of one study."""
+    (file,) = files
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.2))
+    if file.config.pattern_deviation is None:
+        _draw_band(left, file)
+        _draw_amplifications(right, file)
+    else:
+        _draw_pattern(left, file, "amplitude_m", 1e3)
+        left.set_ylabel("blade-tip amplitude [mm]")
+        _draw_pattern(right, file, "localisation", 100)
+        right.set_ylabel("localisation factor [%]")
+    left.set_title(f"Contact response, {file.config.casing.n_bumps} bumps")
+    return figure
 
 
 def _draw_tuned(axes, file, name, scale):
@@ -86,7 +61,7 @@ def _draw_band(axes, file):
         axes.plot(speeds[known], band[1], color=BLUE, label=f"{label[:-1]} 50")
     _draw_tuned(axes, file, "amplitude_m", 1e3)
     axes.set_ylabel("blade-tip amplitude [mm]")
-    axes.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
+    legend_below(axes)
 
 
 def _draw_amplifications(axes, file):
@@ -94,7 +69,6 @@ def _draw_amplifications(axes, file):
     half_range, status = 100 * file.read("half_range"), file.status()
     axes.axhline(1.0, color="0.6", lw=1)
     percentiles = file.config.convergence.percentiles
-    markers = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
     for name, label, colour, line in (
         ("amplification", "contact", BLUE, "-"),
         ("linear_amplification", "linear", ORANGE, "--"),
@@ -106,7 +80,7 @@ def _draw_amplifications(axes, file):
         curves = np.array([np.percentile(values[v], percentiles) for v in known]).T
         for p, curve in enumerate(curves):
             axes.plot(
-                half_range[known], curve, line, color=colour, marker=markers[p % len(markers)],
+                half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
                 label=f"{label}, percentile {percentiles[p]:g}",
             )  # fmt: skip
     axes.set_xlabel("mistuning: half range of blade stiffness [± %]")
@@ -115,4 +89,4 @@ def _draw_amplifications(axes, file):
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
     axes.set_title(f"Amplification, {each} samples per level")
     axes.set_xticks(half_range, [f"{level:.3g}" for level in half_range])
-    axes.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
+    legend_below(axes)

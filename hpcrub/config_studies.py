@@ -1,0 +1,67 @@
+"""Keys of the input that only one study reads, or two."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hpcrub.config_types import Number, Section, Whole, si
+
+StudyName = Literal[
+    "contact",
+    "modal",
+    "casing",
+    "linear",
+    "time_response",
+    "interaction_map",
+    "energy",
+    "cross",
+    "damping",
+    "branches",
+]
+Diameters = Annotated[
+    tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
+]
+
+
+class Linear(Section):
+    n_diameters: Diameters = Field(
+        (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
+    )
+
+
+class History(Section):
+    duration_s: Number = Field(
+        1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
+    )
+
+
+class Spectrum(Section):
+    max_frequency_hz: Number = Field(
+        200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
+    )
+    step_hz: Number = Field(0.5, ge=1e-3, le=1e4, description="its step of frequencies [Hz]")
+    window_s: Number = Field(
+        0.5, gt=0, le=1000, description="end of each history that is transformed [s]"
+    )
+
+    @property
+    def n_frequencies(self):
+        """Number of frequencies, zero included."""
+        return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
+
+
+class Energy(Section):
+    samples: Whole = Field(
+        100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
+    )
+
+
+class Branches(Section):
+    perturbed: Whole = Field(
+        2, ge=0, le=100, description="random initial states of a branches study"
+    )
+    perturbation_mm: Number = Field(
+        20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
+    )
+
+    perturbation = si("perturbation_mm", "m", per=1000)

@@ -1,0 +1,50 @@
+"""What the values of an input can be, and what a section of it is."""
+
+from typing import Annotated
+
+from pydantic import (
+    AfterValidator,
+    AllowInfNan,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+)
+
+from hpcrub import config_text
+
+
+def _number(**limits):
+    """Type of a finite number within limits: no booleans, no texts but scientific notation."""
+    read = BeforeValidator(config_text.scientific_notation)
+    return Annotated[float, Strict(), AllowInfNan(False), Field(**limits), read]
+
+
+Number = _number()
+Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
+Switch = Annotated[bool, Strict()]
+Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
+Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
+Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
+
+
+def _printable(text):
+    if not text.isprintable():
+        raise ValueError("not printable")
+    return text
+
+
+FileName = Annotated[str, Strict(), AfterValidator(_printable), Field(min_length=1, max_length=999)]
+Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
+
+
+def si(key, unit, times=1, per=1):
+    """Property with the value of `key` in SI."""
+    return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
+
+
+class Section(BaseModel):
+    """A mapping of the input file: frozen, and without keys that nobody reads."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

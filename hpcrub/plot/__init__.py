@@ -1,0 +1,121 @@
+"""Result files → figures, for paper and talk. `FIGURES` lists them all.
+
+A figure is a function of a list of open `ResultFile`s that returns a matplotlib Figure (or a list
+of pictures for an animation); the files alone are enough to draw it.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+from hpcrub.errors import InputError
+from hpcrub.plot.style import STYLE
+from hpcrub.storage import ResultFile
+
+
+class Entry(NamedTuple):
+    """One figure: "module.function" that draws it, and for whom it is."""
+
+    function: str
+    studies: tuple
+    paper: str  # figure of the paper
+    what: str
+    automatic: bool = True  # drawn when the study ends
+    several: bool = False  # compares several files; one will do
+
+
+FIGURES = {
+    "summary": Entry("contact.summary", ("contact",), "7", "responses, amplifications"),
+    "family": Entry("families.responses", ("contact",), "8, 9", "responses", several=True),
+    "percentiles": Entry(
+        "families.percentiles", ("contact",), "12", "both amplifications over σ", several=True
+    ),
+    "amplitudes": Entry(
+        "families.amplitudes", ("contact",), "13", "largest amplitudes over n_d", several=True
+    ),
+    "running": Entry(
+        "families.running", ("contact",), "10", "running means of the percentiles", several=True
+    ),
+    "errors": Entry("families.errors", ("contact",), "11", "convergence errors", several=True),
+    "disk": Entry("modal.disk", ("modal",), "1", "the disk and its beams"),
+    "safe": Entry("modal.safe", ("modal",), "2", "SAFE diagram, full and reduced model"),
+    "shapes": Entry("modal.shapes", ("modal",), "", "deformed shapes of the first family"),
+    "animation": Entry("modal.animation", ("modal",), "", "one mode as a GIF (--mode)", False),
+    "casing": Entry("casing.casing", ("casing",), "1b, 3", "casing, clearance and bumps"),
+    "linear": Entry("linear.percentiles", ("linear",), "4", "linear amplification over σ and n_d"),
+    "time": Entry("histories.time", ("time_response",), "5", "displacements, gaps, forces"),
+    "map": Entry("histories.interaction", ("interaction_map",), "6", "spectra over the speeds"),
+    "energy": Entry("energy.energy", ("energy",), "14", "A_nl by displacement and by energy"),
+    "energies": Entry(
+        "energy.energy", ("energy",), "14", "the same for several n_d together", several=True
+    ),
+    "cross": Entry("cross.cross", ("cross",), "15", "densities of (A_lin, A_nl)"),
+    "damping": Entry("damping.damping", ("damping",), "16", "percentiles at two dampings"),
+    "branches": Entry("branches.branches", ("branches",), "17", "stable motions, localisation"),
+}
+
+
+def draw_study(paths, folder=None, kind="png"):
+    """Draw the figures that belong to one finished study, or to several together."""
+    file = ResultFile.open(paths[0])
+    study = file.config.study
+    file.close()
+    return [
+        picture
+        for name, entry in FIGURES.items()
+        if study in entry.studies and entry.automatic and entry.several == (len(paths) > 1)
+        for picture in draw(paths, name, folder, kind)
+    ]
+
+
+def draw(paths, name, folder=None, kind="png", **options):
+    """Draw one figure of one or several result files.
+
+    Args:
+        paths: result files.
+        name: a name of `FIGURES`.
+        folder: where to, beside the first file by default.
+        kind: png, pdf or svg.
+        options: passed to the figure.
+
+    Returns:
+        list of the files written.
+
+    Raises:
+        InputError: the figure needs another study, or fewer files.
+    """
+    if name not in FIGURES:
+        raise InputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
+    entry = FIGURES[name]
+    if len(paths) > 1 and not entry.several:
+        return [p for path in paths for p in draw([path], name, folder, kind, **options)]
+    files = [ResultFile.open(path) for path in paths]
+    for file in files:
+        if file.config.study not in entry.studies:
+            allowed = " or ".join(entry.studies)
+            raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
+    from matplotlib import pyplot, rc_context  # takes a second to import
+
+    module, function = entry.function.split(".")
+    with rc_context(STYLE):
+        figure = getattr(import_module(f"hpcrub.plot.{module}"), function)(files, **options)
+        target = _target(files, name, folder, kind)
+        if isinstance(figure, list):
+            target = target.with_suffix(".gif")
+            figure[0].save(target, save_all=True, append_images=figure[1:], duration=40, loop=0)
+        else:
+            figure.savefig(target, dpi=150)
+            pyplot.close(figure)
+    for file in files:
+        file.close()
+    return [target]
+
+
+def _target(files, name, folder, kind):
+    """STEM_NAME.kind beside the first file; the first figure of a study is just STEM.kind."""
+    first = files[0].path
+    folder = Path(folder) if folder else first.parent
+    folder.mkdir(parents=True, exist_ok=True)
+    mine = [key for key, entry in FIGURES.items() if files[0].config.study in entry.studies]
+    stem = first.stem if name == mine[0] else f"{first.stem}_{name}"
+    return folder / f"{name if len(files) > 1 else stem}.{kind}"

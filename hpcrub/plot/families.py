@@ -1,0 +1,164 @@
+"""Figures that compare contact studies which differ in a few keys."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+
+from hpcrub.config_text import flatten, show
+from hpcrub.layout import DONE, NOT_STEADY
+from hpcrub.plot.linear import draw_percentiles
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
+from hpcrub.statistics import Z_95, percentile_interval
+
+
+def labels(files):
+    """What tells each file's configuration from the others', in as few words as possible."""
+    flat = [flatten(file.config.model_dump(mode="json")) for file in files]
+    keys = [
+        key
+        for key in flat[0]
+        if key not in ("output", "sources") and any(f[key] != flat[0][key] for f in flat)
+    ]
+    if "casing.n_bumps" in keys:
+        return [f"$n_d$ = {f['casing.n_bumps']}" for f in flat]
+    return [
+        ", ".join(f"{key.rpartition('.')[2]} = {show(f[key])}" for key in keys) or file.path.stem
+        for f, file in zip(flat, files, strict=True)
+    ]
+
+
+def responses(files):
+    """Frequency responses of all files: tuned disk, and the pattern where there is one."""
+    patterns = [file.config.pattern_deviation is not None for file in files]
+    n_panels = 1 + any(patterns)
+    figure, axes = plt.subplots(
+        1, n_panels, figsize=(1.5 + 5.5 * n_panels, 5.6), sharey=True, squeeze=False
+    )
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(files)))
+    for file, colour, label, pattern in zip(files, colours, labels(files), patterns, strict=True):
+        _draw_response(axes[0, 0], file, "tuned", (), colour, label)
+        if pattern:
+            _draw_response(axes[0, 1], file, "samples", (0, 0), colour, label)
+    for panel, title in zip(axes[0], ("tuned disk", "mistuned disk"), strict=False):
+        panel.set(xlabel="speed of rotation [Hz]", title=title)
+        panel.set_ylim(bottom=0)
+    axes[0, 0].set_ylabel("blade-tip amplitude [mm]")
+    lines, words = axes[0, 0].get_legend_handles_labels()
+    lines.append(Line2D([], [], marker="o", mfc="w", mec=BLACK, ls=""))
+    figure.legend(lines, [*words, "not steady"], loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_response(axes, file, group, where, colour, label):
+    speeds, amplitude = file.read("speeds_hz"), 1e3 * file.read(f"{group}/amplitude_m", where)
+    axes.plot(speeds, amplitude, color=colour, lw=1.5, marker=".", ms=4, label=label)
+    unsteady = file.read(f"{group}/point_status", where) == NOT_STEADY
+    axes.plot(speeds[unsteady], amplitude[unsteady], "o", mfc="w", mec=colour, ms=4)
+
+
+def _panels(files, height=4.2):
+    """A figure with a panel for every file, in two columns."""
+    columns = min(2, len(files))
+    rows = -(-len(files) // columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(6 * columns, height * rows + 0.6), squeeze=False, sharey=True
+    )
+    for panel, label in zip(axes.flat, labels(files), strict=False):
+        panel.set_title(label)
+    for panel in axes.flat[len(files) :]:
+        panel.set_axis_off()
+    return figure, list(axes.flat[: len(files)])
+
+
+def _done(file, name):
+    """Values of the finished samples of every level."""
+    status, values = file.status(), file.read(f"samples/{name}")
+    return [values[level][status[level] == DONE] for level in range(len(status))]
+
+
+def percentiles(files):
+    """Percentiles of both amplifications against σ, a panel for every file; 95 % bands."""
+    figure, axes = _panels(files)
+    for file, panel in zip(files, axes, strict=True):
+        sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
+        for name, colour, style, prefix in (
+            ("amplification", BLUE, "-", "contact, "),
+            ("linear_amplification", ORANGE, "--", "linear, "),
+        ):
+            draw_percentiles(panel, sigma, _done(file, name), at, [colour], style, prefix)
+        panel.set(xlabel="mistuning σ [%]", ylabel="amplification [-]")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def amplitudes(files):
+    """Largest amplitudes of the tuned disk and of the samples against n_d; 95 % intervals."""
+    files = sorted(files, key=lambda file: file.config.casing.n_bumps)
+    figure, axes = plt.subplots(figsize=(8, 5.6))
+    x = np.arange(len(files))
+    tuned = [1e3 * file.read("tuned/peak_amplitude_m") for file in files]
+    axes.plot(x, tuned, "s-", color=BLACK, label="tuned disk")
+    sigma = 100 * files[0].read("sigma")
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
+    for level in range(len(sigma)):
+        values = [1e3 * _done(file, "peak_amplitude_m")[level] for file in files]
+        if not all(map(len, values)):
+            continue
+        top = np.array([np.percentile(v, 99) for v in values])
+        ends = np.array([np.ravel(percentile_interval(v, [99], Z_95)) for v in values]).T
+        spread = np.nan_to_num(np.abs(ends - top))  # an end that is not known is not drawn
+        axes.errorbar(
+            x + 0.04 * (level + 1), top, yerr=spread, color=colours[level], capsize=3,
+            marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {sigma[level]:.1f} %",
+        )  # fmt: skip
+    names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
+    axes.set_xticks(x, names)
+    axes.set_ylabel("largest blade-tip amplitude [mm]")
+    axes.set_ylim(bottom=0)
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+def running(files):
+    """Running means of the percentiles against the number of samples."""
+    figure, axes = _convergence(files, "mean_of_percentile", 1.0)
+    for panel in axes:
+        panel.set_ylabel("mean of the percentile [-]")
+    return figure
+
+
+def errors(files):
+    """Convergence errors of the percentiles against the number of samples."""
+    figure, axes = _convergence(files, "convergence_error", 100.0)
+    for file, panel in zip(files, axes, strict=True):
+        panel.axhline(100 * file.config.convergence.target_error, color=BLACK, lw=1.2, ls=":")
+        panel.set(yscale="log", ylabel="convergence error [%]")
+    return figure
+
+
+def _convergence(files, name, scale):
+    """A statistic of the contact amplifications: colours tell σ, markers the percentile."""
+    figure, axes = _panels(files)
+    for file, panel in zip(files, axes, strict=True):
+        seen = file.read("statistics/contact/samples_seen")
+        values = scale * file.read(f"statistics/contact/{name}")
+        colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(values)))
+        marks = np.unique(np.geomspace(1, max(len(seen), 1), 8).astype(int) - 1)
+        for level, colour in enumerate(colours):
+            for p in range(values.shape[1]):
+                panel.plot(
+                    seen, values[level, p], color=colour, lw=1.5, ms=6,
+                    marker=MARKERS[p % len(MARKERS)], markevery=[m for m in marks if m < len(seen)],
+                )  # fmt: skip
+        panel.set(xscale="log", xlabel="samples")
+    sigma, at = 100 * files[0].read("sigma"), files[0].config.convergence.percentiles
+    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
+    handles = [
+        Line2D([], [], color=c, label=f"σ = {s:.1f} %") for c, s in zip(colours, sigma, strict=True)
+    ]
+    handles += [
+        Line2D([], [], color=BLACK, ls="", marker=MARKERS[p], label=f"percentile {v:g}")
+        for p, v in enumerate(at)
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(sigma))
+    return figure, axes

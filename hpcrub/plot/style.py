@@ -1,0 +1,26 @@
+"""One look for all figures; colours that the colour-blind can tell apart."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+BLACK, BLUE, ORANGE = "#000000", "#0072B2", "#D55E00"  # Okabe and Ito
+GREEN, SKY, PINK, YELLOW = "#009E73", "#56B4E9", "#CC79A7", "#E69F00"
+COLOURS = [BLUE, ORANGE, GREEN, PINK, YELLOW, SKY, BLACK]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
+STYLE = {
+    "font.size": 12,
+    "axes.grid": True,
+    "grid.color": "0.9",
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 2,
+    "legend.frameon": False,
+    "figure.constrained_layout.use": True,
+}
+
+
+def legend_below(axes, columns=2, drop=0.15):
+    """Legend under the axes, where it hides nothing."""
+    axes.legend(ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -drop))

@@ -1,0 +1,82 @@
+"""Every study in one place. `STUDIES` names them; each is a module with the same few members.
+
+- LAYOUT, SCALES: datasets of its result file and the scales of their dimensions, as data
+- sizes(config): length of every dimension
+- constants(config): {dataset: values} known before any computation
+- prepare(config): what every rank needs, made once on rank 0
+
+and, all but `contact`, whose samples have an order and a statistic of their own (`hpcrub.study`),
+
+- KERNEL: whether it marches in time
+- n_tasks(config): number of independent tasks
+- compute(problem, task, poll): [(dataset, where, values)] of one task
+- report(file): lines about the results
+- cost(config): time steps of all its speeds together
+
+`tasks.TaskStudy` hands the tasks to the ranks, writes what they compute, and resumes.
+"""
+
+from importlib import import_module
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.layout import Dataset
+
+STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
+
+
+class Entry(NamedTuple):
+    """One line of the list of studies, for people."""
+
+    module: str
+    figures: str  # of the paper
+    what: str
+
+
+STUDIES = {
+    "contact": Entry(
+        "contact", "7 to 13", "frequency response in contact, Monte-Carlo percentiles"
+    ),
+    "modal": Entry("modal", "1, 2", "the disk, its mode shapes, SAFE diagram"),
+    "casing": Entry("casing", "1, 3", "casing, clearance and bumps"),
+    "linear": Entry("linear", "4", "linear amplification, percentiles over σ and n_d"),
+    "time_response": Entry("time_response", "5", "one simulation in full"),
+    "interaction_map": Entry("interaction_map", "6", "spectra over a wide range of speeds"),
+    "energy": Entry("energy", "14", "amplification of the blades' strain energy"),
+    "cross": Entry("cross", "15", "contact beside linear amplification, sample by sample"),
+    "damping": Entry("damping", "16", "percentiles of contact studies with different damping"),
+    "branches": Entry("branches", "17", "coexisting stable motions, from several initial states"),
+}
+
+
+def find(config):
+    """The module of a configuration's study."""
+    return import_module(f"hpcrub.studies.{STUDIES[config.study].module}")
+
+
+def is_tasks(config):
+    """Whether the study is a list of independent tasks."""
+    return config.study != "contact"
+
+
+def layout(config):
+    """Datasets of the result file."""
+    return (*find(config).LAYOUT, *((STATUS,) if is_tasks(config) else ()))
+
+
+def sizes(config):
+    """Length of every dimension of the layout."""
+    module = find(config)
+    return module.sizes(config) | ({"task": module.n_tasks(config)} if is_tasks(config) else {})
+
+
+def file_size(config):
+    """Bytes that the result file takes."""
+    length = sizes(config)
+    items = (
+        int(np.prod([length[d] for d in line.dimensions], dtype=object))
+        * np.dtype(line.dtype).itemsize
+        for line in layout(config)
+    )
+    return sum(items) + 65536  # names, attributes

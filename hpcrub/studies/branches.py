@@ -1,0 +1,214 @@
+"""Coexisting stable motions: the same speeds marched from several initial states.
+
+A motion that passes the steady-state test is often not periodic, and its amplitude differs from
+window to window. So after the test it goes on for N_WINDOWS windows more, and two motions count as
+different only when their means over these differ by more than chance.
+
+- rest: as in every other study
+- up, down: every speed starts from where the one below, or above, has ended
+- perturbed: from a random deflection of the blades; several of them
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from hpcrub import history, steady
+from hpcrub.config import Config
+from hpcrub.layout import DIVERGED, STEADY, Dataset
+from hpcrub.reduction import Modes
+from hpcrub.studies.sources import disks, modes_of
+from hpcrub.study import build_problem
+from hpcrub.sweep import Motion, Scene, run_sweep
+
+KERNEL = True
+_SS = ("start", "speed")
+LAYOUT = (
+    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    Dataset("deviation", ("blade",), "1", "stiffness deviations of the disk"),
+    Dataset("amplitude_m", _SS, "m", "largest tangential displacement of any tip"),
+    Dataset("localisation", _SS, "1", "localisation factor of the blade-tip amplitudes"),
+    Dataset("mean_amplitude_m", _SS, "m", "mean of the amplitudes of the windows that follow"),
+    Dataset("amplitude_scatter_m", _SS, "m", "their standard deviation"),
+    Dataset("mean_localisation", _SS, "1", "mean of the localisation factors of these windows"),
+    Dataset("localisation_scatter", _SS, "1", "their standard deviation"),
+    Dataset("time_s", _SS, "s", "simulated time until steady or given up"),
+    Dataset("point_status", _SS, "1", "0 none, 1 steady, 2 not steady, 3 diverged", "u1"),
+)
+SCALES = {"speed": "speeds_hz"}
+N_WINDOWS = 12
+ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # of one branch, at the same and the next speed
+SURE = 3.0  # standard errors by which means differ that are different
+
+
+class Problem(NamedTuple):
+    """What the simulations need."""
+
+    config: Config
+    scene: Scene
+    modes: Modes
+
+
+def starts(config):
+    """Names of the initial states."""
+    return ["rest", "up", "down", *(f"perturbed {i + 1}" for i in range(config.branches.perturbed))]
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {
+        "start": len(starts(config)),
+        "speed": config.speeds.n_values,
+        "blade": config.disk.n_blades,
+    }
+
+
+def constants(config):
+    """Speeds and disk."""
+    return {"speeds_hz": config.speeds.values_hz, "deviation": disks(config)[-1]}
+
+
+def n_tasks(config):
+    """One for every initial state."""
+    return len(starts(config))
+
+
+def cost(config):
+    """Time steps, with two seconds for every speed; a continuation has seven idle lanes."""
+    n_wide = n_tasks(config) - 2
+    return int((2 * 8 + 2 * n_wide) * config.speeds.n_values / config.time.step)
+
+
+def prepare(config):
+    """Problem of a configuration. Raises InputError as `build_problem`."""
+    problem = build_problem(config)
+    return Problem(config, problem.scene, modes_of(config, problem, disks(config)[-1]))
+
+
+def compute(problem, task, poll):
+    """All speeds from one initial state."""
+    config, scene, modes = problem
+    speeds = config.speeds.values_hz
+    name = starts(config)[task]
+    motion = Motion.at_rest(len(speeds), len(modes.omega))
+    if name in ("up", "down"):
+        result = follow(modes, scene, speeds, motion, name == "down", poll)
+    else:
+        if name != "rest":
+            size = config.branches.perturbation
+            motion.position[:] = deflection(modes, config.mistuning.seed + task, size)
+        result = run_sweep(modes, scene, speeds, poll, motion=motion)
+    yield "amplitude_m", task, result.amplitude
+    yield "localisation", task, result.localisation
+    amplitude, local = windows(modes, scene, speeds, motion, poll)
+    yield "mean_amplitude_m", task, amplitude.mean(axis=0)
+    yield "amplitude_scatter_m", task, amplitude.std(axis=0, ddof=1)
+    yield "mean_localisation", task, local.mean(axis=0)
+    yield "localisation_scatter", task, local.std(axis=0, ddof=1)
+    yield "time_s", task, result.time
+    yield "point_status", task, result.point_status
+
+
+def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
+    """Every speed from the motion at the end of the one before (modified); the first as given."""
+    order = range(len(speeds_hz))[:: -1 if downwards else 1]
+    whole = None
+    for before, i in zip((None, *order), order, strict=False):
+        if before is not None and whole.point_status[before] != DIVERGED:
+            for values in motion:
+                values[i] = values[before]
+        result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion, width=8)
+        whole = result if whole is None else whole
+        for values, new in zip(whole[:-1], result[:-1], strict=True):
+            values[i] = new[i]
+    return whole
+
+
+def windows(modes, scene, speeds_hz, motion, poll=None):
+    """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (N_WINDOWS, S) each.
+
+    motion: Motion of all speeds (modified); where it has diverged the results are NaN.
+    """
+    found = np.full((2, N_WINDOWS, len(speeds_hz)), np.nan)
+    for group in history.groups(speeds_hz):
+        part = Motion(*(values[group] for values in motion))
+        duration = scene.steady.window_revolutions / speeds_hz[group].max()
+        for window in range(N_WINDOWS):
+            tips = [
+                np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position)).max(axis=0)
+                for piece in history.march(modes, scene, speeds_hz[group], duration, part, poll)
+            ]
+            largest = np.max(tips, axis=0)  # (speeds of the group, tips)
+            found[:, window, group] = largest.max(axis=1), steady.localisation(largest)
+    return found
+
+
+def deflection(modes, seed, size):
+    """Random modal coordinates (K,) in the first family, largest |u_t| of a tip = size [m]."""
+    n_family = len(modes.tangential)
+    random = np.random.Generator(np.random.Philox(seed)).standard_normal(n_family)
+    tips = modes.tangential[:, :n_family] @ random
+    return np.concatenate([random, np.zeros(len(modes.omega) - n_family)]) * (
+        size / np.abs(tips).max()
+    )
+
+
+def label(amplitude, localisation, point_status):
+    """Number of the branch of every steady point, (starts, speeds) int, -1 elsewhere.
+
+    amplitude, localisation: (mean, standard deviation over N_WINDOWS windows), (starts, speeds)
+    each. Two points belong together when they are alike in both, at the same speed or at
+    neighbouring ones. Branches are numbered by size.
+    """
+    start, speed = np.nonzero((point_status == STEADY) & np.isfinite(amplitude[0]))
+    near = np.abs(speed[:, None] - speed) <= 1
+    for (mean, scatter), tolerance in (
+        (amplitude, ALIKE_AMPLITUDE * amplitude[0]),
+        (localisation, np.full(amplitude[0].shape, ALIKE_LOCALISATION)),
+    ):
+        value, spread, least = (v[start, speed] for v in (mean, scatter, tolerance))
+        chance = SURE * np.hypot(spread[:, None], spread) / np.sqrt(N_WINDOWS)
+        near &= np.abs(value[:, None] - value) <= np.maximum(chance, least[:, None])
+    _, part = connected_components(coo_array(near), directed=False)
+    order = np.argsort(-np.bincount(part), kind="stable") if len(part) else []
+    rank = np.empty(len(order), dtype=int)
+    rank[order] = np.arange(len(order))
+    found = np.full(point_status.shape, -1)
+    if len(part):
+        found[start, speed] = rank[part]
+    return found
+
+
+def label_file(file):
+    """Branches of all points of a result file, as `label` returns them."""
+    amplitude = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
+    localisation = file.read("mean_localisation"), file.read("localisation_scatter")
+    return label(amplitude, localisation, file.read("point_status"))
+
+
+def coexisting(found):
+    """Number of different branches at every speed (S,); found: as `label` returns."""
+    return np.array([len(set(column[column >= 0])) for column in found.T])
+
+
+def report(file):
+    """Where several branches coexist."""
+    found = label_file(file)
+    several = coexisting(found) > 1
+    speeds, local = file.read("speeds_hz"), file.read("mean_localisation")
+    share = np.mean(file.read("point_status") == STEADY)
+    yield f"{100 * share:.0f} % of the points are steady, {found.max() + 1} branches"
+    if several.any():
+        yield (
+            f"several stable motions at {several.sum()} of {len(speeds)} speeds, between "
+            f"{speeds[several].min():.6g} and {speeds[several].max():.6g} Hz"
+        )
+    for branch in range(min(6, found.max() + 1)):
+        mine = found == branch
+        at = speeds[mine.any(axis=0)]
+        yield (
+            f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
+            f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
+        )

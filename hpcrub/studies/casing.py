@@ -1,0 +1,61 @@
+"""The casing: its radius around the circumference, and how its bumps grow."""
+
+import numpy as np
+
+from hpcrub.casing import bump_height, growth
+from hpcrub.layout import Dataset
+
+KERNEL = False
+N_ANGLES, N_TIMES = 2401, 201
+LAYOUT = (
+    Dataset("angle_rad", ("angle",), "rad", "angle around the casing"),
+    Dataset("inward_m", ("angle",), "m", "inward deformation of the fully grown casing"),
+    Dataset("gap_m", ("angle",), "m", "gap to the circle of the tips at rest"),
+    Dataset("growth_time_s", ("time",), "s", "time"),
+    Dataset("growth", ("time",), "1", "growth factor of the bumps"),
+)
+SCALES = {"angle": "angle_rad", "time": "growth_time_s"}
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {"angle": N_ANGLES, "time": N_TIMES}
+
+
+def constants(config):
+    """The scales."""
+    longest = 1.2 * config.casing.growth_time
+    return {
+        "angle_rad": np.linspace(0, 2 * np.pi, N_ANGLES),
+        "growth_time_s": np.linspace(0, longest, N_TIMES),
+    }
+
+
+def n_tasks(config):
+    """All at once."""
+    return 1
+
+
+def cost(config):
+    """No time steps."""
+    return 0
+
+
+def prepare(config):
+    """The configuration itself."""
+    return config
+
+
+def compute(config, task, poll):
+    """Casing and growth."""
+    casing, scales = config.casing, constants(config)
+    inward = bump_height(scales["angle_rad"], casing.n_bumps, casing.bump_height)
+    yield "inward_m", (), inward
+    yield "gap_m", (), casing.clearance - inward
+    yield "growth", (), [growth(t, casing.growth_time) for t in scales["growth_time_s"]]
+
+
+def report(file):
+    """The smallest gap."""
+    gap = 1e3 * file.read("gap_m").min()
+    yield f"{file.config.casing.n_bumps} bumps, smallest gap at rest {gap:.3f} mm"

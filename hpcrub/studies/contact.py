@@ -1,0 +1,33 @@
+"""The contact study's members; `hpcrub.study` computes it."""
+
+import numpy as np
+
+from hpcrub.layout import KINDS, LAYOUT, SCALES
+from hpcrub.study import build_problem as prepare
+
+__all__ = ["LAYOUT", "SCALES", "constants", "prepare", "sizes"]
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {
+        "speed": config.speeds.n_values,
+        "level": len(config.mistuning.half_range),
+        "sample": config.mistuning.samples,
+        "blade": config.disk.n_blades,
+        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
+        "percentile": len(config.convergence.percentiles),
+        "block": config.mistuning.samples // config.convergence.step,
+    }
+
+
+def constants(config):
+    """What is known before any computation."""
+    half_range, pattern = config.mistuning.half_range, config.pattern_deviation
+    n_blocks = sizes(config)["block"]
+    seen = config.convergence.step * np.arange(1, n_blocks + 1)
+    return {
+        "speeds_hz": config.speeds.values_hz,
+        "half_range": half_range,
+        "sigma": half_range / np.sqrt(3) if pattern is None else np.std(pattern),
+    } | {f"statistics/{kind}/samples_seen": seen for kind in KINDS}

@@ -1,0 +1,95 @@
+"""Percentiles of several contact studies that differ in their damping, with intervals."""
+
+import numpy as np
+
+from hpcrub.layout import Dataset
+from hpcrub.statistics import Z_95, percentile_interval
+from hpcrub.studies.sources import amplifications, complete
+
+KERNEL = False
+KINDS = ("contact", "linear")
+_CLP = ("case", "level", "percentile")
+LAYOUT = (
+    Dataset("damping_ratio", ("case",), "1", "damping ratio of every mode"),
+    Dataset("tuned_amplitude_m", ("case",), "m", "peak of the tuned disk in contact"),
+    Dataset("sigma", ("level",), "1", "standard deviation of a blade's stiffness"),
+    *(
+        line
+        for kind in KINDS
+        for line in (
+            Dataset(f"{kind}/percentile", _CLP, "1", f"percentiles of the {kind} amplification"),
+            Dataset(f"{kind}/interval", (*_CLP, "bound"), "1", "their 95 % intervals"),
+        )
+    ),
+)
+SCALES = {"case": "damping_ratio", "level": "sigma"}
+
+
+def sizes(config):
+    """Length of every dimension."""
+    file = complete(config.sources[0])
+    n_levels = len(file.read("sigma"))
+    file.close()
+    n_percentiles = len(config.convergence.percentiles)
+    return {
+        "case": len(config.sources),
+        "level": n_levels,
+        "percentile": n_percentiles,
+        "bound": 2,
+    }
+
+
+def constants(config):
+    """Damping of the sources and their levels. Raises InputError when these differ."""
+    files = [complete(path) for path in config.sources]
+    sigma = [file.read("sigma") for file in files]
+    values = {
+        "damping_ratio": [file.config.material.damping_ratio for file in files],
+        "tuned_amplitude_m": [file.read("tuned/peak_amplitude_m") for file in files],
+        "sigma": sigma[0],
+    }
+    for file in files:
+        file.close()
+    return values
+
+
+def n_tasks(config):
+    """All at once."""
+    return 1
+
+
+def cost(config):
+    """No time steps."""
+    return 0
+
+
+def prepare(config):
+    """Configuration and amplifications of all sources."""
+    return config, [amplifications(path) for path in config.sources]
+
+
+def compute(problem, task, poll):
+    """Percentiles with their intervals."""
+    config, sources = problem
+    for case, source in enumerate(sources):
+        for kind, values in zip(KINDS, source, strict=True):
+            for level, found in enumerate(values):
+                known = found[np.isfinite(found)]
+                at = config.convergence.percentiles
+                if len(known):
+                    yield f"{kind}/percentile", (case, level), np.percentile(known, at)
+                interval = np.transpose(percentile_interval(known, at, Z_95))
+                yield f"{kind}/interval", (case, level), interval
+
+
+def report(file):
+    """The last percentile at the widest level."""
+    percentile = file.config.convergence.percentiles[-1]
+    for case, damping in enumerate(file.read("damping_ratio")):
+        for kind in KINDS:
+            value = file.read(f"{kind}/percentile", (case, -1, -1))
+            low, high = file.read(f"{kind}/interval", (case, -1, -1))
+            yield (
+                f"damping {damping:g}, {kind}, percentile {percentile:g} at the widest level: "
+                f"{value:.3f} [{low:.3f}, {high:.3f}]"
+            )

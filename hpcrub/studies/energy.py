@@ -1,0 +1,137 @@
+"""Strain energy of the blades, for the samples of a contact study with the largest A_nl.
+
+Every speed is marched to its steady state as in the contact study, and then, from where it stands,
+over the revolutions of one more window, in which the energy is taken.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub import history
+from hpcrub.config import Config
+from hpcrub.layout import DIVERGED, Dataset
+from hpcrub.studies.sources import complete, modes_of
+from hpcrub.study import Problem as Model
+from hpcrub.study import build_problem
+from hpcrub.sweep import Motion, run_sweep
+
+KERNEL = True
+_SAMPLE = ("sample",)
+LAYOUT = (
+    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    Dataset("level", _SAMPLE, "1", "mistuning level of a sample in the source", "i8"),
+    Dataset("number", _SAMPLE, "1", "its number in the source", "i8"),
+    Dataset("sigma", _SAMPLE, "1", "standard deviation of a blade's stiffness at its level"),
+    Dataset("deviation", ("sample", "blade"), "1", "its stiffness deviations"),
+    Dataset("amplification", _SAMPLE, "1", "its A_nl by displacements, from the source"),
+    Dataset("tuned/energy_j", ("speed", "blade"), "J", "largest strain energy of the tuned disk"),
+    Dataset("energy_j", ("sample", "speed", "blade"), "J", "largest strain energy of a blade"),
+)
+SCALES = {"speed": "speeds_hz"}
+
+
+class Problem(NamedTuple):
+    """Model and samples."""
+
+    config: Config
+    model: Model
+    deviation: np.ndarray  # (n, N)
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {
+        "speed": config.speeds.n_values,
+        "sample": config.energy.samples,
+        "blade": config.disk.n_blades,
+    }
+
+
+def constants(config):
+    """The samples with the largest A_nl of the source.
+
+    Raises InputError when it has too few of them or other physics.
+    """
+    file = complete(config.sources[0], config)
+    values = np.nan_to_num(file.read("samples/amplification"), nan=-np.inf)
+    order = np.argsort(-values, axis=None, kind="stable")[: config.energy.samples]
+    level, number = np.unravel_index(order, values.shape)
+    found = {
+        "speeds_hz": config.speeds.values_hz,
+        "level": level,
+        "number": number,
+        "sigma": file.read("sigma")[level],
+        "deviation": file.read("samples/deviation")[level, number],
+        "amplification": values[level, number],
+    }
+    file.close()
+    return found
+
+
+def n_tasks(config):
+    """The tuned disk, then the samples."""
+    return 1 + config.energy.samples
+
+
+def cost(config):
+    """Time steps, with a second for every speed, which is about usual."""
+    return int(n_tasks(config) * config.speeds.n_values / config.time.step)
+
+
+def prepare(config):
+    """Problem of a configuration. Raises InputError as `build_problem` and `constants`."""
+    return Problem(config, build_problem(config), constants(config)["deviation"])
+
+
+def compute(problem, task, poll):
+    """Energies of one disk."""
+    config, model = problem.config, problem.model
+    deviation = problem.deviation[task - 1] if task else np.zeros(config.disk.n_blades)
+    modes = modes_of(config, model, deviation)
+    found = energies(model, modes, deviation, config.speeds.values_hz, poll)
+    if task:
+        yield "energy_j", task - 1, found
+    else:
+        yield "tuned/energy_j", (), found
+
+
+def energies(model, modes, deviation, speeds_hz, poll=None):
+    """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged."""
+    scene, reduced = model.scene, model.reduced
+    motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
+    result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
+    energy = np.full((len(speeds_hz), len(deviation)), np.nan)
+    stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
+    modal = np.swapaxes(modes.shapes, 0, 1) @ stiffness @ modes.shapes  # (N, K, K)
+    for group in history.groups(speeds_hz):
+        usable = group[result.point_status[group] != DIVERGED]
+        if not len(usable):
+            continue
+        part = Motion(*(values[usable] for values in motion))
+        duration = scene.steady.window_revolutions / speeds_hz[usable].min()
+        pieces = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
+        found = [strain_energy(modal, piece.position).max(axis=0) for piece in pieces]
+        energy[usable] = np.max(found, axis=0)
+    return energy
+
+
+def strain_energy(stiffness, position):
+    """Strain energies of blades: stiffness (N, K, K), position (R, K, S) → (R, S, N) [J]."""
+    R, K, S = position.shape
+    q = np.moveaxis(position, 1, 2).reshape(R * S, K)
+    return np.stack([0.5 * ((q @ k) * q).sum(axis=1) for k in stiffness], axis=1).reshape(R, S, -1)
+
+
+def amplification(file):
+    """A_nl(E) of every sample: its largest energy over the tuned disk's, (n,)."""
+    tuned = np.nanmax(file.read("tuned/energy_j"))
+    energy = file.read("energy_j")
+    return np.where(np.isfinite(energy), energy, -np.inf).max(axis=(1, 2)) / tuned
+
+
+def report(file):
+    """Ranges of both amplifications."""
+    found, known = amplification(file), file.read("amplification")
+    yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
+    yield f"by strain energy: {found.min():.3f} to {found.max():.3f}, median {np.median(found):.3f}"

@@ -1,0 +1,125 @@
+"""Spectra of the tips over a wide range of speeds: which engine order meets which mode."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import zoom_fft
+from scipy.signal.windows import hann
+
+from hpcrub import history
+from hpcrub.config import Config
+from hpcrub.layout import Dataset
+from hpcrub.reduction import Modes
+from hpcrub.studies.sources import disks, modes_of
+from hpcrub.study import build_problem
+from hpcrub.sweep import Scene
+
+KERNEL = True
+_DS = ("disk", "speed")
+LAYOUT = (
+    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    Dataset("frequencies_hz", ("frequency",), "Hz", "frequencies of the spectra"),
+    Dataset("deviation", ("disk", "blade"), "1", "stiffness deviations: tuned disk, then pattern"),
+    Dataset("natural_frequencies_hz", ("disk", "mode"), "Hz", "frequencies without contact"),
+    Dataset("spectrum_m", (*_DS, "frequency"), "m", "tangential amplitude, largest of all tips"),
+    Dataset("amplitude_m", _DS, "m", "largest tangential displacement within the window"),
+)
+SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
+
+
+class Problem(NamedTuple):
+    """What the simulations need."""
+
+    config: Config
+    scene: Scene
+    modes: list[Modes]  # of every disk
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {
+        "speed": config.speeds.n_values,
+        "frequency": config.spectrum.n_frequencies,
+        "disk": len(disks(config)),
+        "blade": config.disk.n_blades,
+        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
+    }
+
+
+def constants(config):
+    """The scales."""
+    return {
+        "speeds_hz": config.speeds.values_hz,
+        "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
+        "deviation": disks(config),
+    }
+
+
+def n_tasks(config):
+    """One for every disk and group of speeds."""
+    return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+
+
+def cost(config):
+    """Time steps of all lanes, idle ones too."""
+    return int(len(history.LANES) * n_tasks(config) * config.history.duration_s / config.time.step)
+
+
+def prepare(config):
+    """Problem of a configuration. Raises InputError as `build_problem`."""
+    problem = build_problem(config)
+    modes = [modes_of(config, problem, deviation) for deviation in disks(config)]
+    return Problem(config, problem.scene, modes)
+
+
+def compute(problem, task, poll):
+    """Spectra of one group of speeds of one disk."""
+    config, scene = problem.config, problem.scene
+    groups = history.groups(config.speeds.values_hz)
+    disk, group = divmod(task, len(groups))
+    modes, group = problem.modes[disk], groups[group]
+    speeds = config.speeds.values_hz[group]
+    parts = [
+        (piece.time, np.einsum("ck,rks->rcs", modes.tangential, piece.position))
+        for piece in history.march(modes, scene, speeds, config.history.duration_s, poll=poll)
+    ]
+    time, tips = (np.concatenate(values) for values in zip(*parts, strict=True))
+    if group[0] == groups[0][0]:
+        yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
+    for lane, speed in enumerate(group):
+        interval = time[1, lane] - time[0, lane]
+        window = tips[-round(config.spectrum.window_s / interval) :, :, lane]
+        yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
+        yield "amplitude_m", (disk, speed), np.abs(window).max()
+
+
+def spectrum(signals, interval, wanted):
+    """Amplitudes of harmonic parts of signals, their means aside.
+
+    signals: (T, n); interval between two values [s]; wanted: step_hz, n_frequencies.
+    Returns amplitudes (n, F) [as the signals] at 0, step_hz, ..., through a Hann window.
+    """
+    window = hann(len(signals), sym=False)
+    top = wanted.step_hz * wanted.n_frequencies
+    transform = zoom_fft(
+        (signals - signals.mean(axis=0)).T * window,
+        [0.0, top],
+        m=wanted.n_frequencies,
+        fs=1.0 / interval,
+    )
+    return 2.0 * np.abs(transform) / window.sum()
+
+
+def report(file):
+    """The strongest interactions of every disk."""
+    speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
+    for disk in range(len(file.read("deviation"))):
+        amplitude = file.read("amplitude_m", disk)
+        if not np.isfinite(amplitude).any():
+            continue
+        best = int(np.nanargmax(amplitude))
+        line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
+        yield (
+            f"{('tuned disk', 'pattern')[disk]}: largest amplitude {1e3 * amplitude[best]:.1f} mm "
+            f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
+        )

@@ -1,0 +1,122 @@
+"""Linear amplification of many samples under travelling loads.
+
+One eigenproblem per sample serves all its loads: the samples of all nodal diameters are the same.
+They are also those of the contact study with the same seed and levels.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.config import Config
+from hpcrub.layout import Dataset
+from hpcrub.linear import linear_peak
+from hpcrub.reduction import ReducedModel, mistuned_modes
+from hpcrub.statistics import Z_95, percentile_interval
+from hpcrub.study import build_model, deviation
+
+KERNEL = False
+CHUNK = 50  # samples of a level that make a task
+_VDN = ("level", "n_diameters", "sample")
+LAYOUT = (
+    Dataset("half_range", ("level",), "1", "largest deviation of a blade's stiffness"),
+    Dataset("sigma", ("level",), "1", "standard deviation of a blade's stiffness"),
+    Dataset("n_diameters", ("n_diameters",), "1", "nodal diameters of the load", "i8"),
+    Dataset("tuned/amplitude_m", ("n_diameters",), "m", "tangential amplitude of the tuned disk"),
+    Dataset("tuned/speed_hz", ("n_diameters",), "Hz", "speed at which it is reached"),
+    Dataset("amplification", _VDN, "1", "linear amplitude over the tuned disk's"),
+)
+SCALES = {"level": "half_range", "n_diameters": "n_diameters"}
+
+
+class Problem(NamedTuple):
+    """The model and the response of the tuned disk."""
+
+    config: Config
+    reduced: ReducedModel
+    tuned: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
+
+
+def sizes(config):
+    """Length of every dimension."""
+    return {
+        "level": len(config.mistuning.half_range),
+        "n_diameters": len(config.linear.n_diameters),
+        "sample": config.mistuning.samples,
+    }
+
+
+def constants(config):
+    """The levels and the loads."""
+    half_range = config.mistuning.half_range
+    return {
+        "half_range": half_range,
+        "sigma": half_range / np.sqrt(3),
+        "n_diameters": config.linear.n_diameters,
+    }
+
+
+def n_tasks(config):
+    """Chunks of samples, level by level."""
+    return len(config.mistuning.half_range) * _chunks(config)
+
+
+def _chunks(config):
+    return -(-config.mistuning.samples // CHUNK)
+
+
+def cost(config):
+    """No time steps."""
+    return 0
+
+
+def prepare(config):
+    """Problem of a configuration."""
+    reduced = build_model(config)[1]
+    tuned = _peaks(config, reduced, np.zeros(config.disk.n_blades))
+    return Problem(config, reduced, tuned)
+
+
+def _peaks(config, reduced, blade_deviation):
+    """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
+    modes = mistuned_modes(reduced, blade_deviation)
+    return np.array([
+        linear_peak(
+            modes, config.material.damping_ratio, config.forcing.amplitude, n_diameters,
+            reduced.contact_angle, config.disk.n_blades,
+        )
+        for n_diameters in config.linear.n_diameters
+    ])  # fmt: skip
+
+
+def compute(problem, task, poll):
+    """Amplifications of a chunk of samples of one level."""
+    config, reduced, tuned = problem
+    level, chunk = divmod(task, _chunks(config))
+    samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
+    amplification = np.empty((len(tuned), len(samples)))
+    for i, sample in enumerate(samples):
+        peaks = _peaks(config, reduced, deviation(config, level, sample))
+        amplification[:, i] = peaks[:, 0] / tuned[:, 0]
+        poll()
+    if task == 0:
+        yield "tuned/amplitude_m", (), tuned[:, 0]
+        yield "tuned/speed_hz", (), tuned[:, 1]
+    yield "amplification", (level, slice(None), slice(samples.start, samples.stop)), amplification
+
+
+def report(file):
+    """Percentiles at every level and load."""
+    names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
+    yield f"percentiles {names} of the linear amplification, interval of the last"
+    for d, n_diameters in enumerate(file.read("n_diameters")):
+        for level, sigma in enumerate(file.read("sigma")):
+            values = file.read("amplification", (level, d))
+            values = values[np.isfinite(values)]
+            if len(values) == 0:
+                continue
+            at = file.config.convergence.percentiles
+            text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
+            low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
+            text += f"  [{low:.3f}, {high:.3f}]"
+            yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"

@@ -1,0 +1,63 @@
+"""Where the samples of a study come from: the disks of its input, or an earlier result file."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from hpcrub.config import differences
+from hpcrub.errors import InputError
+from hpcrub.layout import DONE, PENDING
+from hpcrub.reduction import mistuned_modes, per_sample_modes
+from hpcrub.storage import ResultFile
+
+PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
+
+
+def disks(config):
+    """Stiffness deviations (D, N): the tuned disk, and the pattern when there is one."""
+    tuned = np.zeros(config.disk.n_blades)
+    pattern = config.pattern_deviation
+    return np.array([tuned] if pattern is None else [tuned, pattern])
+
+
+def modes_of(config, problem, blade_deviation):
+    """Modes of one disk on the basis that the input asks for."""
+    if config.reduction.basis == "per_sample":
+        return per_sample_modes(problem.disk, config.reduction.n_modes, blade_deviation)
+    return mistuned_modes(problem.reduced, blade_deviation)
+
+
+def time_grid(config):
+    """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
+    return SimpleNamespace(step=config.time.step, n_bumps=config.casing.n_bumps)
+
+
+def amplifications(path):
+    """A_nl and A_lin of every sample of a contact study, (V, n) each, NaN where not done.
+
+    Raises InputError for a file that is not a complete contact study.
+    """
+    file = complete(path)
+    done = file.status() == DONE
+    names = "samples/amplification", "samples/linear_amplification"
+    values = [np.where(done, file.read(name), np.nan) for name in names]
+    file.close()
+    return values
+
+
+def complete(path, config=None):
+    """The open ResultFile of a complete contact study, with the same physics as `config`.
+
+    Raises InputError, naming what is wrong with it.
+    """
+    file = ResultFile.open(path)
+    if file.config.study != "contact":
+        raise InputError(f"sources: {path} is of the study {file.config.study}, not contact")
+    n_pending = int(np.count_nonzero(file.status() == PENDING))
+    if n_pending and not file.config.convergence.stop_when_converged:
+        raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
+    if config is not None:
+        other = [d for d in differences(file.config, config) if d.split(".")[0] in PHYSICS]
+        if other:
+            raise InputError(f"sources: {path} has {other[0]}")
+    return file

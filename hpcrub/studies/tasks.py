@@ -1,0 +1,61 @@
+"""A study of independent tasks: the ranks compute and write them, a resumed run does the rest."""
+
+import numpy as np
+
+from hpcrub import studies, sweep
+from hpcrub.layout import DONE, PENDING
+from hpcrub.progress import console
+
+
+class TaskStudy:
+    """Tasks of one study of which some may already be in the file."""
+
+    what = "tasks"
+
+    def __init__(self, team, config, problem, file, progress=None):
+        """Arguments as `study.Study`; problem: what the study's `prepare` returned."""
+        self.team, self.config, self.problem, self.file = team, config, problem, file
+        self.progress = progress
+        self.module = studies.find(config)
+        self.status = None  # (T,) on rank 0
+
+    def run(self):
+        """Compute what is missing and write it.
+
+        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        """
+        pending = self.team.on_root(self._take_stock)
+        if pending and self.module.KERNEL:
+            self.team.on_root(self._warm_up)
+            sweep.warm_up()
+        tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
+        self.team.run_tasks(tasks, self._compute, self._collect)
+
+    def n_done(self):
+        """Finished tasks and all (rank 0)."""
+        return int(np.count_nonzero(self.status == DONE)), len(self.status)
+
+    def summary(self, seconds):
+        """Print what was found (rank 0); seconds: wall time of this run."""
+        out = console()
+        for line in self.module.report(self.file):
+            out.print(line, soft_wrap=True)
+
+    def _take_stock(self):
+        self.status = self.file.read("status")
+        return int(np.count_nonzero(self.status == PENDING))
+
+    def _warm_up(self):
+        if self.progress:
+            self.progress.say("loading the kernel (on first use it is compiled: half a minute)")
+        sweep.warm_up()
+
+    def _compute(self, task, poll):
+        for name, where, values in self.module.compute(self.problem, task, poll):
+            self.file.write({name: values}, where)
+        self.file.write({"status": DONE}, task)
+
+    def _collect(self, task, _):
+        self.status[task] = DONE
+        if self.progress:
+            self.progress.tasks(*self.n_done())

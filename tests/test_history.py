@@ -1,0 +1,97 @@
+"""Whole histories: the same steps as the sweep, and forces that balance the motion.
+
+In a steady motion the mean acceleration and the mean velocity of every mode vanish, so that
+omega_k^2 mean(q_k) = mean modal force: the forces are summed step by step, the coordinates are
+records, and nothing but the equation of motion connects them.
+"""
+
+import numpy as np
+import pytest
+from conftest import TINY
+
+from hpcrub import history
+from hpcrub.config import Config
+from hpcrub.reduction import mistuned_modes
+from hpcrub.studies import interaction_map, time_response
+from hpcrub.study import build_problem
+from hpcrub.sweep import Motion, run_sweep
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return build_problem(Config.from_yaml(TINY))
+
+
+@pytest.fixture(scope="module")
+def modes(problem):
+    return mistuned_modes(problem.reduced, np.zeros(12))
+
+
+def whole(modes, scene, speeds, duration, motion=None):
+    """Time, modal coordinates and radial forces of a march, (T, ..., S)."""
+    pieces = list(history.march(modes, scene, speeds, duration, motion))
+    return [
+        np.concatenate([getattr(piece, name) for piece in pieces])
+        for name in ("time", "position", "radial_force")
+    ]
+
+
+def test_same_steps_as_the_sweep(problem, modes):
+    speeds = np.array([34.0, 34.2])
+    motion = Motion.at_rest(2, len(modes.omega))
+    result = run_sweep(modes, problem.scene, speeds, motion=motion)
+    for s in range(2):
+        time, q, _ = whole(modes, problem.scene, speeds, result.time[s])
+        tips = np.einsum("ck,rk->rc", modes.tangential, q[:, :, s])
+        last = time[:, s] <= result.time[s] * (1 + 1e-9)
+        first = time[:, s] > result.time[s] - 3 / speeds[s] * (1 + 1e-9)
+        assert np.abs(tips[last & first]).max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert motion.time[s] == pytest.approx(result.time[s])
+        at_end = q[np.flatnonzero(last)[-1], :, s]
+        np.testing.assert_allclose(motion.position[s], at_end, atol=1e-9 * np.abs(q).max())
+    assert len(time) == history.n_records(34.2, result.time[1], problem.scene)
+
+
+def test_a_march_can_be_continued(problem, modes):
+    speeds = [34.0, 34.3]
+    _, together, _ = whole(modes, problem.scene, speeds, 0.08)
+    motion = Motion.at_rest(2, len(modes.omega))
+    parts = [whole(modes, problem.scene, speeds, 0.04, motion)[1] for _ in range(2)]
+    parts = np.concatenate(parts)
+    n = min(len(parts), len(together))
+    assert np.abs(parts[:n] - together[:n]).max() < 1e-6 * np.abs(together).max()
+    assert motion.time == pytest.approx(len(parts) / len(together) * 0.08, rel=0.1)
+
+
+def test_forces_balance_the_mean_deflection(problem, modes):
+    motion = Motion.at_rest(1, len(modes.omega))
+    whole(modes, problem.scene, [33.5], 0.6, motion)
+    _, q, force = whole(modes, problem.scene, [33.5], 1.5, motion)
+    load = modes.radial + problem.scene.friction * modes.tangential
+    modal_force = -np.einsum("ck,rcs->k", load, force) / len(force)
+    mean = q[:, :, 0].mean(axis=0)
+    assert force.max() > 0.0  # contact did occur
+    assert (force >= 0.0).all()
+    blade_family = slice(0, 12)
+    expected = modal_force[blade_family] / modes.omega[blade_family] ** 2
+    assert np.abs(mean[blade_family] - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def test_no_tip_is_inside_the_casing(problem, modes):
+    scene = problem.scene._replace(growth_time=0.0)
+    time, q, force = whole(modes, scene, [34.0], 0.1)
+    tips = [np.einsum("ck,rk->rc", m, q[:, :, 0]) for m in (modes.radial, modes.tangential)]
+    gap = time_response.gap(scene, 34.0, time[:, 0], *tips)
+    assert gap.min() > -1e-9
+    touching = force[:, :, 0] > 0.0
+    assert touching.any()
+    assert gap[touching].mean() < 0.1 * gap[~touching].mean()
+
+
+def test_spectrum_of_a_known_signal():
+    spectrum = Config.from_yaml("spectrum: {max_frequency_hz: 100, step_hz: 0.5}").spectrum
+    t = 1e-4 * np.arange(20000)
+    signal = 3.0 + 2.0 * np.cos(2 * np.pi * 40 * t) + 0.5 * np.sin(2 * np.pi * 70.5 * t)
+    amplitude = interaction_map.spectrum(signal[:, None], 1e-4, spectrum)[0]
+    assert amplitude[[80, 141]] == pytest.approx([2.0, 0.5], rel=1e-3)
+    assert amplitude[[0, 60, 110, 200]] == pytest.approx(0.0, abs=1e-3)
