@@ -1,7 +1,7 @@
 """Where the energy of a march goes: an audit that closes to rounding, step by step.
 
 Both schemes read  d_{n+1} = keep·d_n − pull·q_n + push·f,  f the force that acts at t_n. Times
-(d_{n+1} + d_n)/(2 push), with q_{n+1} − q_{n−1} = d_{n+1} + d_n, this is a balance without remainder,
+(d_{n+1} + d_n)/(2 push), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
 
     E_{n+1/2} − E_{n−1/2} = f·(d_{n+1} + d_n)/2 − D,
     E_{n+1/2} = (1 + keep)/(4 push) d_{n+1}² + ω² q_n q_{n+1}/2,       ω² = pull/push,

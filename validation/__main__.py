@@ -10,8 +10,8 @@ from validation import bouncing_bar, cantilever, energy_audit, full_disk, linear
 CASES = (bouncing_bar, moving_wall, cantilever, full_disk, linear_load, energy_audit)
 HEAD = f"""# Validation
 
-Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in `validation/`, their
-fast part is in the tests. All use the kernel of the studies, `hpcrub.kernel.march`."""
+Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in `validation/`,
+their fast part is in the tests. All use the kernel of the studies, `hpcrub.kernel.march`."""
 
 
 def main():

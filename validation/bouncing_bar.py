@@ -1,13 +1,13 @@
 """An elastic bar that bounces on a rigid floor under gravity: exact and periodic.
 
 Benchmark of Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, 223–249, with their numbers:
-c = √(E/ρ) = 30, dropped undeformed from h₀ = 5 at g = 10. The fall takes τ_f = 1, a wave runs up and
-down the bar in τ = 2L/c = 2/3. u is the displacement from the undeformed bar on the floor, s the time
-since the last event, v₀ = g τ_f. By d'Alembert's formula,
+c = √(E/ρ) = 30, dropped undeformed from h₀ = 5 at g = 10. The fall takes τ_f = 1, a wave runs up
+and down the bar in τ = 2L/c = 2/3. u is the displacement from the undeformed bar on the floor, s
+the time since the last event, v₀ = g τ_f. By d'Alembert's formula,
 
     contact 1   u = −v₀ min(s, τ − s, x/c) + a(x, s)    pressure E(v₀ + g s)/c, for 0 ≤ s ≤ τ,
                 a = g/2 [(s − x/c)₊² + (s − τ + x/c)₊² − s²],
-    flight 1    u = v₀ s − g s²/2 + [U(x − cs) + U(x + cs)]/2,  U = a(x, τ), of period 2L = cτ, even,
+    flight 1    u = v₀ s − g s²/2 + [U(x − cs) + U(x + cs)]/2,  U = a(x, τ), even, of period cτ,
     contact 2   as contact 1 with a(x, τ − s)            pressure E(v₀ + g(τ − s))/c,
     flight 2    u = v₀ s − g s²/2.
 

@@ -83,9 +83,9 @@ On a modal model it needs an impact law: with K modes the contact point has the 
 the kernel brings to the stop's velocity within two steps. So the limit of small steps is the
 persistent contact with e = 0, in which the structure moves on the K − 1 modes that leave the tip
 still, until λ turns negative. Errors of the tip over 0.15 s, root mean square over 10 mm."""
-MODES_TEXT = """Convergence in modes, by the reference alone (distance of the tip from the motion of 16
-modes). The energy lost in impacts falls with the mass of the contact point, as it must: the
-continuous beam loses none at a point contact."""
+MODES_TEXT = """Convergence in modes, by the reference alone: distance of the tip from the motion
+of 16 modes. The energy lost in impacts falls with the mass of the contact point, as it must: the
+continuous beam has none there."""
 
 
 def section(folder):

@@ -11,8 +11,8 @@ the wall and the next one with the wall's velocity: Newton's law with restitutio
 
 While contact lasts, R q̈ = ẅ gives λ = −(R(2ξω q̇ + ω² q) + ẅ)/S, a linear motion of one
 degree of freedom less; it ends where λ turns negative. Both motions are y' = A y + b ẅ(t) for
-y = (q, q̇, impulse), propagated by matrix exponentials and, for the wall, by Gauss–Legendre quadrature
-of the variation of constants. Only NumPy and SciPy: nothing is shared with the kernel.
+y = (q, q̇, impulse), propagated by matrix exponentials and, for the wall, by Gauss–Legendre
+quadrature of the variation of constants. Only NumPy and SciPy: nothing is shared with the kernel.
 """
 
 from typing import NamedTuple

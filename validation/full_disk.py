@@ -131,8 +131,8 @@ modal coordinates, damping as a full matrix, an implicit Moreau–Jean scheme (�
 in velocities and impulses, clock in time instead of angle. Common to both are the finite-element
 matrices, the casing law and the physics of contact (rigid, e = 0, always sliding); the finite
 elements have tests of their own. Tuned disk, four bumps, largest tip displacement [mm]."""
-DAMPED_TEXT = """Damping 2 %, where the motion is periodic at all three speeds. Kernel with all modes
-(η = 216) at 2 µs, `exact_modal`; the difference is that of the finest step:"""
+DAMPED_TEXT = """Damping 2 %, where the motion is periodic at all three speeds. Kernel with all
+modes (η = 216) at 2 µs, `exact_modal`; the difference is that of the finest step:"""
 REFERENCE_TEXT = """Damping 0.5 %, the reference disk. With η = 60 the kernel finds periodic motions
 of 10.8 and 14.4 mm. With all modes it does not settle: impacts excite the modes that the reduction
 leaves out, and the amplitude wanders by some per cent, also between one step size and the next. The

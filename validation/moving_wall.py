@@ -123,9 +123,9 @@ def section(folder):
     return "\n\n".join(parts)
 
 
-ORDER_TEXT = """The order is one, for both schemes: an impact is placed on the grid of time steps, up
-to one step late. Where it falls within its step changes with h, so single rows scatter about the
-fitted line. Central differences and `exact_modal` hardly differ, as the impacts make the error."""
+ORDER_TEXT = """The order is one, for both schemes: an impact is placed on the grid of time steps,
+up to one step late. Where it falls within its step changes with h, so single rows scatter about
+the fitted line. The two schemes hardly differ, as the impacts make the error."""
 
 
 def _figure(folder):
