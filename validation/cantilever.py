@@ -74,7 +74,7 @@ def step_errors(n_modes, scheme_name, divisions):
     )
 
 
-SIZES = {2: 400, 4: 1600, 8: 6400}  # modes: fewest steps, well inside the stability limit
+SIZES = {2: 400, 4: 6400, 8: 6400}  # modes: fewest steps
 TEXT = """## Cantilever with a stop
 
 A steel cantilever (500 × 20 × 5 mm, first frequency 16.8 Hz, damping 0.5 %) is bent by 10 mm,
@@ -83,6 +83,9 @@ On a modal model it needs an impact law: with K modes the contact point has the 
 the kernel brings to the stop's velocity within two steps. So the limit of small steps is the
 persistent contact with e = 0, in which the structure moves on the K − 1 modes that leave the tip
 still, until λ turns negative. Errors of the tip over 0.15 s, root mean square over 10 mm."""
+ORDER_TEXT = """Each impact is up to a step late, but contact that lasts puts the tip back on the
+stop and forgets most of that error: the order lies between one and two. With 4 modes the tip leaves
+the stop for just 37 µs after the first impact, and the error hangs on how many steps that takes."""
 MODES_TEXT = """Convergence in modes, by the reference alone: distance of the tip from the motion
 of 16 modes. The energy lost in impacts falls with the mass of the contact point, as it must: the
 continuous beam has none there."""
@@ -103,7 +106,7 @@ def section(folder):
             f"{n_modes} modes, {impacts} impacts:",
             report.order_table(labels, DURATION / divisions, columns),
         ]
-    parts += [MODES_TEXT, _modes_table(), _figure(folder)]
+    parts += [ORDER_TEXT, MODES_TEXT, _modes_table(), _figure(folder)]
     return "\n\n".join(parts)
 
 
@@ -130,7 +133,11 @@ def _figure(folder):
     t = 1e3 * np.linspace(0.0, DURATION, n + 1)
     ax.axhline(1e3 * GAP, color="0.6", lw=4, label="stop")
     for n_modes in (1, 2, 8):
-        ax.plot(t, 1e3 * computed(n_modes, "exact_modal", [n])[0], label=f"kernel, {n_modes} modes")
+        ax.plot(
+            t,
+            1e3 * computed(n_modes, "exact_modal", [n])[0],
+            label=f"kernel, {n_modes} mode{'s' * (n_modes > 1)}",
+        )
         ax.plot(t, 1e3 * _tip(n_modes, n)[1], "k:", lw=1.6)
     ax.plot([], [], "k:", label="event-driven")
     ax.set_xlabel("time [ms]")

@@ -129,7 +129,7 @@ the fitted line. The two schemes hardly differ, as the impacts make the error.""
 
 
 def _figure(folder):
-    figure, axes = report.axes(n_columns=2, figsize=(10, 4.4), sharey=True)
+    figure, axes = report.axes(n_columns=2, figsize=(10, 4.8), sharey=True)
     t = np.linspace(0.0, DURATION, 1001)
     for ax, wall in zip(axes, WALLS, strict=True):
         exact = reference(wall, 0.4, 1000)
@@ -143,5 +143,5 @@ def _figure(folder):
         ax.set_title(f"{wall} wall, friction 0.4")
         ax.set_xlabel("time [s]")
     axes[0].set_ylabel("displacement [m]")
-    axes[1].legend(loc="lower left", fontsize=9)
+    figure.legend(*axes[1].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return report.save(figure, folder, "moving_wall")

@@ -37,7 +37,7 @@ def _cell(value):
 def order_table(first, size, errors):
     """Table of errors against a step or a mesh size, its last line the fitted orders.
 
-    first: heading and labels of the first column; size (n,); errors: heading → (n,).
+    first: heading and entries of the first column; size (n,); errors: heading → (n,).
     """
     rows = [
         [label, *(float(error[i]) for error in errors.values())] for i, label in enumerate(first[1])
