@@ -1,10 +1,10 @@
 """Where the energy of a march goes: an audit that closes to rounding, step by step.
 
-Both schemes read  d_{n+1} = keep·d_n − pull·q_n + push·f,  f the force that acts at t_n. Times
+Both schemes read  d_{n+1} = keep·d_n − ω² push·q_n + push·f,  f the force that acts at t_n. Times
 (d_{n+1} + d_n)/(2 push), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
 
     E_{n+1/2} − E_{n−1/2} = f·(d_{n+1} + d_n)/2 − D,
-    E_{n+1/2} = (1 + keep)/(4 push) d_{n+1}² + ω² q_n q_{n+1}/2,       ω² = pull/push,
+    E_{n+1/2} = (1 + keep)/(4 push) d_{n+1}² + ω² q_n q_{n+1}/2,
     D = (1 − keep)/(4 push) (d_{n+1} + d_n)² ≥ 0,
 
 summed over the modes. Of the work of a contact force λ > 0, whose gap goes from g_{n−1} to g_{n+1},
@@ -76,7 +76,7 @@ def audit(bank, n_steps):
     scheme, state = bank.scheme, bank.state
     inverse = np.divide(1.0, scheme.push, out=np.zeros_like(scheme.push), where=scheme.push > 0.0)
     inertia, loss = (1.0 + scheme.keep) * inverse / 4.0, (1.0 - scheme.keep) * inverse / 4.0
-    spring = scheme.pull * inverse / 2.0
+    spring = scheme.squared[:, None] / 2.0
     q, d = state.position.copy(), state.increment.copy()
     start = state.n_steps.copy()
     gap_before, gap = _gap(bank, q - d, start, -1), _gap(bank, q, start, 0)
