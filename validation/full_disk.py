@@ -136,11 +136,11 @@ modes (η = 216) at 2 µs, `exact_modal`; the difference is that of the finest s
 WINDOWS = (0.8, 1.0, 1.2, 1.4)  # ends of the three revolutions that are looked at [s]
 REFERENCE_TEXT = """Damping 0.5 %, the reference disk: least and largest amplitude of several
 windows of three revolutions. With η = 60 the kernel finds periodic motions of 10.8 and 14.4 mm.
-With more modes the motion does not settle: impacts excite modes that the reduction with η = 60 leaves
-out, and the amplitude wanders by some per cent from window to window and from step to step. The
-full matrices do the same, within the same ranges. So where the columns differ it is by the model,
-not by the integration: at these speeds the disk with η = 60 vibrates some 5 % less than the full
-one, at times 15 % less."""
+With more modes the motion does not settle: impacts excite modes that the reduction with η = 60
+leaves out, and the amplitude wanders by some per cent from window to window and from step to
+step. The full matrices do the same, within the same ranges. So where the columns differ it is by
+the model, not by the integration: at these speeds the disk with η = 60 vibrates some 5 % less
+than the full one, at times 15 % less."""
 
 
 def kernel_amplitudes(n_modes, damping_ratio, speeds_hz, step, seconds):
