@@ -15,12 +15,12 @@ VENV_PYTHON = .venv/bin/python
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT = 1
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
 run test bench: export OMPI_MCA_rmaps_base_oversubscribe = 1
-run test bench: export OMP_NUM_THREADS = 1
-run test bench: export OPENBLAS_NUM_THREADS = 1
-run test bench: export NUMBA_NUM_THREADS = 1
+run test bench validate: export OMP_NUM_THREADS = 1
+run test bench validate: export OPENBLAS_NUM_THREADS = 1
+run test bench validate: export NUMBA_NUM_THREADS = 1
 run test bench: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test bench lint readme clean
+.PHONY: help setup run test validate bench lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -38,6 +38,9 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 
 test: $(STAMP)  ## run all tests (ARGS="-k config")
 	@$(VENV_PYTHON) -m pytest $(ARGS)
+
+validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
+	@$(VENV_PYTHON) -m validation
 
 lint: $(STAMP)  ## check style
 	@$(VENV_PYTHON) -m ruff check .
