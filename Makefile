@@ -6,12 +6,14 @@ HDF5_DIR ?=
 INPUT ?= inputs/quickstart.yaml
 RANKS ?= 2
 ARGS ?=
+SCALE ?= 0.01
 
 STAMP = .venv/set-up
 VENV_PYTHON = .venv/bin/python
 
 # For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
 # The last line is for Open MPI 5. On a cluster none of these belongs in a job.
+<<<<<<< HEAD
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT = 1
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
 run test bench: export OMPI_MCA_rmaps_base_oversubscribe = 1
@@ -21,6 +23,17 @@ run test bench validate: export NUMBA_NUM_THREADS = 1
 run test bench: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
 .PHONY: help setup run test validate bench lint readme clean
+=======
+run test bench reproduce: export OMPI_ALLOW_RUN_AS_ROOT = 1
+run test bench reproduce: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
+run test bench reproduce: export OMPI_MCA_rmaps_base_oversubscribe = 1
+run test bench reproduce: export OMP_NUM_THREADS = 1
+run test bench reproduce: export OPENBLAS_NUM_THREADS = 1
+run test bench reproduce: export NUMBA_NUM_THREADS = 1
+run test bench reproduce: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
+
+.PHONY: help setup run test bench reproduce lint readme clean
+>>>>>>> studies
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -48,6 +61,9 @@ lint: $(STAMP)  ## check style
 
 bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
 	@$(VENV_PYTHON) -m benchmarks
+
+reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
+	@$(VENV_PYTHON) -m reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
 
 readme: $(STAMP)  ## write the table of input keys in README.md anew
 	@$(VENV_PYTHON) tools/readme.py

@@ -133,7 +133,9 @@ def test_pattern_is_relative_to_the_modulus_of_the_input():
 
 @pytest.mark.parametrize("path", INPUTS, ids=lambda p: p.stem)
 def test_the_inputs_that_come_along_are_valid(path):
-    assert config.load(path).output == f"results/{path.stem}.h5"
+    runs = config.load_runs(path)
+    assert all(run.output.startswith(f"results/{path.stem}") for run in runs)
+    assert len({run.output for run in runs}) == len(runs)
 
 
 def test_table2_is_the_papers_in_reversed_order():
