@@ -13,27 +13,15 @@ VENV_PYTHON = .venv/bin/python
 
 # For mpirun on one's own machine: as root, with more ranks than cores, one thread per rank.
 # The last line is for Open MPI 5. On a cluster none of these belongs in a job.
-<<<<<<< HEAD
-run test bench: export OMPI_ALLOW_RUN_AS_ROOT = 1
-run test bench: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
-run test bench: export OMPI_MCA_rmaps_base_oversubscribe = 1
-run test bench validate: export OMP_NUM_THREADS = 1
-run test bench validate: export OPENBLAS_NUM_THREADS = 1
-run test bench validate: export NUMBA_NUM_THREADS = 1
-run test bench: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
+export OMPI_ALLOW_RUN_AS_ROOT = 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
+export OMPI_MCA_rmaps_base_oversubscribe = 1
+export OMP_NUM_THREADS = 1
+export OPENBLAS_NUM_THREADS = 1
+export NUMBA_NUM_THREADS = 1
+export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test validate bench lint readme clean
-=======
-run test bench reproduce: export OMPI_ALLOW_RUN_AS_ROOT = 1
-run test bench reproduce: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
-run test bench reproduce: export OMPI_MCA_rmaps_base_oversubscribe = 1
-run test bench reproduce: export OMP_NUM_THREADS = 1
-run test bench reproduce: export OPENBLAS_NUM_THREADS = 1
-run test bench reproduce: export NUMBA_NUM_THREADS = 1
-run test bench reproduce: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
-
-.PHONY: help setup run test bench reproduce lint readme clean
->>>>>>> studies
+.PHONY: help setup run test validate stress measure bench reproduce lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
