@@ -118,9 +118,13 @@ def rounding_table(rounding):
     rows = [["another order of lanes", "no bit", "no bit"]]
     for name, change in rounding["changes"].items():
         rows.append([name, f"{change[~chaotic].max():.1e}", f"{change[chaotic].max():.1e}"])
-    head = f"\n{chaotic.sum()} of {len(chaotic)} points of the reference study are chaotic.\n"
-    heads = ["change", "largest effect on other points", "on chaotic points"]
-    return head + "\n" + _markdown(heads, rows)
+    heads = ["change", "largest effect on points that are not chaotic", "on chaotic points"]
+    per_damping = chaotic.reshape(len(roundoff.DAMPING), -1)
+    counts = [
+        [f"{d:g}", f"{c.sum()} of {len(c)}"]
+        for d, c in zip(roundoff.DAMPING, per_damping, strict=True)
+    ]
+    return _markdown(["damping ratio", "chaotic points"], counts) + "\n" + _markdown(heads, rows)
 
 
 def _markdown(heads, rows):
