@@ -15,12 +15,12 @@ VENV_PYTHON = .venv/bin/python
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT = 1
 run test bench: export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
 run test bench: export OMPI_MCA_rmaps_base_oversubscribe = 1
-run test bench validate: export OMP_NUM_THREADS = 1
-run test bench validate: export OPENBLAS_NUM_THREADS = 1
-run test bench validate: export NUMBA_NUM_THREADS = 1
+run test bench validate stress measure: export OMP_NUM_THREADS = 1
+run test bench validate stress measure: export OPENBLAS_NUM_THREADS = 1
+run test bench validate stress measure: export NUMBA_NUM_THREADS = 1
 run test bench: export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test validate bench lint readme clean
+.PHONY: help setup run test validate stress measure bench lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -41,6 +41,12 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 
 validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
 	@$(VENV_PYTHON) -m validation
+
+stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
+	@$(VENV_PYTHON) -m stress
+
+measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
+	@$(VENV_PYTHON) -m stress.measure
 
 lint: $(STAMP)  ## check style
 	@$(VENV_PYTHON) -m ruff check .

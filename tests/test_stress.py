@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from hpcrub import reasons
+from hpcrub.reduction import mistuned_modes
 from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import DIVERGED, STEADY
-from stress import checks
+from hpcrub.sweep import DIVERGED, STEADY, cut_revolution
+from stress import checks, histories, steady_state
 from stress.corners import CORNERS, Case, build, cases
+from stress.model import reference_reduced, reference_scene
 
 FIRST = {case.corner: case for case in cases(share=0.01)}
 
@@ -73,6 +75,22 @@ def test_forces_of_the_wrong_sign_are_noticed(sound, monkeypatch):
     faults = checks.stepwise(modes, scene, speeds, result)[2]
     assert any("tension" in f for f in faults)
     assert any("penetration" in f for f in faults)
+
+
+def test_tests_of_the_steady_state_are_judged_as_a_sweep_would():
+    """Up to the time limit, at which a sweep checks once more and `steady_state` does not."""
+    scene = reference_scene(steady=steady_state.PAPER._replace(max_time=3.0))
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+    speeds = histories.SPEEDS[:16]
+    grid = cut_revolution(speeds[0], scene)
+    members = histories.of_speeds(modes, scene, grid, speeds, 0, 0)
+    verdict = steady_state.judge(histories.Histories(*members), scene.steady)
+    result = checks.run_sweep(modes, scene, speeds)
+    steady = verdict.accepted
+    assert steady.sum() > 4
+    assert (result.point_status[steady] == STEADY).all()
+    np.testing.assert_allclose(verdict.time[steady], result.time[steady], rtol=1e-12)
+    np.testing.assert_allclose(verdict.amplitude[steady], result.amplitude[steady], rtol=1e-6)
 
 
 def test_the_criteria_once_more():
