@@ -5,7 +5,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 
-from hpcrub.plot import BLACK, BLUE, ORANGE, STYLE
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, STYLE
 from hpcrub.steady import SteadyCriteria
 from stress.histories import FIRST_CHECK, LEVELS, WINDOWS
 

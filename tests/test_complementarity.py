@@ -138,3 +138,14 @@ def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):
     assert (far.point_status == STEADY).all()
     assert (far.point_reason == reasons.NONE).all()
     assert (far.max_sweeps == 0).all()
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_an_operator_that_is_not_finite_is_the_reason_too(kinematics):
+    modes, scene = masses(np.eye(2))
+    huge = modes._replace(radial=1e200 * modes.radial, tangential=1e200 * modes.tangential)
+    scene = scene._replace(kinematics=kinematics)
+    with np.errstate(all="ignore"):
+        result = run_sweep(huge, scene, np.array([12.0]), width=8)
+    assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.SELF_LOCKING)
