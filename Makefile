@@ -43,6 +43,12 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
 	@$(VENV_PYTHON) -m validation
 
+stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
+	@$(VENV_PYTHON) -m stress
+
+measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
+	@$(VENV_PYTHON) -m stress.measure
+
 lint: $(STAMP)  ## check style
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .

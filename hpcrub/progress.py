@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from math import nan
 
 import numpy as np
 from rich import box
@@ -11,7 +12,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
+from hpcrub import reasons
 from hpcrub.layout import DIVERGED, DONE, FAILED, NOT_STEADY, PENDING
+from hpcrub.statistics import confidence, percentile_interval
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles
@@ -146,6 +149,10 @@ def summary(file, study, seconds):
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
     out.print(level_table(file))
+    if file.config.mistuning.samples > 1:
+        out.print(interval_table(file))
+    for line in point_lines(file):
+        out.print(line, soft_wrap=True)
     text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
     if study.seconds > 0.0:
         text += f", {study.n_steps / study.seconds / 1e6:.3g} million steps per second and core"
@@ -187,6 +194,58 @@ def level_table(file):
             f"{100 * diverged:.2f} %",
         )
     return table
+
+
+def interval_table(file):
+    """One row per level and percentile: amplifications with their confidence intervals."""
+    c = file.config.convergence
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        title=f"Percentiles and their confidence intervals ({100 * confidence(c.z):.4g} %)",
+    )
+    for heading in ("level", "percentile", "A_nl", "interval", "A_lin", "interval"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    status = file.status()
+    names = "samples/amplification", "samples/linear_amplification"
+    for level, half_range in enumerate(file.read("half_range")):
+        done = status[level] == DONE
+        columns = []
+        for name in names:
+            values = file.read(name, level)[done]
+            low, high = percentile_interval(values, c.percentiles, c.z)
+            middle = np.percentile(values, c.percentiles) if len(values) else np.full_like(low, nan)
+            columns += [[_number(x) for x in middle], list(map(_interval, low, high))]
+        for percentile, *cells in zip(c.percentiles, *columns, strict=True):
+            table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
+    return table
+
+
+def _number(x):
+    return f"{x:.3f}" if np.isfinite(x) else "-"
+
+
+def _interval(low, high):
+    """An end is open when there are too few samples for it."""
+    return f"{_number(low)} to {_number(high)}"
+
+
+def point_lines(file):
+    """What went wrong in single points, in words with counts, and the work of the force solver."""
+    counts = np.bincount(file.read("tuned/point_reason"), minlength=len(reasons.WORDS))
+    most = int(file.read("tuned/max_sweeps").max())
+    n_points = np.count_nonzero(file.read("tuned/point_status"))
+    for level, first in np.ndindex(
+        len(file.read("half_range")), -(-file.config.mistuning.samples // ROWS)
+    ):
+        where = level, slice(first * ROWS, (first + 1) * ROWS)
+        part = file.read("samples/point_reason", where)
+        counts = counts + np.bincount(part.ravel(), minlength=len(counts))
+        most = max(most, int(file.read("samples/max_sweeps", where).max(initial=0)))
+        n_points += np.count_nonzero(file.read("samples/point_status", where))
+    for words, count in list(zip(reasons.WORDS, counts, strict=True))[1:]:
+        if count:
+            yield f"{count} of {n_points} points: {words}"
+    yield f"contact forces: at most {most} sweeps of the solver in a step"
 
 
 def point_shares(file, level):

@@ -11,7 +11,7 @@ from hpcrub.complementarity import FLAW
 from hpcrub.kernel import TILE, Contact, Record, Scheme, State
 from hpcrub.lanes import aligned_zeros
 from hpcrub.polar import Polar
-from hpcrub.reasons import NONE, UNPROVEN
+from hpcrub.reasons import NONE, NOT_FINITE, UNPROVEN
 
 
 def coefficients(scheme, omega, damping_ratio, h):
@@ -201,7 +201,8 @@ def fill_lane(bank, lane, modes, scene, h):
         scheme.clearance[0, lane] = 0.0
         _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
         bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
-        bank.state.report[FLAW, lane] = NONE if np.isfinite(reach) else UNPROVEN
+        known = NONE if np.isfinite(reach) else UNPROVEN
+        bank.state.report[FLAW, lane] = known if np.isfinite(W).all() else NOT_FINITE
         return
     scheme.clearance[0, lane] = scene.clearance
     normal = W[0, 0] + scene.friction * W[0, 1]
@@ -257,6 +258,8 @@ def _reach(rho):
 
 def _polar_reach(W, friction):
     """Bound of `Contact.reach` for any normals: spectral norms over the smallest own compliance."""
+    if not np.isfinite(W).all():
+        return np.inf
     blocks = np.moveaxis(W, (0, 1), (2, 3))
     size = np.linalg.norm(blocks, 2, axis=(2, 3)) * math.sqrt(1.0 + friction**2)
     own = np.einsum("iiab->iab", blocks) @ np.array([[1.0, -friction], [friction, 1.0]])

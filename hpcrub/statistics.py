@@ -70,6 +70,11 @@ def running_intervals(values, percentiles, step, z):
     return Intervals(*(_order_statistics(values, step, rank) for rank in _ranks(n, percentiles, z)))
 
 
+def confidence(z):
+    """Probability that a normal variable lies within z standard deviations of its mean."""
+    return 1.0 - 2.0 * ndtr(-z)
+
+
 def percentile_interval(values, percentiles, z):
     """Ends (P,) of the confidence intervals of percentiles of all `values`."""
     ends = running_intervals(values, percentiles, max(len(values), 1), z)

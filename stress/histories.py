@@ -50,13 +50,13 @@ def simulate(n_samples, report=lambda text: None):
         deviation = stiffness_deviation(SEED, max(level, 0), sample, 12, half_range)
         modes = mistuned_modes(reduced, deviation)
         batches = np.split(SPEEDS, len(SPEEDS) // WIDTH)
-        parts += [_histories(modes, scene, grid, batch, level, sample) for batch in batches]
+        parts += [of_speeds(modes, scene, grid, batch, level, sample) for batch in batches]
         report(f"{done + 1} of {len(cases)} disks, {time.monotonic() - began:.0f} s")
     return Histories(*(np.concatenate(members) for members in zip(*parts, strict=True)))
 
 
-def _histories(modes, scene, grid, speeds, level, sample):
-    """Histories of WIDTH speeds of one disk."""
+def of_speeds(modes, scene, grid, speeds, level, sample):
+    """Members of Histories for WIDTH speeds of one disk."""
     per_revolution = grid.blocks_per_revolution
     n_blocks = int(DURATION * speeds.min() * per_revolution)
     bank = scheme.allocate(modes, scene, grid, WIDTH)

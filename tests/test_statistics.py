@@ -1,11 +1,19 @@
 """Running percentiles and convergence errors against a direct evaluation of (6) and (7)."""
 
+import math
 import time
 
 import numpy as np
 import pytest
 
-from hpcrub.statistics import MIN_VALUES, first_converged, running_percentiles
+from hpcrub.statistics import (
+    MIN_VALUES,
+    confidence,
+    first_converged,
+    percentile_interval,
+    running_intervals,
+    running_percentiles,
+)
 
 PERCENTILES = [1, 50, 99]
 
@@ -88,3 +96,53 @@ def test_a_million_samples_take_seconds_at_most():
     result = running_percentiles(values, PERCENTILES, 10, 2.81)
     assert time.perf_counter() - start < 3.0
     assert result.percentile[1, -1] == np.percentile(values, 50)
+
+
+def binomial_below(k, n, q):
+    """Probability of at most k successes in n trials, term by term."""
+    return sum(math.comb(n, i) * q**i * (1 - q) ** (n - i) for i in range(k + 1))
+
+
+@pytest.mark.parametrize("percentile", [1, 30, 50, 99])
+@pytest.mark.parametrize("n", [5, 40, 200])
+def test_intervals_are_the_narrowest_order_statistics_that_are_wide_enough(percentile, n):
+    """x_(l) lies above the percentile when fewer than l values lie below it; likewise x_(u)."""
+    values = np.random.default_rng(3).permutation(n).astype(float)  # value = 0-based rank
+    low, high = percentile_interval(values, [percentile], 1.96)
+    tail, q = (1.0 - confidence(1.96)) / 2.0, percentile / 100.0
+    assert tail == pytest.approx(0.025, abs=1e-4)
+    if np.isnan(low[0]):
+        assert binomial_below(0, n, q) > tail  # even the smallest value may lie above
+    else:
+        assert binomial_below(int(low[0]), n, q) <= tail or low[0] == 0
+        assert binomial_below(int(low[0]) + 1, n, q) > tail
+    if np.isnan(high[0]):
+        assert 1.0 - binomial_below(n - 1, n, q) > tail
+    else:
+        assert 1.0 - binomial_below(int(high[0]), n, q) <= tail
+        assert 1.0 - binomial_below(int(high[0]) - 1, n, q) > tail
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    rng = np.random.default_rng(7)
+    held = np.zeros(2)
+    for _ in range(1000):
+        low, high = percentile_interval(rng.random(120), [50, 90], 1.96)
+        held += (low <= [0.5, 0.9]) & (high >= [0.5, 0.9])
+    assert (held >= 0.93 * 1000).all()  # 0.95 or more, and three standard errors of the count
+    assert (held <= 0.985 * 1000).all()
+
+
+def test_running_intervals_are_those_of_the_first_samples():
+    values = np.random.default_rng(8).gamma(4.0, 0.1, 97)
+    values[::9] = np.nan
+    running = running_intervals(values, PERCENTILES, 10, 1.0)
+    for k in range(9):
+        first = values[: 10 * (k + 1)]
+        alone = percentile_interval(first[~np.isnan(first)], PERCENTILES, 1.0)
+        np.testing.assert_array_equal(running.percentile_low[:, k], alone.percentile_low)
+        np.testing.assert_array_equal(running.percentile_high[:, k], alone.percentile_high)
+
+
+def test_no_values_have_open_intervals():
+    assert np.isnan(percentile_interval(np.empty(0), PERCENTILES, 2.81)).all()

@@ -48,6 +48,13 @@ def test_verdict_does_not_depend_on_the_unit(scale):
     assert not verdict(scale * PERIODIC * np.exp(0.01 * T))
 
 
+@pytest.mark.parametrize("scale", [1e-310, 1e-200, 1e-165, 1e160, 1e300])
+def test_correlation_does_not_depend_on_the_unit(scale):
+    a, b = np.random.default_rng(1).uniform(-1.0, 1.0, (2, 500))
+    assert abs(correlation(scale * a, scale * b) - correlation(a, b)) < 1e-9
+    assert abs(correlation(a, b)) < 0.2
+
+
 def test_correlation_is_numpys():
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, 500))

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from conftest import TINY, datasets, error_lines
 
-from hpcrub import cli, config, study, sweep
+from hpcrub import cli, config, reasons, study, sweep
 from hpcrub.layout import DONE, FAILED
 from hpcrub.parallel import Team
-from hpcrub.statistics import running_percentiles
+from hpcrub.progress import point_lines
+from hpcrub.statistics import running_intervals, running_percentiles
 from hpcrub.storage import ResultFile
 from hpcrub.sweep import SweepResult
 
@@ -27,6 +28,8 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
     out = capfd.readouterr().out
     for text in ("A_nl", "A_lin", "not steady", "diverged", "steps per second and core"):
         assert text in out
+    for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
+        assert text in out
     assert (folder / "results/tiny.png").stat().st_size > 10_000
     assert sorted(p.name for p in (folder / "results").iterdir()) == ["tiny.h5", "tiny.png"]
 
@@ -44,9 +47,13 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
         values = file.read(f"samples/{name}")
         for level in range(2):
             expected = running_percentiles(values[level], [1, 50, 99], 1, 2.81)
-            for key in ("percentile", "mean_of_percentile", "convergence_error"):
+            expected = (
+                expected._asdict()
+                | running_intervals(values[level], [1, 50, 99], 1, 2.81)._asdict()
+            )
+            for key in set(expected) - {"samples_seen"}:
                 stored = file.read(f"statistics/{kind}/{key}", level)
-                np.testing.assert_array_equal(stored, getattr(expected, key))
+                np.testing.assert_array_equal(stored, expected[key])
     file.close()
 
     before = datasets("results/tiny.h5")
@@ -60,6 +67,22 @@ def test_without_mistuning_nothing_is_amplified(tiny, folder):
     file = ResultFile.open("results/tiny.h5")
     assert (file.read("samples/amplification") == 1.0).all()  # the same bits
     assert (file.read("samples/linear_amplification") == 1.0).all()
+    file.close()
+
+
+def test_failed_points_are_told_in_words(tiny, folder):
+    assert main(tiny) == 0
+    file = ResultFile.open("results/tiny.h5", mode="r+")
+    most = max(file.read("samples/max_sweeps").max(), file.read("tuned/max_sweeps").max())
+    assert 1 < most < 50
+    assert list(point_lines(file)) == [
+        f"contact forces: at most {most} sweeps of the solver in a step"
+    ]
+    codes = np.array([reasons.SELF_LOCKING, reasons.NOT_FINITE, reasons.SELF_LOCKING], np.uint8)
+    file.write_sample(1, 1, {"point_reason": codes, "status": DONE})
+    one, two, _ = point_lines(file)  # three speeds of the tuned disk and of four samples
+    assert one == "1 of 15 points: diverged: a displacement is not finite"
+    assert two.startswith("2 of 15 points: diverged: self-locking")
     file.close()
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from reference import reference_reduced
 
-from hpcrub import sweep
+from hpcrub import reasons, sweep
 from hpcrub.errors import Interrupted
 from hpcrub.kernel import Shortcuts
 from hpcrub.reduction import Modes, mistuned_modes
@@ -100,12 +100,40 @@ def test_times_follow_the_criteria(modes):
     assert np.all(result.time <= 0.6 + block)
 
 
+def test_confirmations_are_successive_checks():
+    """A periodic motion passes every check: n confirmations take n − 1 extensions more."""
+    ones, speeds = np.ones((1, 1)), np.array([15.0, 15.5])
+    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    results = []
+    for confirmations, max_time in ((1, 9.0), (3, 9.0), (3, 3.5)):
+        steady = SteadyCriteria(3.0, max_time=max_time, confirmations=confirmations)
+        scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4, steady=steady)
+        results.append(run_sweep(modes, scene, speeds))
+    once, thrice, never = results
+    assert once.amplitude.min() > 1e-4
+    assert (once.point_status == STEADY).all()
+    assert (thrice.point_status == STEADY).all()
+    assert (never.point_status == NOT_STEADY).all()
+    np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
+
+
 def test_unstable_step_is_diverged_and_has_no_amplitude(modes):
     scene = scene_of(scheme="central_difference", step=3.7e-5)
     result = run_sweep(modes, scene, np.array([34.0]))
     assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.TOO_LARGE)
     assert np.isnan(result.amplitude[0])
     assert np.isnan(result.localisation[0])
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_the_reference_disk_locks_itself_at_high_friction(modes, kinematics):
+    """W_rr + μ W_rt of the leaned blade changes its sign between μ = 0.5 and 1."""
+    for friction, locked in ((0.5, False), (1.0, True)):
+        scene = scene_of(friction=friction, kinematics=kinematics)
+        result = run_sweep(modes, scene, np.array([34.0]), width=8)
+        assert (result.point_reason[0] == reasons.SELF_LOCKING) == locked
+        assert result.max_sweeps[0] > 0
 
 
 def test_poll_can_stop_a_sweep(modes):

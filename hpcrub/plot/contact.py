@@ -5,7 +5,9 @@ import numpy as np
 
 from hpcrub.layout import DONE, NOT_STEADY
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, legend_below
+from hpcrub.statistics import percentile_interval
 
+BAR_DISTANCE = 0.012  # of neighbouring error bars, of the axis
 MOST = 20_000  # samples of a level behind the band of a frequency response
 
 
@@ -65,24 +67,31 @@ def _draw_band(axes, file):
 
 
 def _draw_amplifications(axes, file):
-    """Percentiles of both amplifications against the mistuning level."""
+    """Percentiles of both amplifications against the mistuning level, with their intervals."""
     half_range, status = 100 * file.read("half_range"), file.status()
     axes.axhline(1.0, color="0.6", lw=1)
     percentiles = file.config.convergence.percentiles
-    for name, label, colour, line in (
-        ("amplification", "contact", BLUE, "-"),
-        ("linear_amplification", "linear", ORANGE, "--"),
+    for name, label, colour, line, side in (
+        ("amplification", "contact", BLUE, "-", -1),
+        ("linear_amplification", "linear", ORANGE, "--", 1),
     ):
         values = [file.read(f"samples/{name}", v)[status[v] == DONE] for v in range(len(status))]
         known = [v for v in range(len(status)) if len(values[v])]
         if not known:
             continue
         curves = np.array([np.percentile(values[v], percentiles) for v in known]).T
+        z = file.config.convergence.z
+        ends = np.array([percentile_interval(values[v], percentiles, z) for v in known]).T
         for p, curve in enumerate(curves):
             axes.plot(
                 half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
                 label=f"{label}, percentile {percentiles[p]:g}",
             )  # fmt: skip
+            # an end that too few samples leave open gets no bar
+            below, above = np.nan_to_num(curve - ends[p, 0]), np.nan_to_num(ends[p, 1] - curve)
+            beside = half_range[known] + side * (p + 1) * BAR_DISTANCE * np.ptp(half_range)
+            bars = {"fmt": "none", "ecolor": colour, "elinewidth": 1.2, "alpha": 0.6, "capsize": 3}
+            axes.errorbar(beside, curve, [below, above], **bars)
     axes.set_xlabel("mistuning: half range of blade stiffness [± %]")
     axes.set_ylabel("amplification [-]")
     counts = (status == DONE).sum(axis=1)

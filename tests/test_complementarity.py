@@ -1,0 +1,151 @@
+"""Contact forces as a linear complementarity problem: truth by trying every set of contacts.
+
+W is a P-matrix if and only if every principal minor is positive; then exactly one set of contacts
+fits any penetration. The cyclic matrix below is one (its minors are 1, 1 and 1 + c³), but
+Gauss–Seidel runs in circles on it for c > 1.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hpcrub import kernel, reasons
+from hpcrub.complementarity import flaw, is_p_matrix, solve_by_pivoting
+from hpcrub.reduction import Modes
+from hpcrub.steady import SteadyCriteria
+from hpcrub.sweep import DIVERGED, STEADY, Scene, run_sweep
+
+CYCLE = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
+
+
+def minors(W):
+    n = len(W)
+    sets = (s for size in range(1, n + 1) for s in itertools.combinations(range(n), size))
+    return [np.linalg.det(W[np.ix_(s, s)]) for s in sets]
+
+
+def every_set(M, p):
+    """All solutions of x ≥ 0, Mx − p ≥ 0, x·(Mx − p) = 0."""
+    found = []
+    for mask in itertools.product([False, True], repeat=len(p)):
+        x, chosen = np.zeros(len(p)), np.flatnonzero(mask)
+        if len(chosen):
+            x[chosen] = np.linalg.solve(M[np.ix_(chosen, chosen)], p[chosen])
+        if x.min() >= 0.0 and (M @ x - p).min() >= -1e-12:
+            found.append(x)
+    return found
+
+
+def random_matrices(n_matrices):
+    """Matrices of 1 to 6 rows, near the edge of the P-matrices."""
+    rng = np.random.default_rng(3)
+    for i in range(n_matrices):
+        n = 1 + i % 6
+        yield np.eye(n) + rng.uniform(-1.0, 1.0, (n, n)) * rng.uniform(0.2, 1.2), rng
+
+
+def test_p_matrices_are_those_of_positive_minors():
+    answers = []
+    for W, _ in random_matrices(300):
+        answers.append(is_p_matrix(W))
+        assert answers[-1] == (min(minors(W)) > 0.0)
+    assert 50 < sum(answers) < 250
+
+
+def test_pivoting_finds_the_one_solution():
+    n_solved = 0
+    for W, rng in random_matrices(300):
+        if not is_p_matrix(W):
+            continue
+        p = rng.normal(size=len(W))
+        if p.max() <= 0.0:
+            continue
+        x = np.zeros(len(W))
+        assert solve_by_pivoting(W, p, x)
+        (only,) = every_set(W, p)
+        assert np.abs(x - only).max() < 1e-9 * np.abs(only).max()
+        n_solved += 1
+    assert n_solved > 50
+
+
+def test_pivoting_says_when_there_is_no_solution():
+    x = np.ones(1)
+    assert not solve_by_pivoting(np.array([[-1.0]]), np.array([1.0]), x)
+    assert x[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("W", "expected"),
+    [
+        (np.eye(3), reasons.NONE),
+        (CYCLE, reasons.NONE),
+        (np.array([[1.0, 0.0], [0.0, -1e-9]]), reasons.SELF_LOCKING),
+        (np.array([[1.0, 0.0], [0.0, 0.0]]), reasons.SELF_LOCKING),
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), reasons.NOT_UNIQUE),
+        (np.array([[1.0, np.nan], [0.0, 1.0]]), reasons.NOT_FINITE),
+        (np.kron(np.eye(8), CYCLE), reasons.UNPROVEN),
+    ],
+)
+def test_flaws_are_named(W, expected):
+    assert flaw(W * 1e-9) == expected
+
+
+def masses(W, friction=0.5):
+    """Free masses (one contact point each) whose Delassus operator is h²·W, and a bump for each."""
+    n = len(W)
+    eye = np.eye(n)
+    modes = Modes(np.full(n, 2 * np.pi * 20.0), eye, (W - eye) / friction, eye)
+    scene = Scene(
+        np.zeros(n), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, friction, scheme="exact_modal", step=1e-4,
+        steady=SteadyCriteria(first_check=0.3, max_time=0.6),
+    )  # fmt: skip
+    return modes, scene
+
+
+def test_forces_are_found_where_gauss_seidel_runs_in_circles():
+    """By symmetry all three carry λ = p/3 h²; each then moves just as a mass of weight 1 alone."""
+    modes, scene = masses(CYCLE)
+    speeds = np.array([12.0, 12.5, 13.0])
+    result = run_sweep(modes, scene, speeds, width=8)
+    assert (result.max_sweeps == kernel.MAX_SWEEPS).all()
+    assert (result.point_status == STEADY).all()
+    assert (result.point_reason == reasons.NONE).all()
+    one, one_scene = masses(np.eye(1))
+    one = one._replace(tangential=np.full((1, 1), modes.tangential[0].sum()))
+    alone = run_sweep(one, one_scene._replace(friction=0.0), speeds, width=8)
+    assert alone.amplitude.min() > 1e-3
+    np.testing.assert_allclose(result.amplitude, alone.amplitude, rtol=1e-6)
+    by_itself = run_sweep(modes, scene, speeds[:1], width=16)
+    assert by_itself.amplitude[0] == run_sweep(modes, scene, speeds[:1], width=8).amplitude[0]
+
+
+@pytest.mark.parametrize(
+    ("W", "reason"),
+    [
+        (np.array([[1.0, 0.0], [0.0, -0.5]]), reasons.SELF_LOCKING),
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), reasons.NOT_UNIQUE),
+    ],
+)
+def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):
+    modes, scene = masses(W)
+    speeds = np.array([12.0, 13.0])
+    result = run_sweep(modes, scene, speeds, width=8)
+    assert (result.point_status == DIVERGED).all()
+    assert (result.point_reason == reason).all()
+    assert np.isnan(result.amplitude).all()
+    far = run_sweep(modes, scene._replace(clearance=2.1e-3), speeds, width=8)
+    assert (far.point_status == STEADY).all()
+    assert (far.point_reason == reasons.NONE).all()
+    assert (far.max_sweeps == 0).all()
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_an_operator_that_is_not_finite_is_the_reason_too(kinematics):
+    modes, scene = masses(np.eye(2))
+    huge = modes._replace(radial=1e200 * modes.radial, tangential=1e200 * modes.tangential)
+    scene = scene._replace(kinematics=kinematics)
+    with np.errstate(all="ignore"):
+        result = run_sweep(huge, scene, np.array([12.0]), width=8)
+    assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.SELF_LOCKING)

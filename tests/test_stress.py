@@ -1,0 +1,101 @@
+"""A little of ``make stress``, and that its checks can fail."""
+
+import numpy as np
+import pytest
+
+from hpcrub import reasons
+from hpcrub.reduction import mistuned_modes
+from hpcrub.steady import SteadyCriteria
+from hpcrub.sweep import DIVERGED, STEADY, cut_revolution
+from stress import checks, histories, steady_state
+from stress.corners import CORNERS, Case, build, cases
+from stress.model import reference_reduced, reference_scene
+
+FIRST = {case.corner: case for case in cases(share=0.01)}
+
+
+@pytest.mark.parametrize("corner", [c for c in CORNERS if c != "2 to 96 blades"])
+def test_first_case_of_every_corner(corner):
+    found = checks.examine(FIRST[corner])
+    assert found.faults == ()
+
+
+@pytest.fixture(scope="module")
+def sound():
+    modes, scene, speeds = build(Case("none", 1, scene=(("bump_height", 0.5e-3),), speed=33.0))
+    return modes, scene, speeds, checks.run_sweep(modes, scene, speeds, width=checks.WIDTH)
+
+
+def test_checks_find_nothing_in_a_sound_result(sound):
+    modes, scene, speeds, result = sound
+    assert (result.point_status == STEADY).any()
+    assert list(checks.consistent(result, scene, speeds)) == []
+    assert checks.follow(modes, scene, speeds, result)[2] == []
+    assert checks.stepwise(modes, scene, speeds, result)[2] == []
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "fault"),
+    [
+        ("amplitude", np.nan, "NaN or infinity"),
+        ("amplitude", np.inf, "NaN or infinity"),
+        ("point_status", 0, "without a status"),
+        ("point_status", DIVERGED, "diverged point with a result"),
+        ("point_reason", reasons.TOO_LARGE, "contradict"),
+        ("time", 1e3, "longer than allowed"),
+    ],
+)
+def test_a_spoilt_result_is_noticed(sound, field, value, fault):
+    _, scene, speeds, result = sound
+    spoilt = getattr(result, field).copy()
+    spoilt[2] = value
+    faults = list(checks.consistent(result._replace(**{field: spoilt}), scene, speeds))
+    assert any(fault in f for f in faults)
+
+
+def test_a_false_steady_is_noticed(sound):
+    modes, scene, speeds, result = sound
+    false = result._replace(
+        point_status=np.full(8, STEADY, np.uint8), time=np.full(8, 7.0 / speeds)
+    )
+    faults = checks.follow(modes, scene, speeds, false)[2]
+    assert any("against the criteria" in f for f in faults)
+    assert any("marched again" in f for f in faults)
+
+
+def test_forces_of_the_wrong_sign_are_noticed(sound, monkeypatch):
+    modes, scene, speeds, result = sound
+    fill = checks.scheme.fill_lane
+
+    def pulling(bank, lane, *arguments):
+        fill(bank, lane, *arguments)
+        bank.contact.stiffness[:, lane] *= -1e-3
+
+    monkeypatch.setattr(checks.scheme, "fill_lane", pulling)
+    faults = checks.stepwise(modes, scene, speeds, result)[2]
+    assert any("tension" in f for f in faults)
+    assert any("penetration" in f for f in faults)
+
+
+def test_tests_of_the_steady_state_are_judged_as_a_sweep_would():
+    """Up to the time limit, at which a sweep checks once more and `steady_state` does not."""
+    scene = reference_scene(steady=steady_state.PAPER._replace(max_time=3.0))
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+    speeds = histories.SPEEDS[:16]
+    grid = cut_revolution(speeds[0], scene)
+    members = histories.of_speeds(modes, scene, grid, speeds, 0, 0)
+    verdict = steady_state.judge(histories.Histories(*members), scene.steady)
+    result = checks.run_sweep(modes, scene, speeds)
+    steady = verdict.accepted
+    assert steady.sum() > 4
+    assert (result.point_status[steady] == STEADY).all()
+    np.testing.assert_allclose(verdict.time[steady], result.time[steady], rtol=1e-12)
+    np.testing.assert_allclose(verdict.amplitude[steady], result.amplitude[steady], rtol=1e-6)
+
+
+def test_the_criteria_once_more():
+    t = np.linspace(0.0, 6.0, 1200)
+    wave = np.sin(2 * np.pi * t)
+    assert checks.accepted(wave, 1.0, 1.0, SteadyCriteria())
+    assert not checks.accepted(wave, 1.0, 1.02, SteadyCriteria())
+    assert not checks.accepted(np.sin(2 * np.pi * 1.1 * t), 1.0, 1.0, SteadyCriteria())
