@@ -1,7 +1,7 @@
 """An elastic bar that bounces on a rigid floor under gravity: exact and periodic.
 
-Benchmark of Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, 223–249, with their numbers:
-c = √(E/ρ) = 30, dropped undeformed from h₀ = 5 at g = 10. The fall takes τ_f = 1, a wave runs up
+Benchmark of Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, 223–249; here c = √(E/ρ) = 30,
+dropped undeformed from h₀ = 5 at g = 10. The fall takes τ_f = 1, a wave runs up
 and down the bar in τ = 2L/c = 2/3. u is the displacement from the undeformed bar on the floor, s
 the time since the last event, v₀ = g τ_f. By d'Alembert's formula,
 
