@@ -8,6 +8,7 @@ from typing import NamedTuple
 from hpcrub import reasons
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
+TUNED_REPEATS = 8
 NO_POINT, STEADY, NOT_STEADY, DIVERGED = 0, 1, 2, 3  # status of a point (one speed of one sample)
 KINDS = ("contact", "linear")
 
@@ -28,6 +29,7 @@ _POINT = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
+_REPEATS = "peak amplitudes of runs that differ by rounding only: how well the reference is known"
 _LINEAR = "largest tangential displacement of any tip under the linear travelling load"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
@@ -44,6 +46,7 @@ LAYOUT = (
     Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
     Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
+    Dataset("tuned/peak_repeats_m", ("repeat",), "m", _REPEATS),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),

@@ -151,12 +151,30 @@ def summary(file, study, seconds):
     out.print(level_table(file))
     if file.config.mistuning.samples > 1:
         out.print(interval_table(file))
+    out.print(tuned_line(file), soft_wrap=True)
     for line in point_lines(file):
         out.print(line, soft_wrap=True)
     text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
     if study.seconds > 0.0:
         text += f", {study.n_steps / study.seconds / 1e6:.3g} million steps per second and core"
     out.print(text)
+
+
+def tuned_line(file):
+    """Peak of the tuned disk, to which all amplifications are relative, and how sure it is."""
+    peak, repeats = file.read("tuned/peak_amplitude_m"), file.read("tuned/peak_repeats_m")
+    text = f"tuned disk: {peak * 1e3:.2f} mm at {file.read('tuned/peak_speed_hz'):.2f} Hz"
+    if not np.isfinite(repeats).all():
+        return text
+    low, high = repeats.min(), repeats.max()
+    text += f"; {low * 1e3:.2f} to {high * 1e3:.2f} mm in {len(repeats)} runs that differ by "
+    text += "rounding"
+    if high / low - 1.0 < 1e-3:
+        return text
+    return text + (
+        f": all amplifications share an uncertainty of {100 * (peak / high - 1.0):+.1f} to "
+        f"{100 * (peak / low - 1.0):+.1f} %"
+    )
 
 
 def level_table(file):

@@ -13,13 +13,14 @@ from hpcrub import progress as progress_text
 from hpcrub import sweep
 from hpcrub.disk import Disk, build_disk
 from hpcrub.errors import HpcrubError, InputError, Interrupted
-from hpcrub.layout import DONE, FAILED, KINDS, NOT_STEADY, PENDING, STEADY
+from hpcrub.layout import DONE, FAILED, KINDS, NOT_STEADY, PENDING, STEADY, TUNED_REPEATS
 from hpcrub.linear import linear_peak
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.reduction import ReducedModel, craig_bampton, mistuned_modes, per_sample_modes
 from hpcrub.statistics import first_converged, running_intervals, running_percentiles
 from hpcrub.steady import SteadyCriteria
 
+NUDGE = 1e-12  # relative change of stiffness, as small as rounding
 TUNED_PART = 4  # speeds of the tuned disk that are worth a task: they march together
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 
@@ -200,18 +201,22 @@ class Study:
         modes = self.team.on_root(lambda: self._modes(np.zeros(self.config.disk.n_blades)))
         n_speeds = len(self.speeds_hz)
         n_parts = max(1, min(self.team.size, n_speeds // TUNED_PART))
-        whole = sweep.SweepResult.empty(n_speeds)
+        whole, repeats = sweep.SweepResult.empty(n_speeds), np.full(TUNED_REPEATS, np.nan)
 
         def compute(task, poll):
             start = time.perf_counter()
-            part = range(task, n_speeds, n_parts)
+            part = range(task, n_speeds, n_parts) if task < n_parts else None
+            tuned = modes if task < n_parts else self._nudged(task - n_parts)
             result = sweep.run_sweep(
-                modes, self.problem.scene, self.speeds_hz, poll, selection=part
+                tuned, self.problem.scene, self.speeds_hz, poll, selection=part
             )
             return result, time.perf_counter() - start
 
         def collect(task, answer):
             result, seconds = answer
+            if task >= n_parts:
+                repeats[task - n_parts] = peak(result, self.speeds_hz)[0]
+                return
             mine = slice(task, None, n_parts)
             for values, part in zip(whole[:-1], result[:-1], strict=True):
                 values[mine] = part[mine]
@@ -219,11 +224,17 @@ class Study:
             if self.progress:
                 self.progress.tuned(np.count_nonzero(whole.point_status), n_speeds)
 
-        self.team.run_tasks(range(n_parts), compute, collect)
-        return self.team.on_root(lambda: self._finish_tuned(modes, whole))
+        self.team.run_tasks(range(n_parts + TUNED_REPEATS), compute, collect)
+        return self.team.on_root(lambda: self._finish_tuned(modes, whole, repeats))
 
-    def _finish_tuned(self, modes, result):
+    def _nudged(self, repeat):
+        """Modes of the tuned disk but for rounding: where its motion is not periodic, its
+        amplitude is one draw of many, and all amplifications are relative to it."""
+        return self._modes(np.full(self.config.disk.n_blades, NUDGE * (repeat + 1)))
+
+    def _finish_tuned(self, modes, result, repeats):
         values = _point_values(result) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
+        values["peak_repeats_m"] = repeats
         values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, self.speeds_hz)
         values["linear_amplitude_m"] = self._linear_peak(modes)
         self.file.write_tuned(values)

@@ -65,7 +65,7 @@ inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
     "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
     "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
-    "step too long": ["tiny.yaml", "--set", "time={scheme: central_difference, step_s: 1e-4}"],
+    "long step": ["tiny.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
     "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
     "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
     "missing file": ["nowhere.yaml"],

@@ -23,6 +23,7 @@ CONTRACT = {
     "tuned/point_status": (S,),
     "tuned/point_reason": (S,),
     "tuned/max_sweeps": (S,),
+    "tuned/peak_repeats_m": (8,),
     "tuned/localisation": (S,),
     "tuned/peak_amplitude_m": (),
     "tuned/peak_speed_hz": (),

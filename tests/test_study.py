@@ -230,3 +230,19 @@ def test_a_team_of_one_computes_in_order():
     done = []
     Team().run_tasks([3, 1, 2], lambda task, poll: 10 * task, lambda *both: done.append(both))
     assert done == [(3, 30), (1, 10), (2, 20)]
+
+
+def test_repeats_of_the_tuned_disk_show_what_rounding_does(tiny, monkeypatch):
+    """At a periodic speed they agree, at 34.25 Hz (quasi-periodic) they do not."""
+    monkeypatch.chdir(tiny.parent)
+    speeds = {"periodic": 33.25, "not": 34.25}
+    spread = {}
+    for name, speed in speeds.items():
+        keys = {"speeds.from_hz": speed, "speeds.to_hz": speed, "reduction.n_modes": 60}
+        options = [f"--set={key}={value}" for key, value in keys.items()]
+        assert main(tiny, *options, "--output", f"{name}.h5") == 0
+        file = ResultFile.open(f"{name}.h5")
+        repeats = file.read("tuned/peak_repeats_m")
+        spread[name] = np.ptp(repeats) / file.read("tuned/peak_amplitude_m")
+        file.close()
+    assert spread["periodic"] < 1e-6 < 1e-4 < spread["not"] < 0.2

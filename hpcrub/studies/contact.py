@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hpcrub.layout import KINDS, LAYOUT, SCALES
+from hpcrub.layout import KINDS, LAYOUT, SCALES, TUNED_REPEATS
 from hpcrub.study import build_problem as prepare
 
 __all__ = ["LAYOUT", "SCALES", "constants", "prepare", "sizes"]
@@ -17,6 +17,7 @@ def sizes(config):
         "blade": config.disk.n_blades,
         "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
         "percentile": len(config.convergence.percentiles),
+        "repeat": TUNED_REPEATS,
         "block": config.mistuning.samples // config.convergence.step,
     }
 
