@@ -1,9 +1,8 @@
 """What is run, with the paper's numbers of samples; a scale multiplies these and nothing else."""
 
+import json
 from pathlib import Path
 from typing import NamedTuple
-
-import yaml
 
 from hpcrub import config, studies
 
@@ -23,6 +22,7 @@ class Step(NamedTuple):
 
 LINEAR = ("mistuning.samples", 10_000, 50)
 CONTACT = ("mistuning.samples", 5_000, 20)
+FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
 LOW = {"material.damping_ratio": 4e-3}
 ND4 = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.05, "casing.n_bumps": 4}
 ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.0, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
@@ -38,7 +38,7 @@ STEPS = (
     Step("casing_parameters", "casing_parameters"),
     Step("time_step", "time_step"),
     Step("reduction", "reduction"),
-    Step("branches", "branches", {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5}),
+    Step("branches", "branches", FINE),
     Step("contact", "nodal_diameters", {"convergence.step": 10}, CONTACT),
     Step("contact_low", "paper_nd4", LOW, CONTACT),
     Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 1_000, 20)),
@@ -57,8 +57,7 @@ def overrides(step, folder, scale):
         keys[key] = max(fewest, round(scale * full))
     if step.sources:
         keys["sources"] = [str(folder / source) for source in step.sources]
-    return [f"{key}={yaml.safe_dump(value, default_flow_style=True).splitlines()[0]}"
-            for key, value in keys.items()]  # fmt: skip
+    return [f"{key}={json.dumps(value)}" for key, value in keys.items()]
 
 
 def arguments(step, folder, scale):

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from hpcrub.layout import DIVERGED, NOT_STEADY
-from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PINK, SKY, YELLOW
+from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PINK, SKY, YELLOW, legend_below
 from hpcrub.studies.branches import N_WINDOWS, coexisting, label_file, starts
 
 MOST = 6  # branches with a colour of their own
@@ -63,4 +63,4 @@ def _draw_branches(axes, file):
         f"means and standard deviations of {N_WINDOWS} windows, by branch; grey where branches "
         "coexist", fontsize=11,
     )  # fmt: skip
-    axes.legend(fontsize=10, ncols=2)
+    legend_below(axes)

@@ -26,7 +26,7 @@ def cross(files):
         panel.set_axis_off()
     if image is not None:
         bar = figure.colorbar(image, ax=axes, label="share of the samples in denser regions")
-        bar.set_ticks([0, *SHARES, 1.0])
+        bar.set_ticks([0, *SHARES])
     figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 

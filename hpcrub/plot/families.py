@@ -45,7 +45,9 @@ def responses(files):
     axes[0, 0].set_ylabel("blade-tip amplitude [mm]")
     lines, words = axes[0, 0].get_legend_handles_labels()
     lines.append(Line2D([], [], marker="o", mfc="w", mec=BLACK, ls=""))
-    figure.legend(lines, [*words, "not steady"], loc="outside lower center", ncols=3)
+    words.append("not steady")
+    columns = 3 if max(map(len, words)) < 20 else 2
+    figure.legend(lines, words, loc="outside lower center", ncols=columns)
     return figure
 
 
