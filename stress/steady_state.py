@@ -171,7 +171,7 @@ def draw(histories, path):
             kind = "stepfilled" if filled else "step"
             right.hist(bias, edges, density=True, histtype=kind, color=colour, lw=2, label=label,
                        alpha=0.5 if filled else 1.0)  # fmt: skip
-        right.set(xlabel="mean amplitude of the next 2 s to accepted one [%]")
+        right.set(xlabel="next 2 s over accepted amplitude [%]")
         right.set(ylabel="density [1/%]", title="No bias, but scatter")
         right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15))
         figure.savefig(path, dpi=150)
