@@ -19,6 +19,9 @@ from numba.core.extending import overload
 
 from hpcrub import simd
 
+TILE = 12  # vectors of a full tile: with their operands they fill the registers
+TIPS = (0,) * TILE
+
 
 def aligned_zeros(shape):
     """Zeros of ``shape`` on a cache-line boundary, so that no vector load straddles two lines."""

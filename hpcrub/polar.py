@@ -12,11 +12,8 @@ import numpy as np
 
 from hpcrub.complementarity import FLAW
 from hpcrub.jit import compiled
-from hpcrub.lanes import load, splat, store, tile_add, tile_splat, tile_store
+from hpcrub.lanes import TILE, TIPS, load, splat, store, tile_add, tile_splat, tile_store
 from hpcrub.reasons import SELF_LOCKING
-
-TILE = 12  # as in the kernel
-TIPS = (0,) * TILE
 
 
 class Polar(NamedTuple):

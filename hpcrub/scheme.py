@@ -8,8 +8,8 @@ import numpy as np
 from hpcrub import complementarity
 from hpcrub.casing import bump_table
 from hpcrub.complementarity import FLAW
-from hpcrub.kernel import TILE, Contact, Record, Scheme, State
-from hpcrub.lanes import aligned_zeros
+from hpcrub.kernel import Contact, Record, Scheme, State
+from hpcrub.lanes import TILE, aligned_zeros
 from hpcrub.polar import Polar
 from hpcrub.reasons import NONE, NOT_FINITE, UNPROVEN
 

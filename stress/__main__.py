@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub import kernel, reasons
+from hpcrub import multipliers, reasons
 from hpcrub.sweep import DIVERGED, NOT_STEADY, STEADY, warm_up
 from stress import roundoff
 from stress.checks import examine
@@ -107,8 +107,8 @@ def reason_table(findings):
     counts = np.bincount(reason, minlength=len(reasons.WORDS))
     sweeps = np.concatenate([f.sweeps for f in findings])
     rows = [[w, f"{n:,}"] for w, n in zip(reasons.WORDS, counts, strict=True)]
-    pivoted = np.count_nonzero(sweeps >= kernel.MAX_SWEEPS)
-    rows.append([f"(pivoting was needed, after {kernel.MAX_SWEEPS} sweeps)", f"{pivoted:,}"])
+    pivoted = np.count_nonzero(sweeps >= multipliers.MAX_SWEEPS)
+    rows.append([f"(pivoting was needed, after {multipliers.MAX_SWEEPS} sweeps)", f"{pivoted:,}"])
     return _markdown(["reason", "points"], rows)
 
 

@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcrub import kernel, reasons
+from hpcrub import multipliers, reasons
 from hpcrub.complementarity import flaw, is_p_matrix, solve_by_pivoting
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria
@@ -108,7 +108,7 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
     modes, scene = masses(CYCLE)
     speeds = np.array([12.0, 12.5, 13.0])
     result = run_sweep(modes, scene, speeds, width=8)
-    assert (result.max_sweeps == kernel.MAX_SWEEPS).all()
+    assert (result.max_sweeps == multipliers.MAX_SWEEPS).all()
     assert (result.point_status == STEADY).all()
     assert (result.point_reason == reasons.NONE).all()
     one, one_scene = masses(np.eye(1))
