@@ -19,6 +19,7 @@ def main():
     kernel = kernel_speed.measure()
     print("sample", flush=True)
     parts, shortcuts = sample_cost.parts(), sample_cost.shortcuts()
+    whole, periodic = sample_cost.whole_samples(), work_precision.periodic_errors()
     print("size", flush=True)
     scaling = sample_cost.scaling()
     print("start, ranks", flush=True)
@@ -32,9 +33,9 @@ def main():
         f"machine with {os.cpu_count()} cores ({platform.machine()}, AVX-512), Python "
         f"{platform.python_version()}. One core each, one thread each.\n",
         report.kernel_section(kernel),
-        report.precision_section(results),
+        report.precision_section(results, periodic),
         "![Work-precision diagram](work_precision.png)\n",
-        report.cost_section(parts, shortcuts, scaling, start, ranks),
+        report.cost_section(parts, whole, shortcuts, scaling, start, ranks),
     ]
     report.precision_figure(results, FOLDER / "work_precision.png")
     (FOLDER / "report.md").write_text("\n".join(text))

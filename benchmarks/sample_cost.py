@@ -26,7 +26,7 @@ MPI = {
 }
 STUDY = """\
 speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.1}
-mistuning: {half_range_percent: [3], samples: 32}
+mistuning: {half_range_percent: [3], samples: 128}
 """
 
 
@@ -43,6 +43,19 @@ def parts():
         "linear peak": best(lambda: linear_peak(modes, *load)),
         "contact sweep, 41 speeds": best(lambda: sweep.run_sweep(modes, scene, cases.SPEEDS), 3),
     }
+
+
+def whole_samples():
+    """Seconds of a sample of 41 speeds, (step [s], longest time [s]) → mean of four samples."""
+    out = {}
+    for step, max_time in ((4e-5, 2.0), (3.3e-5, 2.0), (2e-5, 2.0), (2e-5, 5.0), (1e-6, 2.0)):
+        model = cases.problem(step=step)
+        steady = model.scene.steady._replace(max_time=max_time)
+        scene = model.scene._replace(steady=steady)
+        samples = [cases.modes_of(model.reduced, i) for i in range(4 if step > 1e-6 else 1)]
+        runs = [best(lambda m=m, s=scene: sweep.run_sweep(m, s, cases.SPEEDS), 2) for m in samples]
+        out[step, max_time] = float(np.mean(runs))
+    return out
 
 
 def shortcuts():
@@ -88,8 +101,8 @@ def start_up():
     """Seconds of `warm_up` in a new process, with an empty and with a filled cache, and MB."""
     code = (
         "import time; t = time.perf_counter(); from hpcrub import sweep; sweep.warm_up();"
-        "import resource; print(time.perf_counter() - t,"
-        " resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)"
+        "print(time.perf_counter() - t,"
+        " [int(l.split()[1]) / 1024 for l in open('/proc/self/status') if 'VmHWM' in l][0])"
     )
     with tempfile.TemporaryDirectory() as cache:
         environment = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": str(ROOT)}
