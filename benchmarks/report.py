@@ -115,8 +115,8 @@ def precision_section(results, periodic):
     return f"""## Run time against error
 
 {wp.N_SAMPLES} samples at {level} (σ = 1.7 %), {len(wp.SPEEDS)} speeds from 33.5 to 35.5 Hz, four
-bumps. Errors of percentiles against all runs with steps of 5·10⁻⁶ s and less together (a fine run against
-the others); of the peak of each sample against {wp.REFERENCE.label}.
+bumps. Errors of percentiles against all runs with steps of 5·10⁻⁶ s and less together (a fine run
+against the others); of the peak of each sample against {wp.REFERENCE.label}.
 
 {table(head, rows)}
 - {share} of the points keep their amplitude to {same} when the blades are stiffer by {wp.NUDGE:g}.
