@@ -64,4 +64,5 @@ readme: $(STAMP)  ## write the table of input keys in README.md anew
 
 clean:  ## remove what can be made again (not .venv, not results)
 	rm -rf build *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf "$${XDG_CACHE_HOME:-$$HOME/.cache}/hpcrub/jit"
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

@@ -122,9 +122,9 @@ against the others); of the peak of each sample against {wp.REFERENCE.label}.
 - {share} of the points keep their amplitude to {same} when the blades are stiffer by {wp.NUDGE:g}.
   On the others the motion is quasi-periodic or chaotic: rounding alone changes the amplitude of a
   point, hence the peak of a sample, and no step lowers that.
-- The floor, {floor} in the mean of the three percentiles, is how far the fine runs are from each
-  other. Errors below it are scatter: {wp.N_SAMPLES} samples do not resolve percentiles 1 and 99
-  any better.
+- The floor, {floor} in the mean over the deciles 10 to 90 of the amplitude, is how far the fine runs
+  are from each other. The front counts errors below it as equal. Percentiles 1 and 99 of
+  {wp.N_SAMPLES} samples are hardly more than the extreme samples: see their intervals.
 - The tuned disk is a single sample: its scatter moves all A_nl of a study together. The result
   file tells how much (`tuned/peak_repeats_m`).
 
@@ -166,7 +166,7 @@ def precision_figure(results, path):
     floor = 100 * wp.floor(results)
     axis.axhspan(1e-3, floor, color="0.9", zorder=-1, label="floor: fine runs among themselves")
     axis.set(xscale="log", yscale="log", xlabel="seconds per sample and core",
-             ylabel="error of the amplitude percentiles 1, 50, 99 [%]")  # fmt: skip
+             ylabel="mean error of the amplitude's deciles 10 … 90 [%]")  # fmt: skip
     axis.set_ylim(0.1, 100)
     axis.legend(frameon=False, fontsize=9)
     axis.grid(alpha=0.3)
