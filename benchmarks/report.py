@@ -122,8 +122,8 @@ against the others); of the peak of each sample against {wp.REFERENCE.label}.
 - {share} of the points keep their amplitude to {same} when the blades are stiffer by {wp.NUDGE:g}.
   On the others the motion is quasi-periodic or chaotic: rounding alone changes the amplitude of a
   point, hence the peak of a sample, and no step lowers that.
-- The floor, {floor} in the mean over the deciles 10 to 90 of the amplitude, is how far the fine runs
-  are from each other. The front counts errors below it as equal. Percentiles 1 and 99 of
+- The floor, {floor} in the mean over the deciles 10 to 90 of the amplitude, is how far the fine
+  runs are from each other. The front counts errors below it as equal. Percentiles 1 and 99 of
   {wp.N_SAMPLES} samples are hardly more than the extreme samples: see their intervals.
 - The tuned disk is a single sample: its scatter moves all A_nl of a study together. The result
   file tells how much (`tuned/peak_repeats_m`).
