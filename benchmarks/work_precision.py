@@ -116,14 +116,15 @@ def compare(results, setting, n_boot=400):
 
 
 def score(results, setting):
-    """Mean magnitude of the errors of the amplitude's deciles 10 to 90.
+    """Mean magnitude of the errors of the deciles 10 to 90 of A_nl, the tuned disk's included.
 
     So few samples know these five times better than percentiles 1 and 99, which are single samples.
     """
-    fine = [peaks(results[s]["amplitude"])[1] for s in FINE if s != setting]
-    reference = np.percentile(np.concatenate(fine), DECILES)
-    deciles = np.percentile(peaks(results[setting]["amplitude"])[1], DECILES)
-    return float(np.mean(np.abs(deciles / reference - 1.0)))
+    fine = [peaks(results[s]["amplitude"]) for s in FINE if s != setting]
+    reference = np.concatenate([mistuned for _, mistuned in fine]) / np.mean([t for t, _ in fine])
+    tuned, mistuned = peaks(results[setting]["amplitude"])
+    error = np.percentile(mistuned / tuned, DECILES) / np.percentile(reference, DECILES) - 1.0
+    return float(np.mean(np.abs(error)))
 
 
 def floor(results):
