@@ -121,6 +121,13 @@ def deviation(config, level, sample):
     )
 
 
+def modes_of(config, problem, deviation):
+    """Modes of one disk (deviation (N,) of its blades) on the basis that the input asks for."""
+    if config.reduction.basis == "per_sample":
+        return per_sample_modes(problem.disk, config.reduction.n_modes, deviation)
+    return mistuned_modes(problem.reduced, deviation)
+
+
 class Study:
     """A contact study of which some results may already be in the file."""
 
@@ -269,9 +276,7 @@ class Study:
         )
 
     def _modes(self, deviation):
-        if self.config.reduction.basis == "per_sample":
-            return per_sample_modes(self.problem.disk, self.config.reduction.n_modes, deviation)
-        return mistuned_modes(self.problem.reduced, deviation)
+        return modes_of(self.config, self.problem, deviation)
 
     def _amplifications(self, modes, result):
         """Peaks of one sample beside the tuned disk's, and its status."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from hpcrub.disk import build_disk
 from hpcrub.reduction import craig_bampton
+from hpcrub.sweep import Scene
 
 MATERIAL = SimpleNamespace(young_modulus=2.1e11, density=7800.0)
 DAMPING_RATIO = 5e-3
@@ -46,3 +47,19 @@ def reference_disk():
 @cache
 def reference_reduced(n_modes=60):
     return craig_bampton(reference_disk(), n_modes)
+
+
+def reference_scene(**changes):
+    """Scene of the reference disk with four bumps, with changes."""
+    reduced = reference_reduced()
+    values = {
+        "contact_angle": reduced.contact_angle,
+        "contact_radius": reduced.contact_radius,
+        "damping_ratio": DAMPING_RATIO,
+        "n_bumps": 4,
+        "bump_height": 1.25e-3,
+        "clearance": 0.25e-3,
+        "growth_time": 0.01,
+        "friction": 0.15,
+    }
+    return Scene(**(values | changes))

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from reference import reference_reduced
+from reference import reference_reduced, reference_scene
 
 from hpcrub import casing, kernel, scheme
 from hpcrub.lanes import aligned_zeros
@@ -24,20 +24,6 @@ from hpcrub.sweep import Grid, Scene
 
 SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
-
-
-def scene_of(reduced, **changes):
-    defaults = {
-        "contact_angle": reduced.contact_angle,
-        "contact_radius": reduced.contact_radius,
-        "damping_ratio": 0.005,
-        "n_bumps": 4,
-        "bump_height": 1.25e-3,
-        "clearance": 0.25e-3,
-        "growth_time": 0.01,
-        "friction": 0.15,
-    }
-    return Scene(**{**defaults, **changes})
 
 
 def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
@@ -114,7 +100,7 @@ def mistuned(reduced):
 
 
 def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
-    scene = scene_of(reduced)
+    scene = reference_scene()
     history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=8)
     for lane, speed in enumerate(SPEEDS):
         tips, contacts = textbook(reduced, mistuned, scene, speed, len(history))
@@ -127,11 +113,11 @@ TWIN = """
 import sys
 import numpy as np
 sys.path.insert(0, {tests!r})
-from test_kernel import SPEEDS, march, scene_of
-from reference import reference_reduced
+from test_kernel import SPEEDS, march
+from reference import reference_reduced, reference_scene
 from hpcrub.reduction import mistuned_modes
 reduced = reference_reduced()
-scene = scene_of(reduced, kinematics={kinematics!r})
+scene = reference_scene(kinematics={kinematics!r})
 history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 8, 1200)
 np.save({out!r}, history)
 """
@@ -144,7 +130,7 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
     subprocess.run(
         [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )
-    scene = scene_of(reduced, kinematics=kinematics)
+    scene = reference_scene(kinematics=kinematics)
     modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
     history, _ = march(modes, scene, SPEEDS, 1, 8, 1200)
     twin = np.load(out)
@@ -154,7 +140,7 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
 
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 def test_lanes_do_not_see_each_other(reduced, mistuned, kinematics):
-    scene = scene_of(reduced, kinematics=kinematics)
+    scene = reference_scene(kinematics=kinematics)
     together, _ = march(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
     for lane, speed in enumerate(np.linspace(33.5, 36.0, 8)):
         alone, _ = march(mistuned, scene, [speed], 4, 1)
@@ -179,7 +165,7 @@ def step_by_step(bank, scene, n_steps, width):
 @pytest.mark.parametrize("friction", [0.0, 0.15, 0.5])
 @pytest.mark.parametrize("name", ["central_difference", "exact_modal"])
 def test_no_penetration_and_no_tension_after_the_corrector(reduced, mistuned, friction, name):
-    scene = scene_of(reduced, friction=friction, scheme=name)
+    scene = reference_scene(friction=friction, scheme=name)
     grid = Grid(REVOLUTION, 1, 1)
     bank = scheme.allocate(mistuned, scene, grid, 8)
     for lane, speed in enumerate(np.linspace(33.5, 35.25, 8)):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference import reference_reduced
+from reference import reference_reduced, reference_scene
 
 from hpcrub import reasons, sweep
 from hpcrub.errors import Interrupted
@@ -25,21 +25,8 @@ SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 
 
 def scene_of(**changes):
-    reduced = reference_reduced()
-    defaults = {
-        "contact_angle": reduced.contact_angle,
-        "contact_radius": reduced.contact_radius,
-        "damping_ratio": 0.005,
-        "n_bumps": 4,
-        "bump_height": 1.25e-3,
-        "clearance": 0.25e-3,
-        "growth_time": 0.01,
-        "friction": 0.15,
-        "step": 2e-5,
-        "scheme": "exact_modal",
-        "steady": SHORT,
-    }
-    return Scene(**{**defaults, **changes})
+    short = {"step": 2e-5, "scheme": "exact_modal", "steady": SHORT}
+    return reference_scene(**(short | changes))
 
 
 @pytest.fixture(scope="module")

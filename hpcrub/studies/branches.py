@@ -19,8 +19,8 @@ from hpcrub import history, steady
 from hpcrub.config import Config
 from hpcrub.layout import DIVERGED, STEADY, Dataset
 from hpcrub.reduction import Modes
-from hpcrub.studies.sources import disks, modes_of
-from hpcrub.study import build_problem
+from hpcrub.studies.sources import disks
+from hpcrub.study import build_problem, modes_of
 from hpcrub.sweep import Motion, Scene, run_sweep
 
 KERNEL = True

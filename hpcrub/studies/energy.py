@@ -11,9 +11,9 @@ import numpy as np
 from hpcrub import history
 from hpcrub.config import Config
 from hpcrub.layout import DIVERGED, Dataset
-from hpcrub.studies.sources import complete, modes_of
+from hpcrub.studies.sources import complete
 from hpcrub.study import Problem as Model
-from hpcrub.study import build_problem
+from hpcrub.study import build_problem, modes_of
 from hpcrub.sweep import Motion, run_sweep
 
 KERNEL = True

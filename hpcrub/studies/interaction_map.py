@@ -1,18 +1,12 @@
 """Spectra of the tips over a wide range of speeds: which engine order meets which mode."""
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.signal import zoom_fft
 from scipy.signal.windows import hann
 
 from hpcrub import history
-from hpcrub.config import Config
 from hpcrub.layout import Dataset
-from hpcrub.reduction import Modes
-from hpcrub.studies.sources import disks, modes_of
-from hpcrub.study import build_problem
-from hpcrub.sweep import Scene
+from hpcrub.studies.sources import disks, prepare_disks
 
 KERNEL = True
 _DS = ("disk", "speed")
@@ -27,12 +21,7 @@ LAYOUT = (
 SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
 
 
-class Problem(NamedTuple):
-    """What the simulations need."""
-
-    config: Config
-    scene: Scene
-    modes: list[Modes]  # of every disk
+prepare = prepare_disks
 
 
 def sizes(config):
@@ -63,13 +52,6 @@ def n_tasks(config):
 def cost(config):
     """Time steps of all lanes, idle ones too."""
     return int(len(history.LANES) * n_tasks(config) * config.history.duration_s / config.time.step)
-
-
-def prepare(config):
-    """Problem of a configuration. Raises InputError as `build_problem`."""
-    problem = build_problem(config)
-    modes = [modes_of(config, problem, deviation) for deviation in disks(config)]
-    return Problem(config, problem.scene, modes)
 
 
 def compute(problem, task, poll):

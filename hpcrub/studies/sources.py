@@ -1,14 +1,17 @@
 """Where the samples of a study come from: the disks of its input, or an earlier result file."""
 
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.config import differences
+from hpcrub.config import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.layout import DONE, PENDING
-from hpcrub.reduction import mistuned_modes, per_sample_modes
+from hpcrub.reduction import Modes
 from hpcrub.storage import ResultFile
+from hpcrub.study import build_problem, modes_of
+from hpcrub.sweep import Scene
 
 PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
 
@@ -20,11 +23,19 @@ def disks(config):
     return np.array([tuned] if pattern is None else [tuned, pattern])
 
 
-def modes_of(config, problem, blade_deviation):
-    """Modes of one disk on the basis that the input asks for."""
-    if config.reduction.basis == "per_sample":
-        return per_sample_modes(problem.disk, config.reduction.n_modes, blade_deviation)
-    return mistuned_modes(problem.reduced, blade_deviation)
+class DiskProblem(NamedTuple):
+    """What simulations of the disks of an input need."""
+
+    config: Config
+    scene: Scene
+    modes: list[Modes]  # of every disk
+
+
+def prepare_disks(config):
+    """DiskProblem of a configuration. Raises InputError as `build_problem`."""
+    problem = build_problem(config)
+    modes = [modes_of(config, problem, deviation) for deviation in disks(config)]
+    return DiskProblem(config, problem.scene, modes)
 
 
 def time_grid(config):

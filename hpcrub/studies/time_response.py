@@ -1,19 +1,15 @@
 """One simulation in full: displacements, gaps and contact forces of all tips, steady or not."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from hpcrub import history
 from hpcrub.casing import bump_height, growth
-from hpcrub.config import Config
 from hpcrub.layout import Dataset
-from hpcrub.reduction import Modes
 from hpcrub.steady import correlation
-from hpcrub.studies.sources import disks, modes_of, time_grid
-from hpcrub.study import build_problem
-from hpcrub.sweep import Scene, cut_revolution
+from hpcrub.studies.sources import disks, prepare_disks, time_grid
+from hpcrub.sweep import cut_revolution
 
 KERNEL = True
 _DTB = ("disk", "time", "blade")
@@ -34,32 +30,25 @@ LAYOUT = (
 SCALES = {"time": "time_s", "check": "check_s"}
 
 
-class Problem(NamedTuple):
-    """What a simulation needs."""
-
-    config: Config
-    scene: Scene
-    modes: list[Modes]  # of every disk
+prepare = prepare_disks
 
 
 def sizes(config):
     """Length of every dimension."""
     return {
         "disk": len(disks(config)),
-        "time": history.n_records(config.speeds.from_hz, config.history.duration_s, _grid(config)),
+        "time": history.n_records(
+            config.speeds.from_hz, config.history.duration_s, time_grid(config)
+        ),
         "blade": config.disk.n_blades,
         "check": len(_checks(config)),
     }
 
 
-def _grid(config):
-    return time_grid(config)
-
-
 def _checks(config):
     """Blocks after which the steady state is tested, as `sweep` does."""
     steady, speed = config.steady_state, config.speeds.from_hz
-    per_revolution = cut_revolution(speed, _grid(config)).blocks_per_revolution
+    per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
     first = math.ceil(steady.first_check_s * speed * per_revolution)
     first = max(first, 2 * steady.window_revolutions * per_revolution)
     last = math.ceil(config.history.duration_s * speed * per_revolution)
@@ -69,7 +58,7 @@ def _checks(config):
 def constants(config):
     """The disks and the times of the checks."""
     speed = config.speeds.from_hz
-    per_revolution = cut_revolution(speed, _grid(config)).blocks_per_revolution
+    per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
     return {
         "deviation": disks(config),
         "check_s": np.array(_checks(config)) / (speed * per_revolution),
@@ -85,13 +74,6 @@ def n_tasks(config):
 def cost(config):
     """Time steps of all lanes, idle ones too."""
     return int(len(history.LANES) * n_tasks(config) * config.history.duration_s / config.time.step)
-
-
-def prepare(config):
-    """Problem of a configuration. Raises InputError as `build_problem`."""
-    problem = build_problem(config)
-    modes = [modes_of(config, problem, deviation) for deviation in disks(config)]
-    return Problem(config, problem.scene, modes)
 
 
 def compute(problem, task, poll):
@@ -125,7 +107,7 @@ def gap(scene, speed_hz, time, radial, tangential):
 
 def _tests(config, tangential, task, per_block):
     """The steady-state test at every check."""
-    grid = cut_revolution(config.speeds.from_hz, _grid(config))
+    grid = cut_revolution(config.speeds.from_hz, time_grid(config))
     window = config.steady_state.window_revolutions * grid.blocks_per_revolution * per_block
     for check, block in enumerate(_checks(config)):
         end = block * per_block
