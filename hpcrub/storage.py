@@ -286,8 +286,9 @@ class ResultFile:
         return values if np.isfinite(values["linear_amplitude_m"]) else None
 
     def write_tuned(self, values):
-        """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
-        self.write({f"tuned/{name}": values[name] for name in TUNED}, ())
+        """Write the results of the tuned disk, a dict by the names in `TUNED` (its repeats may
+        be missing, they come later); one rank."""
+        self.write({f"tuned/{name}": values[name] for name in TUNED if name in values}, ())
 
     def write_sample(self, level, sample, values):
         """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
