@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from hpcrub import config_checks, config_runs, config_text, yaml_text
-from hpcrub.config_studies import Branches, Energy, History, Linear, Spectrum, StudyName
+from hpcrub.config_studies import Branches, Debug, Energy, History, Linear, Spectrum, StudyName
 from hpcrub.config_types import (
     FileName,
     Files,
@@ -226,6 +226,7 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
+    debug: Debug = Debug()
 
     @model_validator(mode="before")
     @classmethod

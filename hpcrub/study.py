@@ -90,6 +90,7 @@ def _scene(config, reduced):
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.time.step,
+        audit=config.debug.energy_audit,
         steady=SteadyCriteria(
             first_check=steady.first_check,
             window_revolutions=steady.window_revolutions,
