@@ -138,7 +138,7 @@ class Time(Section):
         "exact_modal", description="time integration between contacts"
     )
     step_s: Number = Field(
-        2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
+        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
     step = si("step_s", "s")

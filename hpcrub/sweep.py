@@ -146,7 +146,8 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
         return out
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
-        waiting = [i for i in band if i in wanted]
+        # fastest first: they take longest to settle, and should not be left to the last lanes
+        waiting = [i for i in band[::-1] if i in wanted]
         n_steps += _Band(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 

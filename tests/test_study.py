@@ -65,7 +65,10 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
 def test_without_mistuning_nothing_is_amplified(tiny, folder):
     assert main(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
     file = ResultFile.open("results/tiny.h5")
-    assert (file.read("samples/amplification") == 1.0).all()  # the same bits
+    peak = file.read("tuned/peak_amplitude_m")
+    assert (file.read("samples/peak_amplitude_m") == peak).all()  # the same bits
+    expected = peak / file.read("tuned/reference_amplitude_m")
+    assert (file.read("samples/amplification") == expected).all()
     assert (file.read("samples/linear_amplification") == 1.0).all()
     file.close()
 
