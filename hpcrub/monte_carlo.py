@@ -104,7 +104,7 @@ class Study:
         full = self.config.speeds.search == "full"
         most = schedule.most_parts(len(self.speeds_hz)) if full else 1
         self.tasks = schedule.StudyTasks(
-            *self.tuned.tasks(self.team.size), self._pending(), int(n_pending), most
+            self.tuned.tasks(self.team.size), self._pending(), int(n_pending), most
         )
         if self.progress and self.tuned.reference:
             self.progress.start(self.status)
@@ -208,15 +208,16 @@ class Study:
     def _collect_tuned(self, task, marched):
         self.work += Work(0, marched.result.n_steps, marched.seconds)
         self.tuned.collect(task, marched)
-        if self.progress and not task.repeat:
-            self.progress.tuned(self.tuned.n_speeds(), len(self.speeds_hz))
-        if self.tuned.reference and not self.reference:
+        if self.progress:
+            n_all = len(self.tuned.runs) * len(self.speeds_hz)
+            self.progress.tuned(self.tuned.n_speeds(), n_all)
+        if self.tuned.reference:
             self.reference = self.tuned.reference
             self.team.share(self.reference)
             self.phase("samples")
             if self.progress:
                 self.progress.start(self.status)
-        return self.reference and not self.reference.usable
+        return self.tuned.reference and not self.tuned.reference.usable
 
     def _collect_part(self, task, marched):
         """When it is the last part of its sample, some rank is to finish and write the sample."""

@@ -19,7 +19,7 @@ PART = 8  # speeds of a part: as many as march together in the narrowest lanes
 
 
 class Tuned(NamedTuple):
-    """Every n_parts-th speed of the tuned disk (repeat 0) or of a run that repeats it."""
+    """Every n_parts-th speed of one run of the tuned disk."""
 
     repeat: int = 0
     part: int = 0
@@ -43,7 +43,7 @@ def most_parts(n_speeds):
 
 def n_parts(n_left, n_ranks, most):
     """Parts into which the next of n_left sweeps is cut: one until the ranks outnumber them."""
-    return min(most, max(1, n_ranks // n_left))
+    return min(most, max(1, n_ranks // max(n_left, 1)))
 
 
 class Tasks:
@@ -62,12 +62,12 @@ class Tasks:
 
 
 class StudyTasks(Tasks):
-    """Tasks of a contact study: the tuned disk, what repeats it, and the samples."""
+    """Tasks of a contact study: the tuned disk and the samples."""
 
-    def __init__(self, tuned, repeats, samples, n_samples, most):
-        """tuned, repeats: lists of Tuned; samples: iterable of n_samples pairs (level, sample),
-        drawn one at a time; most: parts of a sample, at most."""
-        super().__init__(repeats)
+    def __init__(self, tuned, samples, n_samples, most):
+        """tuned: list of Tuned; samples: iterable of n_samples pairs (level, sample), drawn one at
+        a time; most: parts of a sample, at most."""
+        super().__init__()
         self.urgent.extend(tuned)
         self.samples, self.n_samples, self.most = iter(samples), n_samples, most
 
@@ -76,7 +76,7 @@ class StudyTasks(Tasks):
 
     def take(self, n_ranks):
         """The next task; there must be one. The parts of a sample follow each other."""
-        if self.urgent or self.others:
+        if self.urgent:
             return super().take(n_ranks)
         cut = n_parts(self.n_samples, n_ranks, self.most)
         self.n_samples -= 1

@@ -67,6 +67,7 @@ def _scene(config, reduced):
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.time.step,
+        audit=config.debug.energy_audit,
         steady=SteadyCriteria(
             first_check=steady.first_check,
             window_revolutions=steady.window_revolutions,
@@ -121,4 +122,5 @@ def point_values(result):
         "point_status": result.point_status,
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
+        "energy_j": result.energy,
     }

@@ -14,7 +14,7 @@ NUDGE = 1e-12  # relative change of stiffness, as small as rounding
 
 
 class Reference(NamedTuple):
-    """What amplitudes are divided by [m]."""
+    """What amplitudes are divided by [m]: the median of all runs, and the linear response."""
 
     contact: float
     linear: float
@@ -34,7 +34,8 @@ class Marched(NamedTuple):
 
 def modes_of_tuned(config, problem, repeat):
     """Modes of the tuned disk (repeat 0), or of one that differs by rounding: where the motion is
-    not periodic, its amplitude is one draw of many."""
+    not periodic, its amplitude is one draw of many. All amplifications are relative to the median.
+    """
     return modes_of(config, problem, np.full(config.disk.n_blades, NUDGE * repeat))
 
 
@@ -54,51 +55,48 @@ def join(parts):
 
 
 class TunedDisk:
-    """Rank 0's book of the tuned disk."""
+    """Rank 0's book of the tuned disk, marched once as it is and TUNED_REPEATS times nudged."""
 
     def __init__(self, config, problem, file):
         self.config, self.problem, self.file = config, problem, file
         self.reference = None
-        self.parts = {}
-        self.missing = range(1, TUNED_REPEATS + 1)
+        self.runs = [{} for _ in range(1 + TUNED_REPEATS)]  # Marched of every part
 
     def take_stock(self):
         """Take up the results that are there."""
-        tuned = self.file.tuned()
-        if tuned:
-            self.reference = Reference(tuned["peak_amplitude_m"], tuned["linear_amplitude_m"])
-        missing = np.isnan(self.file.read("tuned/peak_repeats_m"))
-        self.missing = [int(repeat) + 1 for repeat in np.flatnonzero(missing)]
+        if tuned := self.file.tuned():
+            linear = tuned["linear_amplitude_m"]
+            self.reference = Reference(float(tuned["reference_amplitude_m"]), float(linear))
 
     def tasks(self, n_ranks):
-        """Tasks that give the reference, and those that repeat it."""
-        cut = n_parts(1, n_ranks, most_parts(self.config.speeds.n_values))
-        parts = [] if self.reference else [Tuned(0, part, cut) for part in range(cut)]
-        return parts, [Tuned(repeat) for repeat in self.missing]
+        """Tasks that are left."""
+        n_runs = 0 if self.reference else len(self.runs)
+        cut = n_parts(n_runs, n_ranks, most_parts(self.config.speeds.n_values))
+        return [Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
 
     def collect(self, task, marched):
-        """Take and write the result of a task."""
-        if task.repeat:
-            amplitude = peak(marched.result, self.config.speeds.values_hz)[0]
-            self.file.write({"tuned/peak_repeats_m": amplitude}, task.repeat - 1)
-            return
-        self.parts[task.part] = marched
-        if len(self.parts) == task.n_parts:
-            whole = join([self.parts[part] for part in range(task.n_parts)])
-            self.reference = self._write(whole.result)
+        """Take the result of a task; write all when it is the last one."""
+        self.runs[task.repeat][task.part] = marched
+        if all(len(parts) == task.n_parts for parts in self.runs):
+            wholes = [join([parts[i] for i in range(task.n_parts)]) for parts in self.runs]
+            self.reference = self._write([whole.result for whole in wholes])
 
     def n_speeds(self):
         """Number of speeds that have been marched."""
-        return sum(np.count_nonzero(part.result.point_status) for part in self.parts.values())
+        done = (part.result.point_status for parts in self.runs for part in parts.values())
+        return sum(map(np.count_nonzero, done))
 
-    def _write(self, result):
+    def _write(self, runs):
+        speeds = self.config.speeds.values_hz
         modes = modes_of_tuned(self.config, self.problem, 0)
-        values = point_values(result) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
-        found = peak(result, self.config.speeds.values_hz)
-        values["peak_amplitude_m"], values["peak_speed_hz"] = found
+        values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
+        values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
+        peaks = np.array([peak(run, speeds)[0] for run in runs])
+        values["peak_repeats_m"], known = peaks[1:], peaks[np.isfinite(peaks)]
+        values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
         values["linear_amplitude_m"] = linear_amplitude(self.config, self.problem, modes)
         self.file.write_tuned(values)
-        return Reference(found[0], values["linear_amplitude_m"])
+        return Reference(values["reference_amplitude_m"], values["linear_amplitude_m"])
 
     def check(self):
         """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
