@@ -18,7 +18,7 @@ from hpcrub.errors import Interrupted
 from hpcrub.layout import DONE, FAILED, KINDS, PENDING
 from hpcrub.parallel import PAUSE
 from hpcrub.runlog import Work
-from hpcrub.statistics import first_converged, running_intervals, running_percentiles
+from hpcrub.statistics import first_converged, running_percentiles, running_statistics
 from hpcrub.study import deviation, linear_amplitude, modes_of, peak, point_values
 from hpcrub.tuned import Marched, TunedDisk, join, modes_of_tuned
 from hpcrub.warmup import warm_up
@@ -71,7 +71,7 @@ class Study:
             warm_up(self.team, self.progress)
         self.phase("samples" if self.reference else "tuned disk")
         try:
-            self.team.run_tasks(self.tasks, self._compute, self._collect)
+            self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
             self.team.on_root(self.tuned.check)
         except Interrupted:
             self.team.on_root(self._write_statistics)
@@ -242,7 +242,7 @@ class Study:
         return self._converged_at(self._running("contact")) is not None
 
     def _running(self, kind, compute=running_percentiles):
-        """RunningPercentiles of every level over the leading samples that are finished."""
+        """What `compute` finds for every level over the leading samples that are finished."""
         c = self.config.convergence
         values = self.amplification[KINDS.index(kind)]
         n_finished = [_leading(status != PENDING) for status in self.status]
@@ -268,8 +268,7 @@ class Study:
         if self.config.convergence.stop_when_converged:
             length = self._converged_at(self._running("contact"))
         for kind in KINDS:
-            both = zip(self._running(kind), self._running(kind, running_intervals), strict=True)
-            for level, parts in enumerate(both):
+            for level, parts in enumerate(self._running(kind, running_statistics)):
                 cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
                 self.file.write_statistics(kind, level, *cut)
 

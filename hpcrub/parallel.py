@@ -185,17 +185,17 @@ class Team:
         if self.size > 1:
             self.comm.Abort(code)
 
-    def run_tasks(self, tasks, compute, on_result=lambda task, result: None):
+    def run_tasks(self, tasks, compute, on_result=lambda task, result: None, shared=None):
         """Compute all tasks.
 
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
         used. compute(task, poll): any rank; must call poll() every few milliseconds and let
         Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
         order of completion; may `share` a value and add urgent tasks; a true value means that no
-        further task is needed.
+        further task is needed. shared: what poll() returns until a value is shared.
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
-        self.shared = None
+        self.shared = shared
         if self.rank == 0:
             stopped_by = _Dispatcher(self, Desk(tasks, self.size), compute, on_result).run()
         else:
@@ -300,9 +300,11 @@ class _Worker:
                 if not self.tasks:
                     self._tell("ask")
                 self.results.append(self.compute(task, self.poll))
-                self.poll()
                 if not self.tasks:
                     self._tell("ask")
+                elif self.team.shared is None:  # the next task may wait for what this one gives
+                    self._tell("done")
+                self.poll()
         while not self.ended:
             self._look()
             time.sleep(PAUSE)

@@ -19,6 +19,7 @@ from hpcrub.statistics import Z_95, confidence, percentile_interval
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles
+TEXT_SHARE = 0.01  # of the time, at most, is spent on these
 ROWS = 1000  # samples read at once
 WIDTH = 106  # of the tables, at least
 
@@ -66,6 +67,7 @@ class Progress:
         self.began = self.shown = time.monotonic()
         self.already = self.done = 0
         self.total = 0
+        self.took = 0.0  # [s] by the last text with percentiles
 
     def say(self, text):
         """Print a line."""
@@ -106,10 +108,12 @@ class Progress:
 
     def _interval(self):
         elapsed = time.monotonic() - self.began
-        return REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
+        shortest = REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
+        return max(shortest, self.took / TEXT_SHARE)
 
     def _text(self, amplification):
         """Rate, time left, and the percentiles of the widest level."""
+        start = time.monotonic()
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
         values = amplification[-1][np.isfinite(amplification[-1])]
@@ -120,6 +124,7 @@ class Progress:
             names = "/".join(f"{p:g}" for p in percentiles)
             half_range = 100 * self.config.mistuning.half_range[-1]
             text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+        self.took = time.monotonic() - start
         return text
 
     def _show(self, what, n_done, n_total, text, final):

@@ -42,8 +42,9 @@ def most_parts(n_speeds):
 
 
 def n_parts(n_left, n_ranks, most):
-    """Parts into which the next of n_left sweeps is cut: one until the ranks outnumber them."""
-    return min(most, max(1, n_ranks // max(n_left, 1)))
+    """Parts into which the next of n_left sweeps is cut: one until the ranks outnumber them. Half
+    the ranks are counted: parts cost more than a whole, and most ranks are busy at the end."""
+    return min(most, max(1, n_ranks // (2 * max(n_left, 1))))
 
 
 class Tasks:
@@ -133,8 +134,8 @@ class Desk:
         rank = next(iter(asking))
         del asking[rank]
         several = min(-(-self.n_ranks // ONE_BY_ONE), self._n_left() // (2 * self.n_ranks))
-        given = [self._note(rank, self.tasks.take(self.n_ranks)) for _ in range(max(1, several))]
-        return rank, given
+        several = 1 if self.tasks.urgent else max(1, several)
+        return rank, [self._note(rank, self.tasks.take(self.n_ranks)) for _ in range(several)]
 
     def _note(self, rank, task):
         self.held[rank].append(task)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
-from scipy.stats import binom
 
 from hpcrub.jit import compiled
 
@@ -51,11 +50,8 @@ def running_percentiles(values, percentiles, step, z):
     between two percentile values. z: confidence coefficient Z.
     Returns RunningPercentiles with K = n // step; NaN where nothing can be said.
     """
-    fractions = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
-    percentile = _order_statistics(values, step, (_n_valid(values, step) - 1) * fractions)
-    mean, error = _mean_and_error(percentile, z)
-    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
-    return RunningPercentiles(seen, percentile, mean, error)
+    rank = _percentile_ranks(_n_valid(values, step), percentiles)
+    return _with_errors(_order_statistics(values, step, rank), step, z)
 
 
 def running_intervals(values, percentiles, step, z):
@@ -66,8 +62,16 @@ def running_intervals(values, percentiles, step, z):
     between two order statistics holds it with the confidence 2 Phi(z) - 1 or more.
     Returns Intervals. Source: David, Nagaraja, Order Statistics (2003), section 7.1.
     """
+    rank = _interval_ranks(_n_valid(values, step), percentiles, z)
+    return Intervals(*np.split(_order_statistics(values, step, rank), 2))
+
+
+def running_statistics(values, percentiles, step, z):
+    """`running_percentiles` and `running_intervals` of the same values in one pass."""
     n = _n_valid(values, step)
-    return Intervals(*(_order_statistics(values, step, rank) for rank in _ranks(n, percentiles, z)))
+    rank = np.concatenate([_percentile_ranks(n, percentiles), _interval_ranks(n, percentiles, z)])
+    percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
+    return _with_errors(percentile, step, z), Intervals(low, high)
 
 
 def confidence(z):
@@ -81,13 +85,50 @@ def percentile_interval(values, percentiles, z):
     return Intervals(*(end[:, -1] if len(values) else np.full(len(end), np.nan) for end in ends))
 
 
-def _ranks(n, percentiles, z):
-    """Positions (P, K) of both ends of the intervals among n (K,) sorted values; NaN for none."""
-    fractions = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
+def _with_errors(percentile, step, z):
+    mean, error = _mean_and_error(percentile, z)
+    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
+    return RunningPercentiles(seen, percentile, mean, error)
+
+
+def _percentile_ranks(n, percentiles):
+    """Positions (P, K) of percentiles among n (K,) sorted values, as numpy has them."""
+    return (n - 1) * (np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0)
+
+
+def _interval_ranks(n, percentiles, z):
+    """Positions (2 P, K) of the intervals' lower, then upper ends among n (K,) sorted values; NaN
+    for none."""
+    low, high = np.empty((2, len(percentiles), len(n)))
     tail = ndtr(-z)
-    low = binom.ppf(tail, n, fractions) - 1
-    high = binom.ppf(1.0 - tail, n, fractions)
-    return np.where(low >= 0, low, np.nan), np.where(high < n, high, np.nan)
+    for p, percentile in enumerate(percentiles):
+        _binomial_quantiles(n, percentile / 100.0, tail, low[p])
+        _binomial_quantiles(n, percentile / 100.0, 1.0 - tail, high[p])
+    low, high = np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
+    return np.concatenate([low, high])
+
+
+@compiled
+def _binomial_quantiles(n, q, probability, found):
+    """Fill found (K,) (modified) with the least k at which the distribution of a binomial (n, q)
+    variable reaches a probability; n (K,) not decreasing. From n to n + 1 the distribution F and
+    its terms f change by a factor, so that the whole takes a time proportional to the last n.
+    """
+    k, f, total = 0, 1.0, 1.0  # f(k) and F(k) of no trial at all
+    trials = 0
+    for i in range(len(n)):
+        if q <= 0.0 or q >= 1.0:
+            found[i] = n[i] if q >= 1.0 else 0
+            continue
+        while trials < n[i]:
+            total -= q * f
+            trials += 1
+            f *= (1.0 - q) * trials / (trials - k)
+            while total < probability and k < trials:
+                f *= (trials - k) / (k + 1.0) * q / (1.0 - q)
+                k += 1
+                total += f
+        found[i] = k
 
 
 def _n_valid(values, step):
@@ -101,8 +142,8 @@ def _order_statistics(values, step, rank):
     values = np.ascontiguousarray(values, dtype=np.float64)[: rank.shape[1] * step]
     order = np.argsort(values)  # NaN last
     n_valid = len(values) - int(np.count_nonzero(np.isnan(values)))
-    place = np.empty(len(values), dtype=np.int64)
-    place[order] = np.arange(len(values))
+    place = np.empty(len(values), dtype=np.int32)  # small: the walk jumps about in it
+    place[order] = np.arange(len(values), dtype=np.int32)
     found = np.full(rank.shape, np.nan)
     _walk_backwards(values[order], place, n_valid, np.ascontiguousarray(rank), step, found)
     return found
@@ -143,8 +184,8 @@ def _walk_backwards(ordered, place, n_valid, rank, step, found):
     The values still present form a linked list, so a percentile's place moves by a few links per
     block: the whole takes a time proportional to n.
     """
-    before = np.arange(-1, n_valid - 1)
-    after = np.arange(1, n_valid + 1)
+    before = np.arange(-1, n_valid - 1).astype(np.int32)
+    after = np.arange(1, n_valid + 1).astype(np.int32)
     at = np.zeros(len(rank), dtype=np.int64)  # position in `ordered`, per percentile
     index = np.zeros(len(rank), dtype=np.int64)  # its number among the values present
     present = n_valid

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from hpcrub import sweep
-from hpcrub.statistics import running_intervals, running_percentiles
+from hpcrub.statistics import running_statistics
 
 MARK = "complete"  # file that says that the cache holds everything
 
@@ -37,5 +37,4 @@ def _compile_once(progress):
 
 def _warm_statistics():
     """A stop leaves little time for them."""
-    running_percentiles(np.ones(1), [50.0], 1, 1.0)
-    running_intervals(np.ones(1), [50.0], 1, 1.0)
+    running_statistics(np.ones(1), [50.0], 1, 1.0)

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from hpcrub.statistics import (
     MIN_VALUES,
@@ -13,6 +14,7 @@ from hpcrub.statistics import (
     percentile_interval,
     running_intervals,
     running_percentiles,
+    running_statistics,
 )
 
 PERCENTILES = [1, 50, 99]
@@ -146,3 +148,27 @@ def test_running_intervals_are_those_of_the_first_samples():
 
 def test_no_values_have_open_intervals():
     assert np.isnan(percentile_interval(np.empty(0), PERCENTILES, 2.81)).all()
+
+
+@pytest.mark.parametrize("z", [1.0, 1.96, 2.81])
+def test_interval_ends_are_binomial_quantiles(z):
+    """The values are their own ranks; scipy has the quantiles."""
+    percentiles, n = [0, 0.5, 25, 50, 99, 100], np.arange(1, 2001)
+    low, high = running_intervals(np.arange(2000.0), percentiles, 1, z)
+    q, tail = np.array(percentiles)[:, None] / 100, 0.5 * (1 - confidence(z))
+    first, last = binom.ppf(tail, n, q) - 1, binom.ppf(1 - tail, n, q)
+    np.testing.assert_array_equal(low, np.where(first >= 0, first, np.nan))
+    np.testing.assert_array_equal(high, np.where(last < n, last, np.nan))
+
+
+def test_all_statistics_in_one_pass_are_the_same_bits():
+    values = np.random.default_rng(4).random(500)
+    values[::17] = np.nan
+    both = running_statistics(values, PERCENTILES, 10, 1.96)
+    apart = (
+        running_percentiles(values, PERCENTILES, 10, 1.96),
+        running_intervals(values, PERCENTILES, 10, 1.96),
+    )
+    for one, other in zip(both, apart, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)

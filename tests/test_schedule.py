@@ -1,0 +1,119 @@
+"""Who computes what next: nothing is lost, nobody waits for ever; the simulation and the log."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hpcrub import runlog
+from hpcrub.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
+from scaling import simulate
+from scaling.costs import Costs
+
+
+def fake_costs(n=5, most=6):
+    """Costs of samples that take about a second, parts a bit more than their share."""
+    whole = np.linspace(0.8, 1.2, n)
+    parts = [{k: [seconds / k + 0.05] * k for k in range(2, most + 1)} for seconds in whole]
+    return Costs(whole, parts, np.full(3, 5e-3), whole / 10, 1, 1e-3)
+
+
+MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)
+
+
+def test_parts_only_when_ranks_outnumber_samples():
+    assert most_parts(41) == 6
+    assert most_parts(3) == 1
+    assert n_parts(100, 100, 6) == 1
+    assert n_parts(25, 100, 6) == 2
+    assert n_parts(1, 100, 6) == 6
+    assert n_parts(1, 1, 6) == 1
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2, 3, 16, 1500, 5000])
+def test_every_part_of_every_sample_is_handed_out_once(n_ranks):
+    samples = [(level, sample) for sample in range(300) for level in range(2)]
+    tasks = StudyTasks([Tuned()], iter(samples), len(samples), 6)
+    desk, seen = Desk(tasks, n_ranks), []
+    for rank in range(1, n_ranks):
+        desk.ask(rank)
+    for _ in range(10_000):
+        given = list(desk.answers())
+        if own := desk.own():
+            given.append((0, [own]))
+        if desk.finished():
+            break
+        for rank, some in given:
+            seen += desk.done(rank, len(some))
+            if rank:
+                desk.ask(rank)
+    first, *rest = seen
+    assert first == Tuned()
+    found = {}
+    for task in rest:
+        found.setdefault((task.level, task.sample), []).append((task.part, task.n_parts))
+    assert set(found) == set(samples)
+    for parts in found.values():
+        assert sorted(parts) == [(i, len(parts)) for i in range(len(parts))]
+
+
+def test_last_tasks_go_to_ranks_that_have_none():
+    desk = Desk(Tasks(range(5)), 2)
+    desk.ask(1)
+    assert list(desk.answers()) == [(1, [0])]
+    desk.ask(1)  # it begins its last task
+    assert list(desk.answers()) == [(1, [1])]
+    assert desk.own() == 2
+    assert desk.done(1, 1) == [0]
+    desk.ask(1)
+    assert list(desk.answers()) == []  # two are left for two ranks: not ahead
+    assert desk.done(1, 1) == [1]
+    desk.ask(1)
+    assert list(desk.answers()) == [(1, [3])]
+
+
+@pytest.mark.parametrize("n_ranks", [1, 2, 7, 40, 600, 2500])
+def test_simulated_ranks_never_wait_for_each_other_for_ever(n_ranks):
+    """More than a thousand ranks get several tasks at once: the tuned disk must come in first."""
+    n_samples = 12_000 if n_ranks > 1000 else 400
+    result = simulate.study(fake_costs(), MACHINE, n_ranks, n_samples)
+    mean = 1.0
+    assert result.useful == pytest.approx(mean * (n_samples + 9), rel=0.05)
+    assert result.seconds >= result.useful / n_ranks
+    assert result.efficiency(n_ranks) < 1.0
+
+
+def test_simulation_of_one_rank_is_the_sum_of_its_costs():
+    result = simulate.study(fake_costs(), MACHINE, 1, 50)
+    assert result.seconds == pytest.approx(result.useful + 50 * MACHINE.finish, rel=1e-9)
+
+
+def test_cutting_and_overlap_pay_for_many_ranks():
+    best = simulate.study(fake_costs(), MACHINE, 300, 2000)
+    assert best.seconds < simulate.study(fake_costs(), MACHINE, 300, 2000, cut=False).seconds
+    assert best.seconds < simulate.study(fake_costs(), MACHINE, 300, 2000, overlap=False).seconds
+
+
+def test_a_run_log_grows_by_one_run_after_another(tmp_path):
+    for code, message in ((75, "SIGTERM came"), (0, "")):
+        log = runlog.RunLog(tmp_path / "x.h5", 4)
+        log.phase("samples")
+        log.end(runlog.Work(7, 1000, 0.5, 0.1) + runlog.Work(1, 0, 0.0, 0.0), code, message)
+    stopped, done = map(json.loads, (tmp_path / "x.runs.jsonl").read_text().splitlines())
+    assert (stopped["exit_code"], stopped["exit_reason"]) == (75, "stopped")
+    assert stopped["message"] == "SIGTERM came"
+    assert (done["exit_code"], done["exit_reason"], done["ranks"]) == (0, "done", 4)
+    assert done["done_in_this_run"] == 8
+    assert done["steps_per_second_and_core"] == 2000
+    assert done["core_seconds"] == pytest.approx(4 * done["wall_seconds"], abs=2e-3)
+    assert set(done["phases"]) == {"set-up", "samples"}
+    lines = (tmp_path / "x.log").read_text().splitlines()
+    assert [line.split()[1].rstrip(":") for line in lines] == ["start", "stopped", "start", "done"]
+
+
+def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):
+    (tmp_path / "x.log").mkdir()
+    log = runlog.RunLog(tmp_path / "x.h5", 1)
+    log.end(runlog.Work(), 0)
+    assert "no run log" in capfd.readouterr().err
+    assert json.loads((tmp_path / "x.runs.jsonl").read_text())["exit_code"] == 0
