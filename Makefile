@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test validate stress measure bench reproduce lint readme clean
+.PHONY: help setup run test validate stress measure bench scaling reproduce lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -55,6 +55,9 @@ lint: $(STAMP)  ## check style
 
 bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
 	@$(VENV_PYTHON) -m benchmarks
+
+scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 minutes)
+	@$(VENV_PYTHON) -m scaling $(ARGS)
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
