@@ -156,8 +156,9 @@ def summary(file, study, seconds):
     for line in point_lines(file):
         out.print(line, soft_wrap=True)
     text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
-    if study.seconds > 0.0:
-        text += f", {study.n_steps / study.seconds / 1e6:.3g} million steps per second and core"
+    if study.work.seconds > 0.0:
+        rate = study.work.n_steps / study.work.seconds
+        text += f", {rate / 1e6:.3g} million steps per second and core"
     out.print(text)
 
 

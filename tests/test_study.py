@@ -31,7 +31,8 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
     for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
         assert text in out
     assert (folder / "results/tiny.png").stat().st_size > 10_000
-    assert sorted(p.name for p in (folder / "results").iterdir()) == ["tiny.h5", "tiny.png"]
+    names = ["tiny.h5", "tiny.log", "tiny.png", "tiny.runs.jsonl"]
+    assert sorted(p.name for p in (folder / "results").iterdir()) == names
 
     file = ResultFile.open("results/tiny.h5")
     assert (file.status() == DONE).all()
