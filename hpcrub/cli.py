@@ -213,7 +213,7 @@ def dry_run(cfg, n_ranks):
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
     levels, samples, speeds = len(cfg.mistuning.half_range), cfg.mistuning.samples, cfg.speeds
-    n_points = (levels * samples + 1) * speeds.n_values
+    n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
     seconds = n_points * simulated / cfg.time.step / rate
     out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
@@ -223,8 +223,8 @@ def dry_run(cfg, n_ranks):
         f"time.step_s is {cfg.time.step:.4g} s ({cfg.time.scheme})"
     )
     out.print(
-        f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + tuned) x "
-        f"{speeds.n_values} speeds"
+        f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + "
+        f"{cfg.mistuning.tuned_runs} tuned) x {speeds.n_values} speeds"
     )
     out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     out.print(f"measured:             {rate / 1e6:.3g} million steps per second and core")

@@ -124,7 +124,7 @@ class Study:
         None for a sample when there is no usable reference.
         """
         if isinstance(task, schedule.Tuned):
-            return self._march(modes_of_tuned(self.config, self.problem, task.repeat), task, poll)
+            return self._march(modes_of_tuned(self.config, self.problem, task.run), task, poll)
         blades, modes = deviation(self.config, task.level, task.sample), None
         marched = task.marched
         try:

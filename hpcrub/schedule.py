@@ -21,7 +21,7 @@ PART = 8  # speeds of a part: as many as march together in the narrowest lanes
 class Tuned(NamedTuple):
     """Every n_parts-th speed of one run of the tuned disk."""
 
-    repeat: int = 0
+    run: int = 0
     part: int = 0
     n_parts: int = 1
 

@@ -5,12 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.errors import HpcrubError
-from hpcrub.layout import TUNED_REPEATS
 from hpcrub.schedule import Tuned, most_parts, n_parts
 from hpcrub.study import linear_amplitude, modes_of, peak, point_values
 from hpcrub.sweep import SweepResult
 
-NUDGE = 1e-12  # relative change of stiffness, as small as rounding
+# Relative change of stiffness from run to run: far too small to matter for a structure, enough to
+# start another of the motions that exist side by side. (1e-12 finds the same periodic one again.)
+NUDGE = 1e-6
 
 
 class Reference(NamedTuple):
@@ -32,11 +33,12 @@ class Marched(NamedTuple):
     message: str = ""
 
 
-def modes_of_tuned(config, problem, repeat):
-    """Modes of the tuned disk (repeat 0), or of one that differs by rounding: where the motion is
-    not periodic, its amplitude is one draw of many. All amplifications are relative to the median.
+def modes_of_tuned(config, problem, run):
+    """Modes of the tuned disk (run 0), or of one that hardly differs: where the motion is not
+    periodic, or one of several, its amplitude is one draw of many. All amplifications are relative
+    to the median.
     """
-    return modes_of(config, problem, np.full(config.disk.n_blades, NUDGE * repeat))
+    return modes_of(config, problem, np.full(config.disk.n_blades, NUDGE * run))
 
 
 def join(parts):
@@ -55,12 +57,12 @@ def join(parts):
 
 
 class TunedDisk:
-    """Rank 0's book of the tuned disk, marched once as it is and TUNED_REPEATS times nudged."""
+    """Rank 0's book of the tuned disk, marched once as it is, and nudged."""
 
     def __init__(self, config, problem, file):
         self.config, self.problem, self.file = config, problem, file
         self.reference = None
-        self.runs = [{} for _ in range(1 + TUNED_REPEATS)]  # Marched of every part
+        self.runs = [{} for _ in range(config.mistuning.tuned_runs)]  # Marched of every part
 
     def take_stock(self):
         """Take up the results that are there."""
@@ -76,7 +78,7 @@ class TunedDisk:
 
     def collect(self, task, marched):
         """Take the result of a task; write all when it is the last one."""
-        self.runs[task.repeat][task.part] = marched
+        self.runs[task.run][task.part] = marched
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [join([parts[i] for i in range(task.n_parts)]) for parts in self.runs]
             self.reference = self._write([whole.result for whole in wholes])
@@ -92,7 +94,7 @@ class TunedDisk:
         values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
         values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
         peaks = np.array([peak(run, speeds)[0] for run in runs])
-        values["peak_repeats_m"], known = peaks[1:], peaks[np.isfinite(peaks)]
+        values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
         values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
         values["linear_amplitude_m"] = linear_amplitude(self.config, self.problem, modes)
         self.file.write_tuned(values)
