@@ -1,5 +1,6 @@
 """Compiled code → every rank, compiled by one of them only."""
 
+import contextlib
 from pathlib import Path
 
 import numba
@@ -31,8 +32,9 @@ def _compile_once(progress):
         progress.say("compiling the kernel (once after every change of the program: a minute)")
     sweep.warm_up()
     _warm_statistics()
-    if numba.config.CACHE_DIR:
-        mark.touch()
+    with contextlib.suppress(OSError):  # a full disk: next time it is compiled again
+        if numba.config.CACHE_DIR:
+            mark.touch()
 
 
 def _warm_statistics():

@@ -55,21 +55,21 @@ sys.exit(parallel.run(program))
 SLEEPING = """\
 import pickle, sys, time
 from hpcrub import parallel, schedule
-from hpcrub.layout import TUNED_REPEATS
+from scaling.simulate import TUNED_RUNS
 
 costs, n_samples = pickle.load(open(sys.argv[1], "rb"))
 most = max(costs.parts[0])
 
 def program(team):
-    cut = schedule.n_parts(1 + TUNED_REPEATS, team.size, most)
-    tuned = [schedule.Tuned(i, part, cut) for i in range(1 + TUNED_REPEATS) for part in range(cut)]
+    cut = schedule.n_parts(TUNED_RUNS, team.size, most)
+    tuned = [schedule.Tuned(run, part, cut) for run in range(TUNED_RUNS) for part in range(cut)]
     samples = ((0, number) for number in range(n_samples))
     tasks = schedule.StudyTasks(tuned, samples, n_samples, most)
     left, parts = [len(tuned)], {}
 
     def compute(task, poll):
         tuned = isinstance(task, schedule.Tuned)
-        number = (task.repeat if tuned else task.sample) % len(costs.whole)
+        number = (task.run if tuned else task.sample) % len(costs.whole)
         seconds = costs.whole[number] if task.n_parts == 1 else (
             costs.parts[number][task.n_parts][task.part])
         until = time.perf_counter() + seconds * (tuned or not task.marched)

@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import schedule
-from hpcrub.layout import TUNED_REPEATS
+from hpcrub.config import Mistuning
 from hpcrub.parallel import PAUSE
+
+TUNED_RUNS = Mistuning().tuned_runs
 
 
 class Machine(NamedTuple):
@@ -72,7 +74,7 @@ class _Simulation:
         self.n_messages = 0
 
     def run(self, n_samples):
-        n_runs = (1 + TUNED_REPEATS) * self.tuned
+        n_runs = TUNED_RUNS * self.tuned
         cut = schedule.n_parts(n_runs, self.n_ranks, self.most)
         tuned = [schedule.Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
         self.n_tuned = len(tuned)
