@@ -26,7 +26,7 @@ MPI = {
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
     "PYTHONPATH": str(ROOT),
 }
-SAMPLES = 20  # of each level, in whole studies
+SAMPLES = 10  # of each level, in whole studies
 STUDY = """\
 speeds: {{from_hz: 33.5, to_hz: 35.5, step_hz: 0.05}}
 mistuning: {{samples: {samples}}}
@@ -148,7 +148,7 @@ def messages():
         return _mpi(3, MESSAGES, folder=folder)
 
 
-def sleeping(costs, machine, all_ranks=(1, 2, 4, 8, 16, 32), n_samples=256):
+def sleeping(costs, machine, all_ranks=(2, 4, 8, 16, 32), n_samples=160):
     """{ranks: (seconds of the real dispatcher, of the simulation)} for ranks that sleep."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -197,7 +197,7 @@ def writing():
     """{(ranks, how): seconds to write one sample on every rank}, best of two."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        for n_ranks in (1, 2, 4):
+        for n_ranks in (2, 4):
             for how in ("independent", "collective") * 2:
                 path = Path(folder) / f"{n_ranks}{how}.h5"
                 path.unlink(missing_ok=True)

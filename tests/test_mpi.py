@@ -19,11 +19,16 @@ WAIT = 60.0  # [s] for anything to happen
 
 DRIVER = """\
 import os, signal, sys, time
-from hpcrub import parallel
+from hpcrub import parallel, schedule
 from hpcrub.errors import InputError
+
+if "waits" in sys.argv:  # several tasks with a message, all of which wait for the first task
+    schedule.ONE_BY_ONE = 1
 
 def program(team):
     def compute(task, poll):
+        while "waits" in sys.argv and task > 0 and poll() is None:
+            time.sleep(0.001)
         for _ in range(3):
             time.sleep(0.002)
             poll()
@@ -44,6 +49,8 @@ def program(team):
         results = {}
         def collect(task, result):
             results[task] = result
+            if "waits" in sys.argv and task == 0:
+                team.share("known")
             return "enough" in sys.argv and len(results) == 10
         team.run_tasks(range(n_tasks), compute, collect)
         if team.rank == 0 and "enough" not in sys.argv:
@@ -52,7 +59,7 @@ def program(team):
             if n_tasks == 40:
                 print("ranks at work:", len({rank for rank, _ in results.values()}))
         elif team.rank == 0 and n_tasks == 40:
-            assert 10 <= len(results) <= 10 + team.size
+            assert 10 <= len(results) <= 10 + 2 * team.size  # one ahead of the other
     return 0
 
 sys.exit(parallel.run(program))
@@ -205,7 +212,7 @@ def test_killed_and_resumed_gives_the_same_bits(study):
     assert datasets(folder / "killed.h5") == expected
 
 
-@pytest.mark.parametrize("mode", ["all", "enough"])
+@pytest.mark.parametrize("mode", ["all", "enough", "waits"])
 def test_tasks_are_all_done_once(driver, tmp_path, mode):
     code, out, err = run(3, mode, folder=tmp_path, script=driver)
     assert (code, err) == (0, "")
