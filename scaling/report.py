@@ -100,8 +100,8 @@ The program's dispatcher on ranks that sleep as long as a sample would take, so 
 core:
 
 {_markdown((*heads, "difference"), rows)}
-The program itself, {4 * program.SAMPLES} samples on this machine's cores (with more ranks than cores, ranks share
-them; the simulated speed is that of the run on one rank):
+The program itself, {4 * program.SAMPLES} samples on this machine's cores (with more ranks than
+cores, ranks share them; the simulated speed is that of the run on one rank):
 
 {_markdown((*heads, "speed-up", "ranks idle"), studies)}"""
 
@@ -139,8 +139,6 @@ def _io_section(found):
     for n in (2, 4):
         both = [found["writing"][n, how] for how in ("independent", "collective")]
         rows.append((n, *(f"{1e3 * seconds:.2f} ms" for seconds in both)))
-    cheapest = min(c.whole.mean() for c in found["costs"].values())
-    share = found["writing"][2, "independent"] / cheapest
     summary = found["studies"][2][0]
     return f"""### Writing
 
@@ -148,9 +146,9 @@ Time per sample on every rank while all ranks write, samples at their own time o
 together:
 
 {_markdown(("ranks", "independent", "collective"), rows)}
-Independent writes take {100 * share:.2f} % of the cheapest sample; the run log of the study on two
-ranks has {100 * summary["writing_share"]:.2f} %. Collective writes would add that every rank waits
-for the slowest sample of all.
+So writes are independent. In the run log of the study on two ranks they take
+{100 * summary["writing_share"]:.2f} % of the ranks' time. Collective writes
+would also make every rank wait for the slowest sample of all.
 """
 
 
