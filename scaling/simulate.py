@@ -72,6 +72,7 @@ class _Simulation:
         self.parts, self.records = {}, {}
         self.useful = self.serving = 0.0
         self.n_messages = 0
+        self.free_at = 0.0  # when rank 0 has handled its last messages
 
     def run(self, n_samples):
         n_runs = TUNED_RUNS * self.tuned
@@ -126,6 +127,7 @@ class _Simulation:
             self.n_messages += 1
             self._at(now, self._receive, rank, tasks)
         self.serving += now - began
+        self.free_at = now
         self._go_on(now)
 
     def _collect(self, tasks, now):
@@ -170,7 +172,7 @@ class _Simulation:
         self.n_messages += 1
         if self.asleep:
             self.asleep = False
-            self._at(now + self.random.random() * PAUSE, self._serve)
+            self._at(max(now + self.random.random() * PAUSE, self.free_at), self._serve)
 
     # the others
 
