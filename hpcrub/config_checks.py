@@ -7,6 +7,7 @@ import numpy as np
 from hpcrub.config_text import scientific_notation, show
 
 MAX_SPEEDS = 100_000
+FIGURES = (".png", ".pdf", ".svg", ".gif")
 
 
 def problems(config):
@@ -57,6 +58,8 @@ def _disk_problems(c):
 
 
 def _run_problems(c):
+    if c.output.lower().endswith(FIGURES):
+        yield f"output: {show(c.output)} ends as a figure does, and figures lie beside the results"
     s = c.speeds
     if s.to_hz < s.from_hz:
         yield f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"

@@ -1,5 +1,6 @@
 """Numbers → a bar on a terminal, plain lines in a log, tables at the end."""
 
+import contextlib
 import os
 import sys
 import time
@@ -34,9 +35,41 @@ PAPER = {
 def console():
     """Where everything meant for people goes."""
     watched = on_terminal()
-    out = Console(force_terminal=watched, highlight=False, markup=False, emoji=False)
+    plain = {"highlight": False, "markup": False, "emoji": False}
+    out = Console(file=_Output(sys.stdout), force_terminal=watched, **plain)
     out.width = max(out.width, WIDTH)
     return out
+
+
+class _Output:
+    """Standard output. A full disk or a closed pipe behind it does not end a study."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        """Write if possible."""
+        self._try(self._stream.write, text)
+
+    def flush(self):
+        """Flush if possible."""
+        self._try(self._stream.flush)
+
+    def _try(self, function, *arguments):
+        try:
+            function(*arguments)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                print(
+                    f"hpcrub: the output cannot be written ({error.strerror}); on without it",
+                    file=sys.stderr,
+                )
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
 
 
 def on_terminal():
