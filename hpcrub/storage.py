@@ -33,6 +33,8 @@ from hpcrub.layout import SAMPLE, TUNED
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `Lock` keeps a second writer off.
 SERIAL = {"locking": False}
+# in HDF5's superblock: set while the file is open to write
+OPEN_FLAG, OPEN_FLAG_SIZE = 20, 4
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
@@ -115,7 +117,8 @@ def lay_out(path, config):
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # of a job that was killed
-        with h5py.File(part, "x", userblock_size=seal.BLOCK, **SERIAL) as file:
+        _reserve(part, studies.file_size(config))
+        with h5py.File(part, "w", userblock_size=seal.BLOCK, **SERIAL) as file:
             _write_attributes(file, config)
             for line in studies.layout(config):
                 _create_dataset(file, line, studies.sizes(config))
@@ -125,12 +128,21 @@ def lay_out(path, config):
             _attach_scales(file, config)
             data = [file[line.name].id for line in studies.layout(config) if line.name not in known]
             data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
+            data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
         seal.write(part, __version__, data)
         os.replace(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {_reason(error)}") from None
+
+
+def _reserve(path, size):
+    """Raises OSError when a new file of this size has no place, as by a quota: HDF5, when it cannot
+    write, leaves objects behind that crash the process."""
+    with open(path, "xb") as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
 
 
 def _write_attributes(file, config):

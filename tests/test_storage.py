@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import shutil
 import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -248,7 +249,9 @@ def test_unsound_files_are_refused(path, tiny_config, action, message):
 def test_the_seal_holds_while_data_changes_and_breaks_with_any_other_byte(path, tiny_config):
     """Writing, as a study does, leaves the seal sound; each other byte of the file is guarded."""
     file = storage.ResultFile.open(path, tiny_config, mode="r+")
+    storage.check(path)  # while it is open, and so if the process is killed now
     file.write_sample(1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE})
+    storage.check(path)
     file.close()
     storage.check(path)
     content = path.read_bytes()
@@ -258,6 +261,7 @@ def test_the_seal_holds_while_data_changes_and_breaks_with_any_other_byte(path, 
         for name in CONTRACT.keys() - known.keys():
             start, size = file[name].id.get_offset(), file[name].id.get_storage_size()
             guarded[start : start + size] = False
+    guarded[seal.BLOCK + 20 : seal.BLOCK + 24] = False  # set while the file is open to write
     places = np.flatnonzero(guarded)
     for at in np.random.default_rng(1).choice(places, 300):
         spoilt = bytearray(content)
@@ -280,6 +284,24 @@ def test_a_failed_replacement_leaves_the_old_file(path, tiny_config, monkeypatch
         storage.lay_out(path, tiny_config)
     assert path.read_bytes() == before
     assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
+    """In a process of its own: HDF5 used to crash it at its end."""
+    program = f"""if True:
+        import resource, sys
+        sys.path.insert(0, {str(ROOT)!r})
+        from hpcrub import config, storage
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
+        try:
+            storage.lay_out({str(tmp_path / "a.h5")!r}, config.Config())
+        except storage.InputError as error:
+            print(error)
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("cannot write " + str(tmp_path / "a.h5") + ": File too large\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
