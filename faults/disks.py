@@ -44,15 +44,15 @@ def too_small(folder):
 def full_while_running(folder):
     """The file has its final size from the start: only the figure fails, and can be drawn later."""
     expected, _ = undisturbed(folder)
-    with small_disk(folder / "disk", "1m") as disk:
-        job = Job(disk, "study.yaml", ranks=2)
+    with small_disk(folder / "results", "1m") as disk:
+        job = Job(folder, "study.yaml", ranks=2)
         job.until(job.result.exists)
         fill(disk / "ballast")
         code = job.wait()
         (disk / "ballast").unlink()
         problem = damage(job.result, expected)
         trial = judged(job, code, [1], ["cannot write the figure", "No space left"], problem)
-        yield trial._replace(problem=trial.problem or carried_on(disk, expected))
+        yield trial._replace(problem=trial.problem or carried_on(folder, expected))
 
 
 def quota(folder):

@@ -43,7 +43,7 @@ def stop_at_start(folder, number, ranks, n_trials):
     codes = [0, 75, number.name] + ([1, 128 + number] if ranks else [])
     for trial in range(n_trials):
         job = Job(folder / f"{trial}", "study.yaml", ranks=ranks)
-        job.until(lambda: False, random.Random(trial).random() * length)
+        job.until(lambda: False, random.Random(trial).random() * 0.6 * length)
         job.process.send_signal(number)
         code, problem = job.wait(), ""
         if job.result.exists():

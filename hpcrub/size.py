@@ -46,11 +46,15 @@ def check(config, path=None):
         return
     what = "disk" if disk > free else "memory"
     raise InputError(
-        f"not enough {what}: this study needs {disk / 1e9:,.3g} GB of disk"
-        + (f" ({free / 1e9:,.3g} GB are free)" if path is not None else "")
-        + f", {memory / 1e9:,.3g} GB of memory ({there / 1e9:,.3g} GB are there) and "
-        f"about {time / 3600:,.3g} core hours"
+        f"not enough {what}: this study needs {_amount(disk / 1e9)} GB of disk"
+        + (f" ({_amount(free / 1e9)} GB are free)" if path is not None else "")
+        + f", {_amount(memory / 1e9)} GB of memory ({_amount(there / 1e9)} GB are there) and "
+        f"about {_amount(time / 3600)} core hours"
     )
+
+
+def _amount(x):
+    return f"{x:,.0f}" if 100 <= x < 1e15 else f"{x:.3g}"
 
 
 def _free(path):

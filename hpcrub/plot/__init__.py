@@ -14,6 +14,9 @@ from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.storage import ResultFile
 
+# what numbers that no study computes make of a drawing: nothing guards the data of a file
+ODD_NUMBERS = ArithmeticError, LookupError, MemoryError, TypeError, ValueError
+
 
 class Entry(NamedTuple):
     """One figure: "module.function" that draws it, and for whom it is."""
@@ -99,12 +102,19 @@ def draw(paths, name, folder=None, kind="png", **options):
     from matplotlib import pyplot, rc_context  # takes a second to import
 
     module, function = entry.function.split(".")
+    function = getattr(import_module(f"hpcrub.plot.{module}"), function)
     with rc_context(STYLE):
-        figure = getattr(import_module(f"hpcrub.plot.{module}"), function)(files, **options)
-        if not isinstance(figure, list):
-            pyplot.close(figure)
-        target = _target(files, name, folder, "gif" if isinstance(figure, list) else kind)
-        _save(figure, target)
+        try:
+            figure = function(files, **options)
+            target = _target(files, name, folder, "gif" if isinstance(figure, list) else kind)
+            _save(figure, target)
+        except ODD_NUMBERS as error:
+            raise HpcrubError(
+                f"{files[0].path}: figure {name} cannot be drawn, its numbers are odd "
+                f"({type(error).__name__}: {str(error):.80})"
+            ) from error
+        finally:
+            pyplot.close("all")
     for file in files:
         file.close()
     return [target]
