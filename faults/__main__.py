@@ -13,7 +13,7 @@ from faults import disks, files, inputs, kills, system
 from faults.job import Skip
 
 REPORT = Path(__file__).parents[1] / "docs" / "faults.md"
-KILLS = 50  # of each kind
+KILLS = 13  # of each kind
 GROUPS = {
     "killed": {
         f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)

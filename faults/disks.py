@@ -43,7 +43,7 @@ def too_small(folder):
 
 def full_while_running(folder):
     """The file has its final size from the start: only the figure fails, and can be drawn later."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     with small_disk(folder / "results", "1m") as disk:
         job = Job(folder, "study.yaml", ranks=2)
         job.until(job.result.exists)
@@ -76,7 +76,7 @@ def quota(folder):
 
 def log_full(folder):
     """The log has no place: the study goes on without."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     full = folder / "full.py"
     folder.mkdir()
     full.write_text(
@@ -92,7 +92,7 @@ def log_full(folder):
 
 def removed(folder):
     """The output folder goes while the study runs: the file is put back at the end."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     for ranks in (0, 2):
         job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
         job.until_done(1)
@@ -176,7 +176,7 @@ def changed_file(folder):
 
 def two_jobs(folder):
     """The second job on a file says so and leaves it alone."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     first = Job(folder / "first", "study.yaml", ranks=2)
     first.until(first.result.exists)
     for arguments in (["--resume"], ["--overwrite"]):

@@ -1,15 +1,14 @@
 """Signals, clocks, compiled code, and samples that fail."""
 
-import os
 import random
 import shutil
 import signal
-import subprocess
 import time
 from pathlib import Path
 
 import numba
 
+from faults.disks import small_disk
 from faults.job import (
     ROOT,
     Job,
@@ -39,7 +38,7 @@ def script(folder, text):
 
 def stop_at_start(folder, number, ranks, n_trials):
     """A stop signal at any moment of the start: no traceback, no half-made file."""
-    expected, length = undisturbed(folder)
+    expected, length = undisturbed()
     codes = [0, 75, number.name] + ([1, 128 + number] if ranks else [])
     for trial in range(n_trials):
         job = Job(folder / f"{trial}", "study.yaml", ranks=ranks)
@@ -54,7 +53,7 @@ def stop_at_start(folder, number, ranks, n_trials):
 
 def killed_in_lay_out(folder):
     """--overwrite, killed before and after the new file takes the name: one of the two is there."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     for when, seed in (("before", 2020), ("after", 2021)):
         place = folder / when
         run(place, "study.yaml")
@@ -79,7 +78,7 @@ def killed_in_lay_out(folder):
 
 def compiling(folder):
     """SIGTERM while the kernel is compiled: stopped in good order, with nothing done yet."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     job = Job(folder, "study.yaml", **compiled_code(folder / "cache", keep=False))
     job.until(lambda: "loading the kernel" in job.output())
     time.sleep(2.0)
@@ -90,7 +89,7 @@ def compiling(folder):
 
 def paused(folder):
     """SIGSTOP of each rank for three seconds, then SIGCONT."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     for rank in (0, 1):
         job = Job(folder / f"{rank}", "study.yaml", ranks=2)
         job.until(job.result.exists)
@@ -105,7 +104,7 @@ def paused(folder):
 
 def clock(folder):
     """The clock of the day runs backwards, by a minute at every look."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     text = (
         "import time, itertools\nnow = time.time()\nlooks = itertools.count()\n"
         "time.time = lambda: now - 60.0 * next(looks)\n"
@@ -119,7 +118,7 @@ def clock(folder):
 
 def sample_fails(folder):
     """An eigenproblem without solution in one sample: it is marked, all others are as ever."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     text = (
         "import numpy as np\nfrom hpcrub import study\nfrom hpcrub.mistuning import "
         "stiffness_deviation\nsolve = study.mistuned_modes\n"
@@ -157,7 +156,7 @@ def compiled_code(folder, keep=True):
 
 def damaged_cache(folder, harm, pattern):
     """Compiled code that cannot be trusted is compiled anew, and mended."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     environment = compiled_code(folder / "cache")
     entries = sorted((folder / "cache").rglob(pattern))
     assert entries
@@ -200,7 +199,7 @@ def cache_small(folder):
 
 def cache_not_writable(folder):
     """No place for compiled code: compiled in memory, on every rank."""
-    expected, _ = undisturbed(folder)
+    expected, _ = undisturbed()
     blocked = folder / "cache"
     folder.mkdir()
     blocked.write_text("a file where the folder should be")
@@ -211,21 +210,11 @@ def cache_not_writable(folder):
 
 def cache_full(folder):
     """The disk of the cache is full when compiled code is to be kept."""
-    expected, _ = undisturbed(folder)
-    environment = compiled_code(folder / "cache")
-    for entry in (folder / "cache").rglob("*"):
-        if entry.suffix in (".nbi", ".nbc") and "grow" in entry.name:
-            entry.unlink()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder / "small")]
-    (folder / "small").mkdir()
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:
-        raise Skip("needs root, and the right to mount")
-    try:
-        environment["XDG_CACHE_HOME"] = str(folder / "small")
+    expected, _ = undisturbed()
+    with small_disk(folder / "cache", "64k") as disk:
+        environment = {"XDG_CACHE_HOME": str(disk), "NUMBA_CACHE_DIR": None}
         job, code = run(folder, "study.yaml", **environment)
         yield judged(job, code, [0], problem=damage(job.result, expected))
-    finally:
-        subprocess.run(["umount", "-l", str(folder / "small")], check=True)
 
 
 FAULTS = {

@@ -62,11 +62,10 @@ class _Output:
         try:
             function(*arguments)
         except OSError as error:
-            with contextlib.suppress(OSError):
-                print(
-                    f"hpcrub: the output cannot be written ({error.strerror}); on without it",
-                    file=sys.stderr,
-                )
+            if not isinstance(error, BrokenPipeError):  # a reader such as `head` has had enough
+                text = f"hpcrub: the output cannot be written ({error.strerror}); on without it"
+                with contextlib.suppress(OSError):
+                    print(text, file=sys.stderr)
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self._stream.fileno())
             os.close(nowhere)
