@@ -26,6 +26,7 @@ OUTPUTS = {
     "somebody's HDF5 file": "foreign.h5",
     "the input itself": "study.yaml",
     "its own figure": "a.png",
+    "its own log": "a.log",
 }
 ALLOWED = ("a path of 100 folders",)
 

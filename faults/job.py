@@ -27,6 +27,7 @@ steady_state: {first_check_s: 0.2, max_time_s: 0.5}
 mistuning: {half_range_percent: [2, 4], samples: 32}
 convergence: {step: 1}
 """
+BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".log", ".runs.jsonl")}
 SMALLER = "--set", "mistuning.samples=2"
 ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
@@ -211,7 +212,7 @@ def carried_on(folder, expected, *arguments, ranks=0):
         return f"resume on {ranks} ranks ends with {code}: {job.errors()[-300:]}"
     if not same(values(job.result), expected):
         return f"resume on {ranks} ranks gives other bits"
-    left = {p.name for p in job.result.parent.iterdir()} - {"study.h5", "study.png"}
+    left = {p.name for p in job.result.parent.iterdir()} - BESIDE
     return f"left behind: {', '.join(left)}" if left else ""
 
 

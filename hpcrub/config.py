@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from hpcrub import config_checks, config_runs, config_text, yaml_text
-from hpcrub.config_studies import Branches, Energy, History, Linear, Spectrum, StudyName
+from hpcrub.config_studies import Branches, Debug, Energy, History, Linear, Spectrum, StudyName
 from hpcrub.config_types import (
     FileName,
     Files,
@@ -138,7 +138,7 @@ class Time(Section):
         "exact_modal", description="time integration between contacts"
     )
     step_s: Number = Field(
-        2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
+        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
     step = si("step_s", "s")
@@ -175,6 +175,13 @@ class Mistuning(Section):
     )
     samples: Whole = Field(5000, ge=1, le=1_000_000_000_000, description="samples per level")
     seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
+    tuned_runs: Whole = Field(
+        9,
+        ge=1,
+        le=1000,
+        description="runs of the tuned disk, each with blades stiffer by another "
+        "1e-6, whose median amplitude is the reference; 1 in the paper",
+    )
     pattern_gpa: Moduli | None = Field(
         None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
     )
@@ -226,6 +233,7 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
+    debug: Debug = Debug()
 
     @model_validator(mode="before")
     @classmethod

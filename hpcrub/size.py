@@ -94,5 +94,7 @@ def _time(config):
     if studies.is_tasks(config):
         return studies.find(config).cost(config) / RATE
     mistuning, speeds = config.mistuning, config.speeds
-    n_points = (len(mistuning.half_range) * mistuning.samples + 1) * speeds.n_values
+    n_points = (
+        len(mistuning.half_range) * mistuning.samples + mistuning.tuned_runs
+    ) * speeds.n_values
     return n_points * config.steady_state.first_check_s / config.time.step_s / RATE
