@@ -35,24 +35,30 @@ def outputs(folder):
     """--overwrite destroys nothing that is not a result of hpcrub."""
     for number, (name, output) in enumerate(OUTPUTS.items()):
         place = folder / f"{number}"
-        (place / "folder").mkdir(parents=True)
-        os.mkfifo(place / "fifo")
-        (place / "loop").symlink_to("loop")
-        (place / "precious").write_text("export PATH\n")
-        (place / "link").symlink_to("precious")
-        (place / "study.yaml").write_text("study: casing\n")
-        with h5py.File(place / "foreign.h5", "w") as file:
-            file["x"] = 1.0
-        before = _contents(place)
+        precious(place)
+        before = contents(place)
         job, code = run(place, "study.yaml", "--overwrite", "--output", output)
         problem = ""
-        if name not in ALLOWED and _contents(place) != before:
+        if name not in ALLOWED and contents(place) != before:
             problem = f"{name}: files changed"
         trial = judged(job, code, [0] if name in ALLOWED else [2], problem=problem)
         yield trial._replace(problem=trial.problem and f"{name}: {trial.problem}")
 
 
-def _contents(folder):
+def precious(folder):
+    """A folder with an input and things that must not be harmed."""
+    (folder / "folder").mkdir(parents=True)
+    os.mkfifo(folder / "fifo")
+    (folder / "loop").symlink_to("loop")
+    (folder / "precious").write_text("export PATH\n")
+    (folder / "link").symlink_to("precious")
+    (folder / "study.yaml").write_text("study: casing\n")
+    with h5py.File(folder / "foreign.h5", "w") as file:
+        file["x"] = 1.0
+
+
+def contents(folder):
+    """Kind and bytes of everything in a folder, the program's output aside."""
     files = [p for p in folder.iterdir() if p.name not in ("out", "err")]
     return {p.name: (p.lstat().st_mode, p.is_file() and p.read_bytes()) for p in files}
 
