@@ -286,7 +286,8 @@ def _interval(low, high):
 
 def point_lines(file):
     """What went wrong in single points, in words with counts, and the work of the force solver."""
-    counts = np.bincount(file.read("tuned/point_reason"), minlength=len(reasons.WORDS))
+    n_reasons = len(reasons.WORDS)
+    counts = np.bincount(file.read("tuned/point_reason"), minlength=n_reasons)[:n_reasons]
     most = int(file.read("tuned/max_sweeps").max())
     n_points = np.count_nonzero(file.read("tuned/point_status"))
     for level, first in np.ndindex(
@@ -294,7 +295,7 @@ def point_lines(file):
     ):
         where = level, slice(first * ROWS, (first + 1) * ROWS)
         part = file.read("samples/point_reason", where)
-        counts = counts + np.bincount(part.ravel(), minlength=len(counts))
+        counts = counts + np.bincount(part.ravel(), minlength=n_reasons)[:n_reasons]
         most = max(most, int(file.read("samples/max_sweeps", where).max(initial=0)))
         n_points += np.count_nonzero(file.read("samples/point_status", where))
     for words, count in list(zip(reasons.WORDS, counts, strict=True))[1:]:
