@@ -25,8 +25,17 @@ class Size(NamedTuple):
 
 
 def size(config):
-    """Size of a study, estimated without any work. Raises InputError for unusable `sources`."""
-    return Size(studies.file_size(config), _memory(config), _time(config))
+    """Size of a study, estimated without any work.
+
+    Raises InputError for unusable `sources`, and for numbers of steps that overflow.
+    """
+    try:
+        return Size(studies.file_size(config), _memory(config), _time(config))
+    except OverflowError:
+        raise InputError(
+            f"time.step_s: {config.time.step_s:g} is too short for a revolution at "
+            f"{config.speeds.from_hz:g} Hz: no memory, disk or time would suffice"
+        ) from None
 
 
 def check(config, path=None):
