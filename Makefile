@@ -21,11 +21,11 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test validate stress measure bench scaling reproduce lint readme clean
+.PHONY: help setup run test test-faults validate stress measure bench scaling reproduce lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
-	@sed -nE 's/^([a-z]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 14
+	@sed -nE 's/^([a-z-]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 18
 
 setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
 	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
@@ -45,6 +45,9 @@ validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/vali
 
 stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
 	@$(VENV_PYTHON) -m stress
+
+test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes docs/faults.md; 10 min)
+	@$(VENV_PYTHON) -m faults $(ARGS)
 
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
 	@$(VENV_PYTHON) -m stress.measure

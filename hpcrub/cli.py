@@ -19,6 +19,7 @@ from hpcrub import (
     monte_carlo,
     parallel,
     progress,
+    size,
     storage,
     studies,
     study,
@@ -65,6 +66,7 @@ def one_run(team, options, cfg):
     if options.dry_run:
         team.on_root(lambda: dry_run(cfg, team.size))
         return
+    team.on_root(lambda: size.check(cfg, None if options.resume else cfg.output))
     problem = team.on_root(lambda: studies.find(cfg).prepare(cfg))
     lock = Holder()
     try:
@@ -115,8 +117,10 @@ def prepare(cfg, options, holder):
     """Make sure that a sound result file is there, and nobody else's (rank 0)."""
     path = Path(cfg.output)
     exists = os.path.lexists(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InputError(f"output: {path} is a folder")
+    if os.path.realpath(path) in map(os.path.realpath, cfg.sources):
+        raise InputError(f"output: {path} is one of the sources")
     if exists and not (options.resume or options.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
     holder.lock = storage.Lock(path)
@@ -161,6 +165,7 @@ def run(team, cfg, problem, log, figures):
     except Interrupted as error:
         n_done, n_all = team.on_root(lambda: stop(bar, work))
         file.close()
+        team.on_root(file.put_back)
         error.args = (
             f"{error} came; {n_done} of {n_all} {work.what} are in {cfg.output}, and the same "
             "command with --resume computes the others, on any number of ranks",
@@ -170,6 +175,7 @@ def run(team, cfg, problem, log, figures):
     team.on_root(lambda: stop(bar, work))
     team.on_root(lambda: work.summary(time.monotonic() - began))
     file.close()
+    team.on_root(file.put_back)
     if figures:
         log.phase("figures")
         team.on_root(lambda: draw([cfg.output]))

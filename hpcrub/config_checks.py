@@ -7,6 +7,7 @@ import numpy as np
 from hpcrub.config_text import scientific_notation, show
 
 MAX_SPEEDS = 100_000
+BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
 
 
 def problems(config):
@@ -57,6 +58,8 @@ def _disk_problems(c):
 
 
 def _run_problems(c):
+    if c.output.lower().endswith(BESIDE):
+        yield f"output: {show(c.output)} ends as the figures and logs beside a result file do"
     s = c.speeds
     if s.to_hz < s.from_hz:
         yield f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"

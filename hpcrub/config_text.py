@@ -73,17 +73,17 @@ def apply_override(data, override):
     path, equals, text = override.partition("=")
     *sections, key = path.strip().split(".")
     if not equals or not key or not all(sections):
-        raise InputError(f"override {override!r} is not of the form key.path=value")
+        raise InputError(f"override {show(override)} is not of the form key.path=value")
     try:
         value = yaml_text.parse(text)
     except InputError as error:
-        raise InputError(f"override {override!r}: {error}") from None
+        raise InputError(f"override {show(override)}: {error}") from None
     if isinstance(value, dict):
-        raise InputError(f"override {override!r}: give one key at a time, as key.path=value")
+        raise InputError(f"override {show(override)}: give one key at a time, as key.path=value")
     for name in sections:
         data = data.setdefault(name, {})
         if not isinstance(data, dict):
-            raise InputError(f"override {override!r}: {name} is not a section")
+            raise InputError(f"override {show(override)}: {name} is not a section")
     data[key] = value
 
 

@@ -10,6 +10,7 @@ from hpcrub import storage, studies
 from hpcrub.config_text import flatten, show
 from hpcrub.errors import HpcrubError
 from hpcrub.layout import DONE, FAILED
+from hpcrub.progress import console
 
 
 def main(argv=None):
@@ -19,7 +20,7 @@ def main(argv=None):
     code = 0
     for path in parser.parse_args(argv).files:
         try:
-            print("\n".join(description(path)))
+            console().print("\n".join(description(path)), soft_wrap=True)
         except HpcrubError as error:
             print(f"hpcrub: error: {error}", file=sys.stderr)
             code = error.exit_code

@@ -2,13 +2,20 @@
 
 Compiled code is cached in a folder named by the package's sources: numba itself only looks at the
 file of the function it compiles, and would run stale code after a change in ``lanes.py``.
+
+numba loads what it finds. A damaged entry would end the program, or run as other machine code, so
+every entry carries a checksum here, and one that does not fit is compiled anew.
 """
 
+import contextlib
 import hashlib
 import os
+import pickle
 from pathlib import Path
 
 import numba
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.serialize import dumps
 
 
 def _cache_folder():
@@ -29,16 +36,50 @@ if not numba.config.CACHE_DIR:
     numba.config.CACHE_DIR = _cache_folder() or ""
 
 
+class _Entry(CompileResultCacheImpl):
+    """Compiled code ↔ (checksum, bytes)."""
+
+    def reduce(self, cres):
+        content = dumps(super().reduce(cres))
+        return hashlib.sha256(content).digest(), content
+
+    def rebuild(self, target_context, payload):
+        checksum, content = payload
+        if hashlib.sha256(content).digest() != checksum:
+            raise ValueError("damaged")
+        return super().rebuild(target_context, pickle.loads(content))
+
+
+class _Cache(FunctionCache):
+    """numba's cache of one function, without which the program runs too."""
+
+    _impl_class = _Entry
+
+    def load_overload(self, sig, target_context):
+        """The compiled code, None when there is none or it is damaged."""
+        try:
+            found = super().load_overload(sig, target_context)
+        except Exception:  # whatever garbled bytes make of pickle
+            return None
+        return found if found is not None and found.signature.args == tuple(sig) else None
+
+    def save_overload(self, sig, data):
+        """Keep compiled code, when the disk lets us."""
+        try:
+            super().save_overload(sig, data)
+        except Exception:  # a damaged index, which is read before it is extended
+            with contextlib.suppress(OSError):
+                self.flush()
+                super().save_overload(sig, data)
+
+
 def compiled(function=None, *, inline=False):
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached."""
 
     def decorate(f):
-        return numba.njit(
-            f,
-            cache=bool(numba.config.CACHE_DIR),
-            error_model="numpy",
-            nogil=True,
-            forceinline=inline,
-        )
+        dispatcher = numba.njit(f, error_model="numpy", nogil=True, forceinline=inline)
+        if numba.config.CACHE_DIR:
+            dispatcher._cache = _Cache(f)
+        return dispatcher
 
     return decorate if function is None else decorate(function)

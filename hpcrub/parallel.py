@@ -54,6 +54,11 @@ def run(program):
         if team is not None and not shared:
             team.abort(error.exit_code)
         return error.exit_code
+    except MemoryError as error:
+        _print_error(f"not enough memory: {error}", 0)
+        if team is not None:
+            team.abort(1)
+        return 1
     except BaseException:
         traceback.print_exc()
         if team is not None:

@@ -1,5 +1,6 @@
 """Numbers → a bar on a terminal, plain lines in a log, tables at the end."""
 
+import contextlib
 import os
 import sys
 import time
@@ -36,9 +37,40 @@ PAPER = {
 def console():
     """Where everything meant for people goes."""
     watched = on_terminal()
-    out = Console(force_terminal=watched, highlight=False, markup=False, emoji=False)
+    plain = {"highlight": False, "markup": False, "emoji": False}
+    out = Console(file=_Output(sys.stdout), force_terminal=watched, **plain)
     out.width = max(out.width, WIDTH)
     return out
+
+
+class _Output:
+    """Standard output. A full disk or a closed pipe behind it does not end a study."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def write(self, text):
+        """Write if possible."""
+        self._try(self._stream.write, text)
+
+    def flush(self):
+        """Flush if possible."""
+        self._try(self._stream.flush)
+
+    def _try(self, function, *arguments):
+        try:
+            function(*arguments)
+        except OSError as error:
+            if not isinstance(error, BrokenPipeError):  # a reader such as `head` has had enough
+                text = f"hpcrub: the output cannot be written ({error.strerror}); on without it"
+                with contextlib.suppress(OSError):
+                    print(text, file=sys.stderr)
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
 
 
 def on_terminal():
@@ -259,7 +291,8 @@ def _interval(low, high):
 
 def point_lines(file):
     """What went wrong in single points, in words with counts, and the work of the force solver."""
-    counts = np.bincount(file.read("tuned/point_reason"), minlength=len(reasons.WORDS))
+    n_reasons = len(reasons.WORDS)
+    counts = np.bincount(file.read("tuned/point_reason"), minlength=n_reasons)[:n_reasons]
     most = int(file.read("tuned/max_sweeps").max())
     n_points = np.count_nonzero(file.read("tuned/point_status"))
     for level, first in np.ndindex(
@@ -267,7 +300,7 @@ def point_lines(file):
     ):
         where = level, slice(first * ROWS, (first + 1) * ROWS)
         part = file.read("samples/point_reason", where)
-        counts = counts + np.bincount(part.ravel(), minlength=len(counts))
+        counts = counts + np.bincount(part.ravel(), minlength=n_reasons)[:n_reasons]
         most = max(most, int(file.read("samples/max_sweeps", where).max(initial=0)))
         n_points += np.count_nonzero(file.read("samples/point_status", where))
     for words, count in list(zip(reasons.WORDS, counts, strict=True))[1:]:

@@ -1,9 +1,10 @@
 """Results ↔ HDF5. The only module that imports h5py.
 
 How a file survives a kill at any moment:
-- Rank 0 alone lays the whole file out in `NAME.part`: every dataset contiguous, at its final size,
-  filled, flushed to the disk. Only then is it moved to its name. A half-made file never bears the
-  name of a result, the old file is replaced in one step, and a disk too small is found at once.
+- Rank 0 alone lays the whole file out in `NAME.hpcrub-part`: every dataset contiguous, at its final
+  size, filled, sealed, flushed to the disk. Only then is it moved to its name. A half-made file
+  never bears the name of a result, the old file is replaced in one step, and a disk too small is
+  found at once.
 - All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
   open the file. With several ranks the `mpio` driver writes straight through; the serial driver
   buffers, hence its flushes.
@@ -17,13 +18,14 @@ import fcntl
 import importlib.metadata
 import os
 import shutil
+import stat
 import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from hpcrub import __version__, studies
+from hpcrub import __version__, seal, studies
 from hpcrub import config as configuration
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.layout import SAMPLE, TUNED
@@ -31,6 +33,8 @@ from hpcrub.layout import SAMPLE, TUNED
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `Lock` keeps a second writer off.
 SERIAL = {"locking": False}
+# in HDF5's superblock: set while the file is open to write
+OPEN_FLAG, OPEN_FLAG_SIZE = 20, 4
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
 
 
@@ -48,7 +52,7 @@ class Lock:
 
     def __init__(self, path):
         """Raises InputError when another job holds it or the folder cannot be used."""
-        self.path = Path(f"{path}.lock")
+        self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             while not self._locked(path):
@@ -58,51 +62,87 @@ class Lock:
 
     def _locked(self, path):
         """Lock the file; False when its name has meanwhile passed to another file."""
-        self._file = open(self.path, "w")  # noqa: SIM115, stays open
+        # neither emptied nor followed: nothing that somebody else has there is harmed
+        opener = lambda name, flags: os.open(name, flags | os.O_NOFOLLOW, 0o666)  # noqa: E731
+        self._file = open(self.path, "a", opener=opener)  # noqa: SIM115, stays open
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise InputError(f"{path} is in use by another job") from None
             return True  # a file system without locks: go on without
-        mine = os.fstat(self._file.fileno())
+        return self._is_named()
+
+    def _is_named(self):
+        """Whether the name is still that of the locked file."""
         try:
-            return os.path.samestat(mine, os.stat(self.path))
+            return os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
         except FileNotFoundError:
             return False
 
     def release(self):
-        self.path.unlink(missing_ok=True)
+        """Let others have the file; a second time does nothing."""
+        if self._file.closed:
+            return
+        with contextlib.suppress(OSError):  # a folder that has become read-only: leave it there
+            if self._is_named():
+                self.path.unlink()
         self._file.close()
+
+
+def refuse_foreign(path):
+    """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
+    path = Path(path)
+    try:
+        kind = path.stat().st_mode if os.path.lexists(path) else None
+        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or seal.is_ours(path))):
+            return
+    except OSError as error:
+        raise InputError(f"cannot replace {path}: {_reason(error)}") from None
+    raise InputError(
+        f"{path} is not a result file of this hpcrub and is not replaced; "
+        "move it away, or choose another output"
+    )
 
 
 def lay_out(path, config):
     """Create the result file at its final size, replacing one of that name in a single step.
 
-    For one rank only. Raises InputError when the folder cannot be written or is too small.
+    For one rank only. Raises InputError when the folder cannot be written or the disk is too small,
+    and when the name is that of a file of somebody else.
     """
-    part = Path(f"{path}.part")
+    path = os.path.realpath(path)
+    part = Path(f"{path}.hpcrub-part")
+    refuse_foreign(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
-        free = shutil.disk_usage(part.parent).free
-        if studies.file_size(config) > free:
-            raise InputError(
-                f"{path} needs {studies.file_size(config) / 1e9:,.3g} GB, "
-                f"but its disk has {free / 1e9:,.3g} GB left"
-            )
-        with h5py.File(part, "w", **SERIAL) as file:
+        part.unlink(missing_ok=True)  # of a job that was killed
+        _reserve(part, studies.file_size(config))
+        with h5py.File(part, "w", userblock_size=seal.BLOCK, **SERIAL) as file:
             _write_attributes(file, config)
             for line in studies.layout(config):
                 _create_dataset(file, line, studies.sizes(config))
-            for name, values in studies.find(config).constants(config).items():
+            known = studies.find(config).constants(config)
+            for name, values in known.items():
                 file[name][...] = values
             _attach_scales(file, config)
-        with open(part, "rb") as file:
-            os.fsync(file.fileno())
+            data = [file[line.name].id for line in studies.layout(config) if line.name not in known]
+            data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
+            data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
+        seal.write(part, __version__, data)
         os.replace(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {_reason(error)}") from None
+
+
+def _reserve(path, size):
+    """Raises OSError when a new file of this size has no place, as by a quota: HDF5, when it cannot
+    write, leaves objects behind that crash the process."""
+    with open(path, "xb") as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
 
 
 def _write_attributes(file, config):
@@ -173,30 +213,25 @@ def check(path, config=None):
     Raises InputError that says what is wrong.
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path} does not exist" if not path.exists() else f"{path} is no file")
     try:
+        if not path.is_file():
+            raise InputError(f"{path} is no file" if path.exists() else f"{path} does not exist")
+        seal.check(path, __version__)
         with h5py.File(path, "r", **SERIAL) as file:
-            _check_identity(path, file, config)
-            _check_layout(path, file, _stored_config(path, file))
+            stored = _stored_config(path, file)
+            if config is not None:
+                _check_config(path, stored, config)
+            _check_layout(path, file, stored)
     except HpcrubError:
         raise
-    except PermissionError as error:
+    except OSError as error:
         raise InputError(f"cannot read {path}: {_reason(error)}") from None
-    except Exception as error:  # whatever h5py raises on damaged bytes
-        kind = "is damaged or truncated" if h5py.is_hdf5(path) else "is not an HDF5 file"
-        raise InputError(f"{path} {kind} ({_reason(error)})") from None
+    except Exception as error:  # whatever h5py raises on what only a forger can have sealed
+        raise InputError(f"{path} is damaged ({_reason(error)})") from None
 
 
-def _check_identity(path, file, config):
-    if file.attrs.get("program") != "hpcrub" or "config" not in file.attrs:
-        raise InputError(f"{path} is not a result file of hpcrub")
-    version = file.attrs.get("program_version")
-    if version != __version__:
-        raise InputError(f"{path} was written by hpcrub {version}, this is {__version__}")
-    if config is None:
-        return
-    differences = configuration.differences(_stored_config(path, file), config)
+def _check_config(path, stored, config):
+    differences = configuration.differences(stored, config)
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
         raise InputError(f"{path} has another configuration: {differences[0]}{more}")
@@ -205,25 +240,47 @@ def _check_identity(path, file, config):
 def _stored_config(path, file):
     try:
         return configuration.Config.from_yaml(str(file.attrs["config"]))
-    except InputError as error:
-        raise InputError(f"{path}: its configuration cannot be read: {error}") from None
+    except (InputError, KeyError) as error:
+        raise _other_state(path, file, f"its configuration cannot be read: {error}") from None
 
 
 def _check_layout(path, file, config):
     length = studies.sizes(config)
     for line in studies.layout(config):
-        link = file.get(line.name, getlink=True)
-        dataset = file.get(line.name)
-        if not isinstance(link, h5py.HardLink) or not isinstance(dataset, h5py.Dataset):
-            raise InputError(f"{path} is damaged: it has no dataset {line.name}")
+        dataset = _dataset(file, line.name)
+        if dataset is None:
+            raise _other_state(path, file, f"it has no dataset {line.name}")
         shape = tuple(length[d] for d in line.dimensions)
         plist = dataset.id.get_create_plist()
         plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
         if dataset.shape != shape or dataset.dtype != np.dtype(line.dtype) or not plain:
-            raise InputError(
-                f"{path} is damaged: {line.name} is {dataset.dtype}{list(dataset.shape)}, "
-                f"not {np.dtype(line.dtype)}{list(shape)}"
+            raise _other_state(
+                path,
+                file,
+                f"{line.name} is {dataset.dtype}{list(dataset.shape)}, "
+                f"not {np.dtype(line.dtype)}{list(shape)}",
             )
+
+
+def _dataset(file, name):
+    """A dataset of this file itself, None when the name leads elsewhere or nowhere."""
+    parts = name.split("/")
+    for end in range(1, len(parts) + 1):
+        if not isinstance(file.get("/".join(parts[:end]), getlink=True), h5py.HardLink):
+            return None
+    return found if isinstance(found := file[name], h5py.Dataset) else None
+
+
+def _other_state(path, file, difference):
+    """The error of a file that is as it was written, but not as this program writes it."""
+    revision = str(file.attrs.get("git_revision", "unknown"))[:50]
+    return InputError(
+        f"{path} was written by another state of hpcrub (revision {revision}): {difference}"
+    )
+
+
+def _is_root(comm):
+    return comm is None or comm.rank == 0
 
 
 def _reason(error):
@@ -248,6 +305,8 @@ class ResultFile:
                 self._file = h5py.File(path, mode, **SERIAL)
         except OSError as error:
             raise InputError(f"cannot open {path}: {_reason(error)}") from None
+        # to find the file again, should somebody take its name away
+        self._kept = os.open(path, os.O_RDONLY) if mode != "r" and _is_root(comm) else None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
         self.config = _stored_config(path, self._file)
         lines = studies.layout(self.config)
@@ -256,7 +315,7 @@ class ResultFile:
     @classmethod
     def create(cls, path, config, comm=None):
         """Lay a new file out on rank 0 and open it on all ranks, to write."""
-        if comm is None or comm.rank == 0:
+        if _is_root(comm):
             lay_out(path, config)
         if comm is not None:
             comm.barrier()
@@ -332,3 +391,26 @@ class ResultFile:
     def close(self):
         """Close the file; collective with several ranks."""
         self._file.close()
+
+    def put_back(self):
+        """Copy a file just written to its name, if somebody has removed or moved it; one rank.
+
+        Raises HpcrubError when another file has taken the name, or it cannot be written.
+        """
+        with open(self._kept, "rb") as kept:
+            try:
+                there = os.stat(self.path) if os.path.lexists(self.path) else None
+                if there and os.path.samestat(there, os.fstat(kept.fileno())):
+                    return
+                target = Path(f"{self.path}.rescued.h5") if there else self.path
+                target.parent.mkdir(parents=True, exist_ok=True)
+                with open(target, "xb") as copy:
+                    shutil.copyfileobj(kept, copy)
+                    os.fsync(copy.fileno())
+            except OSError as error:
+                raise HpcrubError(f"cannot write {self.path}: {_reason(error)}") from None
+        if there:
+            raise HpcrubError(
+                f"{self.path} was replaced by another file while this job ran; "
+                f"what it has computed is in {target}"
+            )

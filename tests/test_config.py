@@ -349,6 +349,7 @@ WRONG = [
     ("casing: {n_bumps: 3", "line 1, column 20: expected ',' or '}'"),
     ("1: 2", "line 1, column 1: a key must be a plain name"),
     ("? [a]\n: 2", "line 1, column 3: a key must be a plain name"),
+    ("output: a.PNG", "output: 'a.PNG' ends as the figures and logs beside a result file do"),
     ("casing: &a {n_bumps: 3}", "line 1, column 9: anchors (&) and aliases (*) are not supported"),
     ("disk: *a", "line 1, column 7: anchors (&) and aliases (*) are not supported"),
     ("study: !!python/name:os.system", "line 1, column 8: tags (tag:yaml.org,2002:python"),

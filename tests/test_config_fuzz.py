@@ -1,9 +1,11 @@
 """Whatever an input file holds, it is read or refused with one clear line, never a traceback."""
 
+import random
+
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hpcrub import config
+from hpcrub import config, size
 from hpcrub.errors import InputError
 
 VALUES = st.recursive(
@@ -55,3 +57,72 @@ def test_any_file(tmp_path_factory, content, overrides):
     path = tmp_path_factory.mktemp("fuzz", numbered=True) / "a.yaml"
     path.write_bytes(content)
     refused_in_one_line(config.load, path, overrides)
+
+
+def mutilated(seed):
+    """The YAML text of all defaults, changed in a few places as people and editors do."""
+    rng = random.Random(seed)
+    lines = config.Config().to_yaml().splitlines()
+    for _ in range(rng.randint(1, 4)):
+        at, other = rng.randrange(len(lines)), rng.randrange(len(lines))
+        change = rng.randrange(7)
+        if change == 0:
+            lines.pop(at)
+        elif change == 1:
+            lines.insert(other, lines[at])
+        elif change == 2:
+            lines[at] = " " * rng.randint(0, 4) + lines[at].strip()
+        elif change == 3:
+            lines[at], lines[other] = lines[other], lines[at]
+        elif change == 4:
+            where = rng.randrange(len(lines[at]) + 1)
+            lines[at] = (
+                lines[at][:where] + rng.choice("{}[]:,#&*!|>'\"%@`-? \t") + lines[at][where:]
+            )
+        elif change == 5:
+            lines[at] = (
+                lines[at].partition(":")[0] + ": " + rng.choice(["", "{}", "[1e9]", "-1", "~"])
+            )
+        else:
+            lines[at] += lines[other]
+    return "\n".join(lines)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**9))
+def test_a_real_input_mutilated(seed):
+    refused_in_one_line(config.Config.from_yaml, mutilated(seed))
+
+
+NUMBERS = {
+    "time.step_s": st.floats(1e-300, 1e-2),
+    "speeds.from_hz": st.floats(1e-12, 1e5),
+    "disk.n_blades": st.integers(2, 200),
+    "disk.blade.n_elements": st.integers(1, 50),
+    "casing.n_bumps": st.integers(1, 1000),
+    "mistuning.samples": st.integers(1, 10**12),
+    "history.duration_s": st.floats(1e-3, 1000),
+    "spectrum.step_hz": st.floats(1e-3, 1e4),
+    "steady_state.window_revolutions": st.integers(1, 1000),
+}
+KINDS = ["contact", "modal", "casing", "linear", "time_response", "interaction_map", "branches"]
+
+
+@settings(max_examples=200, deadline=None)
+@given(study=st.sampled_from(KINDS), keys=st.fixed_dictionaries({}, optional=NUMBERS))
+def test_the_size_of_anything_allowed_is_known_without_work(study, keys):
+    data = {"study": study, "speeds": {}, "reduction": {"n_modes": 4}}
+    for path, value in keys.items():
+        section = data
+        *sections, leaf = path.split(".")
+        for name in sections:
+            section = section.setdefault(name, {})
+        section[leaf] = value
+    if "from_hz" in data["speeds"]:
+        data["speeds"]["to_hz"] = data["speeds"]["from_hz"]
+    try:
+        cfg = config._validated(data)
+    except InputError:
+        return
+    refused_in_one_line(lambda: size.size(cfg).memory >= 0 or 1 / 0)
+    refused_in_one_line(size.check, cfg)

@@ -124,7 +124,7 @@ def test_same_bits_on_any_number_of_ranks(study, ranks):
     assert err == ""
     assert datasets(folder / f"{ranks}.h5") == expected
     assert (folder / f"{ranks}.png").exists()
-    assert not (folder / f"{ranks}.h5.lock").exists()
+    assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
 
 
 def test_more_ranks_than_samples(study):

@@ -1,15 +1,19 @@
 """The result file: its layout is a contract, and nothing unsound is ever taken for a result."""
 
+import json
 import multiprocessing
+import os
 import shutil
 import subprocess
+import sys
 
 import h5py
 import numpy as np
 import pytest
+from conftest import ROOT
 
-from hpcrub import config, layout, storage, studies
-from hpcrub.errors import InputError
+from hpcrub import __version__, config, layout, seal, size, storage, studies
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.statistics import running_intervals, running_percentiles
 
 V, N_SAMPLES, S, N_BLADES, K = 2, 2, 3, 12, 2
@@ -167,30 +171,51 @@ def test_more_samples_than_a_percentile_needs(tmp_path):
     file.close()
 
 
+def reseal(path):
+    """Seal a file that was changed, as only a forger would."""
+    line = path.read_bytes().split(b"\n")[0]
+    seal.write(path, __version__, json.loads(line)["data"])
+
+
 def spoil(path, action):
-    if action == "missing":
-        path.unlink()
+    content = path.read_bytes()
+    path.unlink()
+    if action == "folder":
+        path.mkdir()
     if action == "not HDF5":
         path.write_text("hello")
     if action == "truncated":
-        with open(path, "r+b") as file:
-            file.truncate(path.stat().st_size - 1000)
-    if action == "folder":
-        path.unlink()
-        path.mkdir()
-    if action not in ("no program", "version", "shape", "hole", "configuration"):
-        return
-    with h5py.File(path, "r+") as file:
-        if action == "no program":
-            del file.attrs["program"]
-        if action == "version":
-            file.attrs["program_version"] = "0.0.1"
+        path.write_bytes(content[:-1000])
+    if action == "foreign":
+        h5py.File(path, "w").close()
+    if action == "seal":
+        path.write_bytes(content.replace(b'"data": [[', b'"data": [[-'))
+    if action == "version":
+        path.write_bytes(content.replace(__version__.encode(), b"0.0.9", 1))
+    if action not in ("missing", "folder", "not HDF5", "truncated", "foreign", "seal", "version"):
+        path.write_bytes(content)
+        spoil_contents(path, action)
+
+
+def spoil_contents(path, action):
+    with h5py.File(path, "r+", locking=False) as file:
+        if action == "byte":
+            file["samples/time_s"].attrs["units"] = "h"
+            return
         if action == "configuration":
             file.attrs["config"] = "n_blades: [1"
-        if action in ("shape", "hole"):
+        else:
             del file["samples/time_s"]
         if action == "shape":
             file["samples/time_s"] = np.zeros((2, 2, 4000))
+        if action == "type":
+            file["samples/time_s"] = np.zeros((2, 2, 3), "f4")
+        if action == "soft":
+            file["samples/time_s"] = h5py.SoftLink("/samples/time_s")
+        if action == "external":
+            del file["tuned"]
+            file["tuned"] = h5py.ExternalLink("other.h5", "/tuned")
+    reseal(path)
 
 
 @pytest.mark.parametrize(
@@ -199,12 +224,18 @@ def spoil(path, action):
         ("missing", "does not exist"),
         ("folder", "is no file"),
         ("not HDF5", "is not an HDF5 file"),
-        ("truncated", "is damaged or truncated"),
-        ("no program", "is not a result file of hpcrub"),
-        ("version", "was written by hpcrub 0.0.1, this is"),
+        ("truncated", "is truncated: it has"),
+        ("foreign", "is not a result file of hpcrub, or one of an earlier state of it"),
+        ("seal", "is damaged: its first bytes cannot be read"),
+        ("version", "was written by hpcrub 0.0.9, this is"),
+        ("byte", "is damaged: bytes outside its data are not those that were written"),
+        ("configuration", "another state of hpcrub (revision"),
         ("configuration", "its configuration cannot be read"),
         ("shape", "samples/time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
+        ("type", "samples/time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
         ("hole", "it has no dataset samples/time_s"),
+        ("soft", "it has no dataset samples/time_s"),
+        ("external", "it has no dataset tuned/frequencies_hz"),
     ],
 )
 def test_unsound_files_are_refused(path, tiny_config, action, message):
@@ -214,6 +245,31 @@ def test_unsound_files_are_refused(path, tiny_config, action, message):
     assert message in str(caught.value)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_seal_holds_while_data_changes_and_breaks_with_any_other_byte(path, tiny_config):
+    """Writing, as a study does, leaves the seal sound; each other byte of the file is guarded."""
+    file = storage.ResultFile.open(path, tiny_config, mode="r+")
+    storage.check(path)  # while it is open, and so if the process is killed now
+    file.write_sample(1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE})
+    storage.check(path)
+    file.close()
+    storage.check(path)
+    content = path.read_bytes()
+    guarded = np.ones(len(content), bool)
+    with h5py.File(path, "r") as file:
+        known = studies.find(tiny_config).constants(tiny_config)
+        for name in CONTRACT.keys() - known.keys():
+            start, size = file[name].id.get_offset(), file[name].id.get_storage_size()
+            guarded[start : start + size] = False
+    guarded[seal.BLOCK + 20 : seal.BLOCK + 24] = False  # set while the file is open to write
+    places = np.flatnonzero(guarded)
+    for at in np.random.default_rng(1).choice(places, 300):
+        spoilt = bytearray(content)
+        spoilt[at] ^= 1 << (at % 8)
+        path.write_bytes(spoilt)
+        with pytest.raises(InputError):
+            seal.check(path, __version__)
 
 
 def test_another_configuration_is_refused_by_name(path):
@@ -231,11 +287,90 @@ def test_a_failed_replacement_leaves_the_old_file(path, tiny_config, monkeypatch
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
-def test_a_disk_too_small_is_found_before_work(tmp_path):
-    absurd = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
-    with pytest.raises(InputError, match="needs .* GB, but its disk has"):
-        storage.lay_out(tmp_path / "huge.h5", config.Config.from_yaml(absurd))
+def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
+    """In a process of its own: HDF5 used to crash it at its end."""
+    program = f"""if True:
+        import resource, sys
+        sys.path.insert(0, {str(ROOT)!r})
+        from hpcrub import config, storage
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
+        try:
+            storage.lay_out({str(tmp_path / "a.h5")!r}, config.Config())
+        except storage.InputError as error:
+            print(error)
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("cannot write " + str(tmp_path / "a.h5") + ": File too large\n")
     assert list(tmp_path.iterdir()) == []
+
+
+HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (HUGE, "not enough disk: .* GB of disk .* GB of memory .* and about .* core hours"),
+        ("mistuning: {samples: 1000000000000}", "not enough disk: .* GB of memory"),
+        ("disk: {n_blades: 200, blade: {n_elements: 50}}", "not enough memory"),
+        ("speeds: {from_hz: 1e-9, to_hz: 1e-9}", "not enough memory"),
+        ("time: {step_s: 1e-12}", "not enough memory"),
+        ("time: {step_s: 1e-300}", "not enough memory"),
+        (
+            "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
+            "not enough memory",
+        ),
+    ],
+)
+def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypatch, text, what):
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+    with pytest.raises(InputError, match=what):
+        size.check(config.Config.from_yaml(text), tmp_path / "not yet" / "huge.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_paper_fits_a_laptop(tmp_path):
+    size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
+
+
+FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
+
+
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, kind):
+    path = tmp_path / "precious"
+    if kind == "text":
+        path.write_text("export PATH")
+    if kind == "HDF5":
+        h5py.File(path, "w").close()
+    if kind == "folder":
+        path.mkdir()
+    if kind == "fifo":
+        os.mkfifo(path)
+    if kind == "device":
+        path.symlink_to("/dev/null")
+    if kind == "dangling":
+        path.symlink_to("nowhere/result.h5")
+    before = path.lstat()
+    if kind == "dangling":  # a link is followed, and what it names can be made
+        storage.lay_out(path, tiny_config)
+        storage.check(tmp_path / "nowhere" / "result.h5")
+    else:
+        with pytest.raises(InputError, match="is not a result file of this hpcrub"):
+            storage.lay_out(path, tiny_config)
+    assert [p.name for p in tmp_path.iterdir() if p.name != "nowhere"] == ["precious"]
+    assert os.path.samestat(path.lstat(), before)
+
+
+def test_our_own_and_empty_files_are_replaced(path, tiny_config):
+    link = path.with_name("link.h5")
+    link.symlink_to(path)
+    for content in (b"", path.read_bytes()[:3000]):  # a truncated one, too
+        path.write_bytes(content)
+        storage.lay_out(link, tiny_config)
+        storage.check(path)
+    assert link.is_symlink()
 
 
 def test_size_is_foretold(path, tiny_config):
@@ -261,3 +396,50 @@ def test_a_second_job_is_kept_out(tmp_path):
         process.join()
         lock.release()
     assert not lock.path.exists()
+
+
+def test_one_file_under_two_names_is_locked_once(tmp_path):
+    (tmp_path / "link.h5").symlink_to("result.h5")
+    lock, other = storage.Lock(tmp_path / "result.h5"), tmp_path / "link.h5"
+    context = multiprocessing.get_context("spawn")
+    queue = context.Queue()
+    process = context.Process(target=try_lock, args=(other, queue))
+    process.start()
+    assert queue.get(timeout=30) == f"{other} is in use by another job"
+    process.join()
+    lock.release()
+
+
+def test_a_lock_releases_only_itself(tmp_path):
+    """The folder was removed and made again, and another job has begun in it."""
+    lock = storage.Lock(tmp_path / "result.h5")
+    lock.path.unlink()
+    lock.path.write_text("of another job")
+    lock.release()
+    assert lock.path.exists()
+
+
+@pytest.mark.parametrize("how", ["kept", "moved", "removed", "replaced"])
+def test_a_file_whose_name_was_taken_is_put_back(tmp_path, tiny_config, how):
+    path, values = tmp_path / "results" / "a.h5", {"amplitude_m": np.arange(3.0), "status": 1}
+    file = storage.ResultFile.create(path, tiny_config)
+    if how == "moved":
+        path.parent.rename(tmp_path / "old")
+    if how in ("removed", "replaced"):
+        shutil.rmtree(path.parent)
+    if how == "replaced":
+        path.parent.mkdir()
+        path.write_text("foreign")
+    file.write_sample(1, 1, values)
+    file.close()
+    found = path
+    if how == "replaced":
+        with pytest.raises(HpcrubError, match="was replaced by another file"):
+            file.put_back()
+        assert path.read_text() == "foreign"
+        found = path.with_name("a.h5.rescued.h5")
+    else:
+        file.put_back()
+    file = storage.ResultFile.open(found)
+    np.testing.assert_array_equal(file.read("samples/amplitude_m", (1, 1)), values["amplitude_m"])
+    file.close()

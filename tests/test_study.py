@@ -87,6 +87,9 @@ def test_failed_points_are_told_in_words(tiny, folder):
     one, two, _ = point_lines(file)  # three speeds of the tuned disk and of four samples
     assert one == "1 of 15 points: diverged: a displacement is not finite"
     assert two.startswith("2 of 15 points: diverged: self-locking")
+    garbled = np.array([reasons.SELF_LOCKING, 255, reasons.SELF_LOCKING], np.uint8)
+    file.write_sample(1, 1, {"point_reason": garbled, "status": DONE})
+    assert next(point_lines(file)) == two  # a code that no study writes is not counted
     file.close()
 
 

@@ -4,13 +4,18 @@ A figure is a function of a list of open `ResultFile`s that returns a matplotlib
 of pictures for an animation); the files alone are enough to draw it.
 """
 
+import contextlib
+import os
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from hpcrub.errors import InputError
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.storage import ResultFile
+
+# what numbers that no study computes make of a drawing: nothing guards the data of a file
+ODD_NUMBERS = ArithmeticError, LookupError, MemoryError, TypeError, ValueError
 
 
 class Entry(NamedTuple):
@@ -116,25 +121,47 @@ def draw(paths, name, folder=None, kind="png", **options):
     from matplotlib import pyplot, rc_context  # takes a second to import
 
     module, function = entry.function.split(".")
+    function = getattr(import_module(f"hpcrub.plot.{module}"), function)
     with rc_context(STYLE):
-        figure = getattr(import_module(f"hpcrub.plot.{module}"), function)(files, **options)
-        target = _target(files, name, folder, kind)
-        if isinstance(figure, list):
-            target = target.with_suffix(".gif")
-            figure[0].save(target, save_all=True, append_images=figure[1:], duration=40, loop=0)
-        else:
-            figure.savefig(target, dpi=150)
-            pyplot.close(figure)
+        try:
+            figure = function(files, **options)
+            target = _target(files, name, folder, "gif" if isinstance(figure, list) else kind)
+            _save(figure, target)
+        except ODD_NUMBERS as error:
+            raise HpcrubError(
+                f"{files[0].path}: figure {name} cannot be drawn, its numbers are odd "
+                f"({type(error).__name__}: {str(error):.80})"
+            ) from error
+        finally:
+            pyplot.close("all")
     for file in files:
         file.close()
     return [target]
+
+
+def _save(figure, target):
+    """Write a Figure, or a list of pictures, whole or not at all."""
+    part = target.with_name(f"{target.name}.hpcrub-part")
+    kind = target.suffix[1:]
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if isinstance(figure, list):
+            more = {"save_all": True, "append_images": figure[1:], "duration": 40, "loop": 0}
+            figure[0].save(part, kind, **more)
+        else:
+            figure.savefig(part, dpi=150, format=kind)
+        os.replace(part, target)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+        reason = error.strerror or error
+        raise HpcrubError(f"cannot write the figure {target}: {reason}") from None
 
 
 def _target(files, name, folder, kind):
     """STEM_NAME.kind beside the first file; the first figure of a study is just STEM.kind."""
     first = files[0].path
     folder = Path(folder) if folder else first.parent
-    folder.mkdir(parents=True, exist_ok=True)
     mine = [key for key, entry in FIGURES.items() if files[0].config.study in entry.studies]
     stem = first.stem if name == mine[0] else f"{first.stem}_{name}"
     return folder / f"{name if len(files) > 1 else stem}.{kind}"

@@ -5,6 +5,7 @@ import sys
 
 from hpcrub import plot
 from hpcrub.errors import HpcrubError
+from hpcrub.progress import console
 
 
 def main(argv=None):
@@ -25,7 +26,7 @@ def main(argv=None):
     extra = {} if options.mode is None else {"mode": options.mode}
     try:
         for picture in pictures(options, extra):
-            print(picture)
+            console().print(picture, soft_wrap=True)
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
         return error.exit_code

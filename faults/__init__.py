@@ -1,0 +1,1 @@
+"""Faults of machines, disks and people, caused on purpose: ``make test-faults``."""

@@ -1,0 +1,85 @@
+"""``python -m faults [WORD ...]``: cause all faults, check what the program does; ends with 1 if
+anything is wrong. Words choose faults by their names; without any, docs/faults.md is written anew.
+"""
+
+import collections
+import re
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from faults import disks, files, inputs, kills, system
+from faults.job import Skip
+
+REPORT = Path(__file__).parents[1] / "docs" / "faults.md"
+KILLS = 13  # of each kind
+GROUPS = {
+    "killed": {
+        f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
+        for target in kills.TARGETS
+    },
+    "disks and files": disks.FAULTS,
+    "signals, clocks, compiled code, samples": system.FAULTS,
+    "hostile inputs": inputs.FAULTS,
+    "hostile result files": files.FAULTS,
+}
+
+
+def main(words):
+    """Run, print, write the report; returns the exit code."""
+    began = time.monotonic()
+    tables, problems = [], []
+    with tempfile.TemporaryDirectory(prefix="faults-") as folder:
+        for group, faults in GROUPS.items():
+            chosen = [name for name in faults if not words or any(word in name for word in words)]
+            rows = [row(name, faults[name], Path(folder) / group, problems) for name in chosen]
+            if rows:
+                tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
+    text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)
+    print(text)
+    if not words:
+        old = REPORT.read_text(encoding="utf-8")
+        block = re.compile(r"(?<=<!-- results -->\n).*?(?=<!-- end of results -->)", re.DOTALL)
+        REPORT.write_text(block.sub(lambda _: text, old), encoding="utf-8")
+    for problem in problems:
+        print(f"FAILED {problem}", file=sys.stderr)
+    return 1 if problems else 0
+
+
+def row(name, fault, folder, problems):
+    """Cause one fault: a line of a table. What went wrong is appended to `problems`."""
+    print(name, end=" ", flush=True)
+    began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
+    mine = []
+    try:
+        for trial in fault(folder / re.sub(r"\W+", "-", name)):
+            n_trials += 1
+            codes[str(trial.code)] += 1
+            said.setdefault(str(trial.code), trial.said)
+            if trial.problem:
+                mine.append(f"{name}: {trial.problem}")
+    except Skip as reason:
+        said["skipped"] = str(reason)
+    except Exception as error:  # the trial itself went wrong: as bad as what it looks for
+        mine.append(f"{name}: {type(error).__name__}: {error}")
+    problems += mine
+    print(f"{n_trials} trials, {len(mine)} problems, {time.monotonic() - began:.0f} s", flush=True)
+    ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
+    message = next((text for text in said.values() if text), "")
+    return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"]
+
+
+def _short(message):
+    message = re.sub(r"/\S*/", "", message.removeprefix("hpcrub: ")).replace("|", "/")
+    return message if len(message) <= 110 else message[:107] + "..."
+
+
+def _markdown(rows):
+    heads = ["fault", "trials", "exit codes (how often)", "for example", "problems"]
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,155 @@
+"""A little of ``make test-faults``, and that its checks can fail."""
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numba
+import pytest
+from conftest import ROOT
+
+from faults import files, inputs, job, kills
+from hpcrub import cli, config
+from hpcrub.errors import InputError
+
+
+def sound(trials):
+    """Problems of trials, of which there must be some."""
+    trials = list(trials)
+    assert trials
+    return [trial.problem for trial in trials if trial.problem]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("target", ["a process without mpirun", "mpirun"])
+def test_killed_at_random_moments(tmp_path, target):
+    assert sound(kills.killed(tmp_path, target, 1)) == []
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    return folder, files.make(folder, ("contact", "cross"))["contact"]
+
+
+def test_damaged_files_are_read_or_refused(made):
+    folder, content = made
+    assert sound(files.flipped(folder, {"contact": content}, 16)) == []
+
+
+def test_files_that_lie_are_refused(made):
+    assert sound(files.lies(*made, readers=("inspect",))) == []
+
+
+def test_files_without_a_seal_are_refused(made):
+    assert sound(files.seals(*made, readers=("inspect",))) == []
+
+
+@pytest.mark.parametrize("reader", files.READERS)
+def test_every_reader_refuses_a_damaged_file(made, reader):
+    folder, content = made
+    (folder / "cut.h5").write_bytes(content[:-100])
+    found = files.read(folder, reader, "cut.h5", "contact")
+    assert (found.code, found.problem) == (2, "")
+    assert "is truncated" in found.said
+
+
+def test_a_reader_that_crashes_or_raises_is_noticed(made, monkeypatch):
+    folder, _ = made
+    for reader, word in ((lambda *_: 1 / 0, "traceback"), (lambda *_: sys.exit(5), "traceback")):
+        monkeypatch.setitem(files.READERS, "bad", reader)
+        assert word in files.read(folder, "bad", "x", "contact").problem
+    monkeypatch.setitem(files.READERS, "bad", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+    assert files.read(folder, "bad", "x", "contact").code == "SIGKILL"
+
+
+def test_a_spoilt_sample_is_noticed(made, monkeypatch, tmp_path):
+    folder, _ = made
+    expected = job.values(folder / "contact.h5")
+    spoilt = {name: values.copy() for name, values in expected.items()}
+    spoilt["samples/status"][0, 1] = 0
+    monkeypatch.setattr(job, "values", lambda path: spoilt)
+    spoilt["samples/time_s"][0, 1] = 1.0  # not finished: may be anything
+    assert job.damage(tmp_path, expected) == ""
+    spoilt["samples/time_s"][0, 0, 2] = 1.0
+    assert "samples/time_s of a finished sample differs" in job.damage(tmp_path, expected)
+
+
+@pytest.mark.parametrize("name", inputs.OUTPUTS)
+def test_no_output_harms_what_is_there(tmp_path, monkeypatch, capfd, name):
+    inputs.precious(tmp_path / "a")
+    monkeypatch.chdir(tmp_path / "a")
+    before = inputs.contents(tmp_path / "a")
+    arguments = ["study.yaml", "--overwrite", "--no-figures", "--output", inputs.OUTPUTS[name]]
+    allowed = name in inputs.ALLOWED
+    assert cli.main(arguments) == (0 if allowed else 2)
+    if not allowed:
+        assert inputs.contents(tmp_path / "a") == before
+        assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_a_source_is_never_overwritten(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cfg = config.Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
+    with pytest.raises(InputError, match="is one of the sources"):
+        cli.prepare(cfg, SimpleNamespace(resume=False, overwrite=True), cli.Holder())
+
+
+@pytest.mark.parametrize("name", inputs.TEXTS)
+def test_no_text_grows_or_runs(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.yaml").write_text(inputs.TEXTS[name], encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        config.load_runs("study.yaml")
+    assert len(str(caught.value)) < 500
+    assert not (tmp_path / "harmed").exists()
+
+
+def test_a_full_disk_behind_the_log_ends_no_study(tmp_path):
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    with open("/dev/full", "w") as full:
+        arguments = [sys.executable, ROOT / "main.py", "a.yaml", "--no-figures"]
+        done = subprocess.run(arguments, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 0
+    assert done.stderr.decode().count("on without it") == 1
+    assert (tmp_path / "a.h5").exists()
+
+
+def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
+    """The second time it comes from the cache; with any of its two files damaged it does not, but
+    the numbers are right, and the time after that it does again."""
+    source = tmp_path / "small.py"
+    source.write_text("from hpcrub.jit import compiled\n@compiled\ndef f(x):\n    return x + 1.5\n")
+
+    def comes_from_cache():
+        # every time: numba reads its settings anew when the environment has changed
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+        spec = importlib.util.spec_from_file_location("small", source)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        assert module.f(1.0) == 2.5
+        return sum(module.f.stats.cache_hits.values()) == 1
+
+    assert [comes_from_cache(), comes_from_cache()] == [False, True]
+    for pattern in ("*.nbc", "*.nbi"):
+        (entry,) = (tmp_path / "cache").rglob(pattern)
+        content = entry.read_bytes()
+        middle = len(content) // 2
+        for harmed in (
+            content[:middle],
+            content[:middle] + b"\x00\xff" + content[middle + 2 :],
+            b"",
+        ):
+            entry.write_bytes(harmed)
+            assert [comes_from_cache(), comes_from_cache()] == [False, True], pattern
+    (entry,) = (tmp_path / "cache").rglob("*.nbi")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    entry.unlink()
+    assert not comes_from_cache()  # and it cannot be kept
