@@ -76,9 +76,10 @@ class Lock:
         self._file.close()
 
 
-def lay_out(path, config):
+def lay_out(path, config, origin=None):
     """Create the result file at its final size, replacing one of that name in a single step.
 
+    origin: attributes that say what computes its results, as `provenance`, by default this program.
     For one rank only. Raises InputError when the folder cannot be written or is too small.
     """
     part = Path(f"{path}.part")
@@ -91,33 +92,44 @@ def lay_out(path, config):
                 f"but its disk has {free / 1e9:,.3g} GB left"
             )
         with h5py.File(part, "w", **SERIAL) as file:
-            _write_attributes(file, config)
+            _write_attributes(file, config, provenance() if origin is None else origin)
             for line in studies.layout(config):
                 _create_dataset(file, line, studies.sizes(config))
             for name, values in studies.find(config).constants(config).items():
                 file[name][...] = values
             _attach_scales(file, config)
-        with open(part, "rb") as file:
-            os.fsync(file.fileno())
-        os.replace(part, path)
+        move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {_reason(error)}") from None
 
 
-def _write_attributes(file, config):
+def move(path, to):
+    """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
+    with open(path, "rb") as file:
+        os.fsync(file.fileno())
+    os.replace(path, to)
+
+
+def _write_attributes(file, config, origin):
     now = datetime.datetime.now(datetime.UTC)
     file.attrs["program"] = "hpcrub"
     file.attrs["program_version"] = __version__
     file.attrs["created"] = now.isoformat(timespec="seconds")
-    if revision := _git_revision():
-        file.attrs["git_revision"] = revision
     file.attrs["config"] = config.to_yaml()
     file.attrs["seed"] = np.uint64(config.mistuning.seed)
+    file.attrs.update(origin)
+
+
+def provenance():
+    """Commit and library versions, as attributes of the file."""
+    found = {"hdf5_version": h5py.version.hdf5_version}
+    if revision := _git_revision():
+        found["git_revision"] = revision
     for library in LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            file.attrs[f"{library}_version"] = importlib.metadata.version(library)
-    file.attrs["hdf5_version"] = h5py.version.hdf5_version
+            found[f"{library}_version"] = importlib.metadata.version(library)
+    return found
 
 
 def _git_revision():

@@ -112,9 +112,13 @@ def peak(result, speeds_hz):
 
 
 def deviation(config, level, sample):
-    """Relative stiffness change of every blade (N,) in one sample of one level."""
+    """Relative stiffness change of every blade (N,) in one sample of one level of the file.
+
+    In the file of a part they have the numbers that they have in the whole study.
+    """
     if config.pattern_deviation is not None:
         return config.pattern_deviation
+    level, sample = config.levels[level], config.samples[sample]
     half_range = config.mistuning.half_range[level]
     return stiffness_deviation(
         config.mistuning.seed, level, sample, config.disk.n_blades, half_range
@@ -139,7 +143,7 @@ class Study:
         self.team, self.config, self.problem, self.file = team, config, problem, file
         self.progress = progress
         self.speeds_hz = config.speeds.values_hz
-        self.shape = len(config.mistuning.half_range), config.mistuning.samples
+        self.shape = len(config.levels), len(config.samples)
         self.tuned_peak = self.tuned_linear = np.nan
         self._march = sweep.find_peak if config.speeds.search == "peak" else sweep.run_sweep
         self.n_steps, self.seconds = 0, 0.0  # in the contact sweeps of this run, all ranks (rank 0)
@@ -170,6 +174,11 @@ class Study:
             self.team.on_root(self._write_statistics)
             raise
         self.team.on_root(self._write_statistics)
+
+    def update_statistics(self):
+        """Write the statistics of the samples that are there (rank 0)."""
+        self._take_stock()
+        self._write_statistics()
 
     def n_done(self):
         """Finished samples and all (rank 0)."""
