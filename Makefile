@@ -21,11 +21,11 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test validate stress measure bench reproduce lint readme clean
+.PHONY: help setup run test test-slurm validate stress measure bench reproduce lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
-	@sed -nE 's/^([a-z]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 14
+	@sed -nE 's/^([a-z-]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 18
 
 setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
 	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
@@ -39,6 +39,9 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 
 test: $(STAMP)  ## run all tests (ARGS="-k config")
 	@$(VENV_PYTHON) -m pytest $(ARGS)
+
+test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
+	@$(VENV_PYTHON) -m pytest tests_slurm $(ARGS)
 
 validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
 	@$(VENV_PYTHON) -m validation

@@ -11,7 +11,7 @@ SPEEDS = np.round(np.arange(33.5, 35.501, 0.05), 10)  # [Hz], as in the paper
 HALF_RANGE = 0.03  # mistuning level 1.7 %
 
 
-def problem(n_modes=60, scheme="exact_modal", step=2e-5, **disk):
+def problem(n_modes=60, scheme="exact_modal", step=3.3e-5, **disk):
     """Reduced model and scene of the reference disk, with changes."""
     config = Config.model_validate(
         {

@@ -125,9 +125,14 @@ against the others); of the peak of each sample against {wp.REFERENCE.label}.
 - The floor, {floor} in the mean over the deciles 10 to 90 of A_nl, is how far the fine
   runs are from each other. The front counts errors below it as equal. Percentiles 1 and 99 of
   {wp.N_SAMPLES} samples are hardly more than the extreme samples: see their intervals.
-- The tuned disk is a single sample: its scatter moves all A_nl of a study together. The result
-  file tells how much (`tuned/peak_repeats_m`).
+- The tuned disk is a single sample, whose scatter moves all A_nl of a study together: A_nl is
+  relative to the median of {wp.N_TUNED} runs that differ by rounding, here and in every study.
 
+What the step does to A_nl, with {wp.MORE_SAMPLES} samples in pairs with the same samples at
+{1e6 * wp.PAIRED[-1].step:g} µs, in % with its standard error (both disks' peaks lose amplitude at
+long steps, and A_nl is their ratio):
+
+{bias_table(results)}
 Peak search, against the full sweep of the same setting:
 
 {table(("setting", "samples whose peak is missed", "found over true peak, mean"), missed)}
@@ -137,32 +142,60 @@ exact_modal at 5·10⁻⁷ s, and fitted order:
 {table(("scheme", "step [s]: error [%]", "fitted order"), steps)}"""
 
 
+def bias_table(results):
+    found = wp.bias(results)
+    head = ("step", "mean of deciles 10 to 90", *(f"percentile {p}" for p in wp.PERCENTILES))
+    cells = [[f"{100 * e:+.1f} ± {100 * s:.1f}" for e, s in rows] for rows in found.values()]
+    return table(head, [(f"{h:g} s", *row) for h, row in zip(found, cells, strict=True)])
+
+
 def pareto(results):
     """Settings that no other beats in both run time and error; below the floor all are equal."""
     floor = wp.floor(results)
-    points = {s: (results[s]["seconds"], max(floor, wp.score(results, s))) for s in wp.SETTINGS}
+    settings = [s for s in wp.SETTINGS if s != wp.NUDGED]
+    points = {s: (results[s]["seconds"], max(floor, wp.score(results, s))) for s in settings}
     return {
         s for s, (cost, error) in points.items()
         if not any(c < cost and e <= error for c, e in points.values())
     }  # fmt: skip
 
 
+def series():
+    """{name: (settings, style, label of a setting, its offset [points])} of the diagram."""
+    plain = [s for s in wp.SETTINGS if s == wp.Setting(s.scheme, s.step)]
+    micro = {s: f"{1e6 * s.step:g} µs" for s in wp.SETTINGS}
+    out = {
+        name: ([s for s in plain if s.scheme == name], style, micro.get, offset)
+        for name, style, offset in zip(wp.SCHEMES, ("o-", "s-"), ((5, 7), (5, -13)), strict=True)
+    }
+    modes = [s for s in wp.SETTINGS if s.n_modes != 60]
+    out["η other than 60"] = modes, "^:", lambda s: f"η = {s.n_modes}", (7, -3)
+    peak = [s for s in wp.SETTINGS if s.search == "peak"]
+    out["peak search"] = peak, "D", micro.get, (7, -3)
+    longer = [s for s in wp.SETTINGS if s.max_time != 2.0]
+    out["up to 5 s"] = longer, "v", micro.get, (7, -3)
+    return out
+
+
 def precision_figure(results, path):
     """Work-precision diagram with the Pareto front."""
     front = sorted(pareto(results), key=lambda s: results[s]["seconds"])
     figure, axis = plt.subplots(figsize=(9, 5.5), layout="constrained")
-    for setting in wp.SETTINGS:
-        x, y = results[setting]["seconds"], 100 * wp.score(results, setting)
-        plain = setting.n_modes == 60 and setting.search == "full" and setting.max_time == 2.0
-        axis.plot(x, y, "o" if plain else "s", color=COLOURS[setting.scheme],
-                  mfc=None if plain else "white", ms=7 + 4 * (setting == wp.DEFAULT))  # fmt: skip
-        text = setting.label.replace("exact_modal, ", "").replace("central_difference, ", "")
-        axis.annotate(text, (x, y), xytext=(6, 4), textcoords="offset points", fontsize=8)
-    line = front
-    axis.plot([results[s]["seconds"] for s in line], [100 * wp.score(results, s) for s in line],
-              "-", color="0.6", zorder=0, label="Pareto front")  # fmt: skip
-    for name, colour in COLOURS.items():
-        axis.plot([], [], "o", color=colour, label=name)
+
+    def place(settings):
+        found = [(results[s]["seconds"], 100 * wp.score(results, s)) for s in settings]
+        return np.array(found).T
+
+    axis.plot(*place(front), color="0.8", lw=7, zorder=0, label="Pareto front")
+    colours = plt.get_cmap("tab10").colors
+    for colour, (name, (settings, style, label, offset)) in zip(
+        (*COLOURS.values(), *colours[2:]), series().items(), strict=False
+    ):
+        axis.plot(*place(settings), style, color=colour, ms=6, lw=1, label=name)
+        for setting in settings:
+            axis.annotate(label(setting), place([setting])[:, 0], xytext=offset, fontsize=8,
+                          textcoords="offset points", color=colour)  # fmt: skip
+    axis.plot(*place([wp.DEFAULT]), "o", ms=14, mfc="none", color="k", label="default")
     floor = 100 * wp.floor(results)
     axis.axhspan(1e-3, floor, color="0.9", zorder=-1, label="floor: fine runs among themselves")
     axis.set(xscale="log", yscale="log", xlabel="seconds per sample and core",

@@ -13,7 +13,16 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from hpcrub import config_checks, config_runs, config_text, yaml_text
-from hpcrub.config_studies import Branches, Energy, History, Linear, Part, Spectrum, StudyName
+from hpcrub.config_studies import (
+    Branches,
+    Debug,
+    Energy,
+    History,
+    Linear,
+    Part,
+    Spectrum,
+    StudyName,
+)
 from hpcrub.config_types import (
     FileName,
     Files,
@@ -138,7 +147,7 @@ class Time(Section):
         "exact_modal", description="time integration between contacts"
     )
     step_s: Number = Field(
-        2e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
+        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
 
     step = si("step_s", "s")
@@ -227,6 +236,7 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
+    debug: Debug = Debug()
 
     @model_validator(mode="before")
     @classmethod

@@ -1,4 +1,4 @@
-"""Where the energy of a march goes: an audit that closes to rounding, step by step.
+"""Where the energy of a march goes: an audit that closes to rounding, for debugging.
 
 Both schemes read  d_{n+1} = keep·d_n − ω² push·q_n + push·f,  f the force that acts at t_n. Times
 (d_{n+1} + d_n)/(2 push), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
@@ -15,130 +15,211 @@ For small kinematics g_{n+1} = 0 and g_{n−1} ≥ 0: an impact can only take en
 takes none, and the work of the casing is −λ times the half of the way that its surface makes from
 t_{n−1} to t_{n+1}. For polar kinematics g_{n+1} vanishes only to first order of the correction.
 
-It marches one step at a time from Python, some hundred times slower than a study.
+An audited march takes the same steps, bit for bit, and several times as long.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import casing, kernel
+from hpcrub import casing
+from hpcrub.jit import compiled
+from hpcrub.kernel import advance, correct, grow, observe
+
+CASING, FRICTION, EXTERNAL, DAMPING, IMPACT = range(5)  # rows of `Books.work`
+ACCOUNTS = ("casing", "friction", "damping", "impact", "stored", "unexplained")
+TOLERANCE = 1e-9  # of the energy turned over: what may stay unexplained, and a negative loss
+
+growth, bump_height = compiled(casing.growth), compiled(casing.bump_height)
 
 
-class Ledger(NamedTuple):
-    """Energy and works of a march of n steps, L lanes."""
+class Books(NamedTuple):
+    """What an audited march keeps. K modes, C contact points, L lanes; r rows, one after another
+    for each step, and the first again after the last."""
 
-    energy: np.ndarray  # E (n + 1, L) before the first and after every step [J]
-    casing: np.ndarray  # work of the casing's motion in every step (n, L) [J]
-    friction: np.ndarray  # work of friction (n, L) [J]
-    external: np.ndarray  # work of the external forces (n, L) [J]
-    damping: np.ndarray  # D, dissipated (n, L) [J]
-    impact: np.ndarray  # loss in impacts (n, L) [J]
+    inertia: np.ndarray  # (1 + keep)/(4 push) (K, L)
+    loss: np.ndarray  # (1 − keep)/(4 push) (K, L)
+    increment: np.ndarray  # d before the step (K, L)
+    moved: np.ndarray  # d_{n+1} + d_n (K, L)
+    gap: np.ndarray  # g at t_{n−1}, t_n, t_{n+1} (3, C, L) [m]
+    first: np.ndarray  # E at the start of the lane (1, L) [J]
+    energy: np.ndarray  # E after the step (r, L) [J]
+    work: np.ndarray  # sums of works of the steps of this row (r, 5, L) [J]
+    unexplained: np.ndarray  # sums of |what the balance of a step does not explain| (r, L) [J]
+    negative: np.ndarray  # sum of the losses of tips below zero (1, L) [J]
+    row: np.ndarray  # (1,) of the next step
 
-    def residual(self):
-        """What the balance of every step fails to explain (n, L) [J]: rounding, or a defect."""
-        gained = self.casing + self.friction + self.external
-        return np.diff(self.energy, axis=0) - (gained - self.damping - self.impact)
-
-    def turnover(self):
-        """Energy that ever was there and work done either way (L,) [J]: the residual's scale."""
-        works = np.abs(self[1:]).sum(axis=(0, 1))
-        return works + np.abs(self.energy).max(axis=0)
-
-
-def single_steps(bank, n_steps):
-    """March a Bank, at the start of its table, step by step (bank is modified).
-
-    Yields the number of steps done; ``bank.state`` is then corrected, and its ``multiplier`` holds
-    the contact forces of this step alone.
-    """
-    scheme, polar = bank.scheme, bank.polar
-    lanes, n_rows = (0,) * len(scheme.step), len(scheme.bump)
-    for n in range(n_steps):
-        row = slice(n % n_rows, n % n_rows + 1)
-        one = scheme._replace(bump=scheme.bump[row], external=scheme.external[row])
-        turned = polar._replace(angle=polar.angle + (n % n_rows) * polar.turn)
-        bank.state.multiplier[:] = 0.0
-        kernel.march(lanes, *bank._replace(scheme=one, polar=turned), 1, -1, 1)
-        yield n + 1
+    def take(self, lanes):
+        """Books of some of the lanes only."""
+        parts = (np.ascontiguousarray(values[..., lanes]) for values in self[:-1])
+        return Books(*parts, self.row)
 
 
-def audit(bank, n_steps):
+def open_books(bank, n_rows=1):
+    """Books of a Bank of idle lanes; with one row they hold sums over all steps."""
+    n_modes, width = bank.state.position.shape
+    n_points = len(bank.polar.angle)
+    return Books(
+        *np.zeros((4, n_modes, width)),
+        gap=np.zeros((3, n_points, width)),
+        first=np.zeros((1, width)),
+        energy=np.zeros((n_rows, width)),
+        work=np.zeros((n_rows, 5, width)),
+        unexplained=np.zeros((n_rows, width)),
+        negative=np.zeros((1, width)),
+        row=np.zeros(1, dtype=np.int64),
+    )
+
+
+def audit(bank, n_blocks):
     """March a Bank, at the start of its table, and account for its energy.
 
     Args:
         bank: scheme.Bank (modified: it is marched).
-        n_steps: how far.
+        n_blocks: how far.
 
     Returns:
-        Ledger. Idle lanes have zeros.
+        Books with one row for each step.
     """
-    scheme, state = bank.scheme, bank.state
-    inverse = np.divide(1.0, scheme.push, out=np.zeros_like(scheme.push), where=scheme.push > 0.0)
-    inertia, loss = (1.0 + scheme.keep) * inverse / 4.0, (1.0 - scheme.keep) * inverse / 4.0
-    spring = scheme.squared[:, None] / 2.0
-    q, d = state.position.copy(), state.increment.copy()
-    start = state.n_steps.copy()
-    gap_before, gap = _gap(bank, q - d, start, -1), _gap(bank, q, start, 0)
-    energy = [np.sum(inertia * d**2 + spring * q * (q - d), axis=0)]
-    works = []
-    for n in single_steps(bank, n_steps):
-        q_before, d_before = q, d
-        q, d = state.position.copy(), state.increment.copy()
-        gap_two_before, gap_before, gap = gap_before, gap, _gap(bank, q, start, n)
-        moved = d + d_before
-        force, normal, friction = _contact_work(bank, moved)
-        impact = np.sum(force * (gap_two_before - gap), axis=0) / 2.0
-        external = scheme.external[(n - 1) % len(scheme.bump)] if len(scheme.external) else 0.0
-        works.append(
-            (
-                normal + impact,
-                friction,
-                np.sum(np.reshape(external, (-1, 1)) * moved, axis=0) / 2.0,
-                np.sum(loss * moved**2, axis=0),
-                impact,
-            )
-        )
-        energy.append(np.sum(inertia * d**2 + spring * q * q_before, axis=0))
-    return Ledger(np.array(energy), *np.moveaxis(np.array(works), 1, 0))
+    books = open_books(bank, n_blocks * len(bank.scheme.bump))
+    for lane in np.flatnonzero(bank.scheme.push[0]):
+        open_lane(books, bank, lane)
+    march((0,) * len(bank.scheme.step), *bank, n_blocks, -1, 1, books)
+    return books
 
 
-def _gap(bank, q, start, n):
-    """Gaps g after n steps of a march that began at step ``start`` of each lane (n_c, L) [m]."""
-    scheme, polar = bank.scheme, bank.polar
-    n_points, n_rows = len(polar.angle), len(scheme.bump)
-    t = np.maximum(start + n, 0) * scheme.step
-    grown = np.array([casing.growth(time, scheme.growth_time) for time in t])
-    u_r = scheme.radial[:, :n_points].T @ q
-    if polar.enabled:
-        u_t = scheme.tangential[:, :n_points].T @ q
-        r = polar.radius[:, None] + u_r
-        phi = polar.angle[:, None] + (n % n_rows) * polar.turn + np.arctan2(u_t, r)
-        bump = casing.bump_height(phi, 2.0 * np.pi / polar.pitch, polar.height)
-        return polar.clearance - grown * bump - (np.hypot(r, u_t) - polar.radius[:, None])
-    clearance = np.where(np.isfinite(scheme.clearance), scheme.clearance, 0.0)  # idle: no force
-    return clearance - grown * scheme.bump[(n - 1) % n_rows, :n_points, None] - u_r
+def open_lane(books, bank, lane):
+    """Begin the account of a lane that has just been filled (books are modified)."""
+    keep, push = bank.scheme.keep[:, lane], bank.scheme.push[:, lane]
+    q, d = bank.state.position[:, lane], bank.state.increment[:, lane]
+    books.inertia[:, lane], books.loss[:, lane] = (1.0 + keep) / push / 4, (1.0 - keep) / push / 4
+    books.increment[:, lane] = d
+    for values in (books.energy, books.work, books.unexplained, books.negative):
+        values[..., lane] = 0.0
+    squared = bank.scheme.squared
+    books.first[0, lane] = np.sum(books.inertia[:, lane] * d**2 + squared * q * (q - d) / 2.0)
+    books.energy[-1, lane] = books.first[0, lane]
+    for back, place in ((1, 0), (0, 1)):
+        find_gaps(bank.scheme, bank.state, bank.polar, -1 - back, back, lane, books.gap[place])
 
 
-def _contact_work(bank, moved):
-    """Contact forces of the last step and their works over half of ``moved`` = d_{n+1} + d_n.
-
-    Returns λ (n_c, L) [N] and the works of the normal forces and of friction (L,) [J].
-    """
-    scheme, polar = bank.scheme, bank.polar
-    n_points, n_padded = len(polar.angle), scheme.radial.shape[1]
-    motion_r, motion_t = (
-        R[:, :n_points].T @ moved / 2.0 for R in (scheme.radial, scheme.tangential)
+def close_lane(books, lane):
+    """What became of a lane's energy: `ACCOUNTS` (6,) [J]."""
+    work, stored = books.work[:, :, lane].sum(axis=0), books.energy[-1, lane] - books.first[0, lane]
+    gained = work[[CASING, FRICTION]]
+    return np.array(
+        [*gained, work[DAMPING], work[IMPACT], stored, books.unexplained[:, lane].sum()]
     )
-    if not polar.enabled:
-        force = bank.state.multiplier[:n_points]
-        along = (scheme.load[:, :n_points] + scheme.radial[:, :n_points]).T @ moved / 2.0  # −μ u_t
-        return force, np.sum(-force * motion_r, axis=0), np.sum(force * along, axis=0)
-    force_r = bank.state.multiplier[:n_points]
-    force_t = bank.state.multiplier[n_padded : n_padded + n_points]
-    cosine, sine = polar.cosine[:n_points], polar.sine[:n_points]
-    force = force_r * cosine + force_t * sine
-    slide = force_t * cosine - force_r * sine  # μλ
-    normal = np.sum(-force * (cosine * motion_r + sine * motion_t), axis=0)
-    friction = np.sum(-slide * (cosine * motion_t - sine * motion_r), axis=0)
-    return force, normal, friction
+
+
+def is_balanced(books, lane, small):
+    """Whether all energy of a lane is explained and, for small kinematics, no impact gave any."""
+    turned_over = np.abs(books.work[:, :, lane]).sum() + abs(books.first[0, lane])
+    wrong = books.unexplained[:, lane].sum()
+    if small:
+        wrong = max(wrong, -books.negative[0, lane])
+    return bool(wrong <= TOLERANCE * turned_over)
+
+
+@compiled
+def find_gaps(scheme, state, polar, step, back, lane, gap):
+    """Gaps of one lane (gap (C, L) is modified), ``back`` steps ago, at row ``step`` of the table.
+
+    Before its first step a lane has moved at its present velocity.
+    """
+    t = max(state.n_steps[lane] - back, 0) * scheme.step[lane]
+    grown = growth(t, scheme.growth_time)
+    for i in range(len(polar.angle)):
+        u_r = u_t = 0.0
+        for k in range(state.position.shape[0]):
+            q = state.position[k, lane] - back * state.increment[k, lane]
+            u_r += scheme.radial[k, i] * q
+            u_t += scheme.tangential[k, i] * q
+        if polar.enabled:
+            r = polar.radius[i] + u_r
+            phi = polar.angle[i] + (step + 1) * polar.turn + np.arctan2(u_t, r)
+            bump = bump_height(phi, 2.0 * np.pi / polar.pitch, polar.height)
+            gap[i, lane] = polar.clearance - grown * bump - (np.hypot(r, u_t) - polar.radius[i])
+        else:
+            bump = scheme.bump[step % scheme.bump.shape[0], i]
+            gap[i, lane] = scheme.clearance[0, lane] - grown * bump - u_r
+
+
+@compiled
+def account(lanes, scheme, state, polar, step, n_active, books):
+    """Enter one step, already corrected, into the books (modified)."""
+    row, before = books.row[0], books.row[0] - 1  # the last row comes before the first
+    books.row[0] = (row + 1) % books.energy.shape[0]
+    old = books.energy[before].copy()
+    work = books.work[row]
+    known = work[CASING] + work[FRICTION] + work[EXTERNAL] - work[DAMPING] - work[IMPACT]
+    books.energy[row] = 0.0
+    for k in range(state.position.shape[0]):
+        for lane in range(len(lanes)):
+            q, d = state.position[k, lane], state.increment[k, lane]
+            moved = d + books.increment[k, lane]
+            kinetic = books.inertia[k, lane] * d * d
+            books.energy[row, lane] += kinetic + scheme.squared[k] * q * (q - d) / 2.0
+            work[DAMPING, lane] += books.loss[k, lane] * moved * moved
+            books.moved[k, lane] = moved
+            books.increment[k, lane] = d
+            if scheme.external.shape[0] > 0:
+                work[EXTERNAL, lane] += scheme.external[step, k] * moved / 2.0
+    for lane in range(len(lanes)):
+        if scheme.push[0, lane] > 0.0:  # else idle
+            find_gaps(scheme, state, polar, step, 0, lane, books.gap[2])
+            contact_work(scheme, state, polar, n_active, lane, books, work)
+    books.gap[0], books.gap[1] = books.gap[1], books.gap[2]
+    gained = work[CASING] + work[FRICTION] + work[EXTERNAL] - work[DAMPING] - work[IMPACT]
+    books.unexplained[row] += np.abs(books.energy[row] - old - (gained - known))
+
+
+@compiled
+def contact_work(scheme, state, polar, n_active, lane, books, work):
+    """Enter the works of the contact forces of one lane (books and work are modified)."""
+    n_padded = scheme.radial.shape[1]
+    for a in range(n_active):
+        i = state.active[a]
+        if i >= len(polar.angle):
+            continue  # padding, and the tangential forces of polar kinematics
+        way_r = way_t = 0.0
+        for k in range(books.moved.shape[0]):
+            way_r += scheme.radial[k, i] * books.moved[k, lane] / 2.0
+            way_t += scheme.tangential[k, i] * books.moved[k, lane] / 2.0
+        if polar.enabled:
+            force_r, force_t = state.multiplier[i, lane], state.multiplier[n_padded + i, lane]
+            cosine, sine = polar.cosine[i, lane], polar.sine[i, lane]
+            force = force_r * cosine + force_t * sine
+            normal = -force * (cosine * way_r + sine * way_t)
+            slide = force_t * cosine - force_r * sine  # μλ
+            friction = -slide * (cosine * way_t - sine * way_r)
+        else:
+            force = state.multiplier[i, lane]
+            normal = -force * way_r
+            friction = -force * polar.friction * way_t
+        impact = force * (books.gap[0, i, lane] - books.gap[2, i, lane]) / 2.0
+        work[CASING, lane] += normal + impact
+        work[FRICTION, lane] += friction
+        work[IMPACT, lane] += impact
+        books.negative[0, lane] += min(impact, 0.0)
+
+
+@compiled
+def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride, books):
+    """`kernel.march`, step for step the same bits, with every step in the books (modified)."""
+    n_points = state.penetration.shape[0] - 1
+    n_steps = scheme.bump.shape[0]
+    for b in range(n_blocks):
+        place = (block + b) % (record.peak.shape[0] // n_points)
+        if block >= 0:
+            record.peak[place * n_points : (place + 1) * n_points] = 0.0
+        for step in range(n_steps):
+            grow(scheme, state)
+            for lane in range(len(lanes)):
+                state.n_steps[lane] += 1
+            n_active = advance(lanes, scheme, contact, state, polar, step, 0)
+            correct(lanes, scheme, state, n_active)
+            account(lanes, scheme, state, polar, step, n_active, books)
+            if block >= 0 and (step + 1) % stride == 0:
+                row = place * (n_steps // stride) + step // stride
+                observe(lanes, scheme, state, record, row, place, 0)

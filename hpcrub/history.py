@@ -4,12 +4,13 @@ The sweep keeps only what its test of the steady state needs. Here the same step
 after the other and bit for bit, and every `stride`-th is kept; it costs somewhat more.
 """
 
+import copy
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import scheme
+from hpcrub import energy, reasons, scheme
 from hpcrub.jit import compiled
 from hpcrub.kernel import advance, correct, grow
 from hpcrub.sweep import Motion, cut_revolution, speed_bands
@@ -82,6 +83,9 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
 
     Yields:
         Piece.
+
+    Raises:
+        ArithmeticError: with `scene.audit`, when the energy of a speed is not explained.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
@@ -95,13 +99,27 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         h = 1.0 / (speed * grid.steps_per_revolution)
         scheme.fill_lane(bank, lane, modes, scene, h)
         scheme.set_motion(bank, lane, *(values[lane] for values in motion))
-    for _ in range(math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)):
+    n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
+    if scene.audit:
+        _audit(copy.deepcopy(bank), speeds_hz, n_blocks)
+    for _ in range(n_blocks):
         yield _piece(bank, scene, grid, n_speeds)
         if poll is not None:
             poll()
     for lane in range(n_speeds):
         for values, end in zip(motion, scheme.motion(bank, lane), strict=True):
             values[lane] = end
+
+
+def _audit(bank, speeds_hz, n_blocks):
+    """March a Bank of speeds (S,) [Hz] (modified); its energy must be explained, or all raises."""
+    books = energy.open_books(bank)
+    for lane in range(len(speeds_hz)):
+        energy.open_lane(books, bank, lane)
+    energy.march(LANES, *bank, n_blocks, -1, 1, books)
+    for lane, speed in enumerate(speeds_hz):
+        if not energy.is_balanced(books, lane, not bank.polar.enabled):
+            raise ArithmeticError(f"{speed:g} Hz: {reasons.WORDS[reasons.UNBALANCED]}")
 
 
 def _piece(bank, scene, grid, n_speeds):

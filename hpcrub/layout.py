@@ -30,6 +30,8 @@ _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _REPEATS = "peak amplitudes of runs that differ by rounding only: how well the reference is known"
+_REFERENCE = "median of the peak amplitude and its repeats: amplifications are relative to it"
+_ENERGY = "works of casing and friction, losses by damping and impacts, stored, unexplained"
 _LINEAR = "largest tangential displacement of any tip under the linear travelling load"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
@@ -47,6 +49,7 @@ LAYOUT = (
     Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/peak_repeats_m", ("repeat",), "m", _REPEATS),
+    Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
@@ -58,7 +61,7 @@ LAYOUT = (
     Dataset("samples/max_sweeps", _VNS, "1", _SWEEPS, "u1"),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
-    Dataset("samples/amplification", _VN, "1", "peak amplitude over that of the tuned disk"),
+    Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
@@ -81,5 +84,9 @@ LAYOUT = (
     ),
 )
 SCALES = {"speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen"}
-TUNED = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("tuned/")]
-SAMPLE = [line.name.partition("/")[2] for line in LAYOUT if line.name.startswith("samples/")]
+AUDIT = (  # with `debug.energy_audit`
+    Dataset("tuned/energy_j", ("speed", "account"), "J", _ENERGY),
+    Dataset("samples/energy_j", (*_VNS, "account"), "J", _ENERGY),
+)
+_NAMES = [line.name.partition("/")[::2] for line in (*AUDIT, *LAYOUT)]
+TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub import parts, storage
+from hpcrub import parts, storage, studies
 from hpcrub.config import differences
 from hpcrub.errors import HpcrubError, InputError
-from hpcrub.layout import PENDING, SAMPLE
+from hpcrub.layout import PENDING
 from hpcrub.parallel import Team
 from hpcrub.study import Study
 
@@ -125,7 +125,7 @@ def _same_tuned(tuned, path, found, other):
 
 def _copy(part, whole):
     """Copy what is finished in a part into the whole file, a group of samples at a time."""
-    names = [f"samples/{name}" for name in SAMPLE]
+    names = [line.name for line in studies.layout(part.config) if line.name.startswith("samples/")]
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
     for mine, level in enumerate(part.config.levels):

@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from itertools import chain
 from math import nan
 
 import numpy as np
@@ -14,7 +15,7 @@ from rich.table import Table
 
 from hpcrub import reasons
 from hpcrub.layout import DIVERGED, DONE, FAILED, NOT_STEADY, PENDING
-from hpcrub.statistics import confidence, percentile_interval
+from hpcrub.statistics import Z_95, confidence, percentile_interval
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles
@@ -165,16 +166,18 @@ def tuned_line(file):
     """Peak of the tuned disk, to which all amplifications are relative, and how sure it is."""
     peak, repeats = file.read("tuned/peak_amplitude_m"), file.read("tuned/peak_repeats_m")
     text = f"tuned disk: {peak * 1e3:.2f} mm at {file.read('tuned/peak_speed_hz'):.2f} Hz"
-    if not np.isfinite(repeats).all():
+    reference = file.read("tuned/reference_amplitude_m")
+    known = np.sort([peak, *repeats])
+    if not np.isfinite(known).all() or known[-1] / known[0] - 1.0 < 1e-3:
         return text
-    low, high = repeats.min(), repeats.max()
-    text += f"; {low * 1e3:.2f} to {high * 1e3:.2f} mm in {len(repeats)} runs that differ by "
-    text += "rounding"
-    if high / low - 1.0 < 1e-3:
-        return text
+    text += (
+        f"; median {reference * 1e3:.2f} mm of {len(known)} runs that differ by rounding "
+        f"({known[0] * 1e3:.2f} to {known[-1] * 1e3:.2f} mm)"
+    )
+    low, high = np.ravel(percentile_interval(known, [50.0], Z_95))
     return text + (
-        f": all amplifications share an uncertainty of {100 * (peak / high - 1.0):+.1f} to "
-        f"{100 * (peak / low - 1.0):+.1f} %"
+        f": all amplifications share an uncertainty of {100 * (reference / high - 1.0):+.1f} to "
+        f"{100 * (reference / low - 1.0):+.1f} %"
     )
 
 
@@ -265,6 +268,25 @@ def point_lines(file):
         if count:
             yield f"{count} of {n_points} points: {words}"
     yield f"contact forces: at most {most} sweeps of the solver in a step"
+    if file.config.debug.energy_audit:
+        yield audit_line(file)
+
+
+def audit_line(file):
+    """Largest share of energy that the audit of any point leaves unexplained."""
+    largest, n_points = 0.0, 0
+    tuned = file.read("tuned/energy_j")[None]
+    levels = range(len(file.read("half_range")))
+    samples = (
+        file.read("samples/energy_j", (level, slice(first, first + ROWS)))
+        for level in levels
+        for first in range(0, file.config.mistuning.samples, ROWS)
+    )
+    for part in chain([tuned], samples):
+        size = np.abs(part[..., :-1]).sum(axis=-1)
+        share = part[..., -1][size > 0.0] / size[size > 0.0]
+        largest, n_points = max(largest, share.max(initial=0.0)), n_points + share.size
+    return f"energy audit: {n_points} points, unexplained at most {largest:.1e} of what turned over"
 
 
 def point_shares(file, level):

@@ -294,12 +294,13 @@ class ResultFile:
 
     def tuned(self):
         """Results of the tuned disk by name, None when they are not complete."""
-        values = {name: self.read(f"tuned/{name}") for name in TUNED}
+        names = {name: f"tuned/{name}" for name in TUNED}
+        values = {name: self.read(at) for name, at in names.items() if at in self._datasets}
         return values if np.isfinite(values["linear_amplitude_m"]) else None
 
     def write_tuned(self, values):
         """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
-        self.write({f"tuned/{name}": values[name] for name in TUNED}, ())
+        self.write(self._present("tuned", TUNED, values), ())
 
     def write_sample(self, level, sample, values):
         """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
@@ -307,10 +308,15 @@ class ResultFile:
 
         Raises HpcrubError when the file cannot be written.
         """
-        present = {f"samples/{name}": values[name] for name in SAMPLE if name in values}
+        present = self._present("samples", SAMPLE, values)
         status = {"samples/status": present.pop("samples/status")}
         self.write(present, (level, sample))
         self.write(status, (level, sample))
+
+    def _present(self, group, names, values):
+        """{dataset: value} of those that this file has, in the order of names."""
+        pairs = ((f"{group}/{name}", values[name]) for name in names if name in values)
+        return {name: value for name, value in pairs if name in self._datasets}
 
     def write_statistics(self, kind, level, running, intervals):
         """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;

@@ -90,6 +90,7 @@ def _scene(config, reduced):
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.time.step,
+        audit=config.debug.energy_audit,
         steady=SteadyCriteria(
             first_check=steady.first_check,
             window_revolutions=steady.window_revolutions,
@@ -162,7 +163,7 @@ class Study:
             sweep.warm_up()  # the other ranks find it compiled; now every rank can stop promptly
         try:
             tuned = tuned or self._compute_tuned()
-            self.tuned_peak = tuned["peak_amplitude_m"]
+            self.tuned_peak = tuned["reference_amplitude_m"]
             self.tuned_linear = tuned["linear_amplitude_m"]
             if not self.tuned_peak > 0.0:
                 self.team.on_root(lambda: _no_reference(self.tuned_peak))
@@ -245,13 +246,16 @@ class Study:
 
     def _nudged(self, repeat):
         """Modes of the tuned disk but for rounding: where its motion is not periodic, its
-        amplitude is one draw of many, and all amplifications are relative to it."""
+        amplitude is one draw of many. All amplifications are relative to the median."""
         return self._modes(np.full(self.config.disk.n_blades, NUDGE * (repeat + 1)))
 
     def _finish_tuned(self, modes, result, repeats):
         values = _point_values(result) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
         values["peak_repeats_m"] = repeats
         values["peak_amplitude_m"], values["peak_speed_hz"] = peak(result, self.speeds_hz)
+        known = np.array([values["peak_amplitude_m"], *repeats])
+        known = known[np.isfinite(known)]
+        values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
         values["linear_amplitude_m"] = self._linear_peak(modes)
         self.file.write_tuned(values)
         return values
@@ -374,6 +378,7 @@ def _point_values(result):
         "point_status": result.point_status,
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
+        "energy_j": result.energy,
     }
 
 

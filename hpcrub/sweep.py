@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import kernel, reasons, scheme
+from hpcrub import energy, kernel, reasons, scheme
 from hpcrub.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_steady, localisation
@@ -42,6 +42,7 @@ class Scene(NamedTuple):
     step: float = 1e-6  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     shortcuts: kernel.Shortcuts = kernel.Shortcuts()
+    audit: bool = False  # account for the energy of every step
 
 
 class Motion(NamedTuple):
@@ -66,13 +67,15 @@ class SweepResult(NamedTuple):
     point_status: np.ndarray  # (S,) uint8: NONE, STEADY, NOT_STEADY, DIVERGED
     point_reason: np.ndarray  # (S,) uint8: code of ``reasons``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
+    energy: np.ndarray  # (S, 6) `energy.ACCOUNTS` [J]; NaN without an audit
     n_steps: int = 0  # time steps of all speeds
 
     @classmethod
     def empty(cls, n):
         """Result of n speeds, none of them marched yet."""
         nan, zero = np.full(n, np.nan), np.zeros(n, dtype=np.uint8)
-        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy())
+        energies = np.full((n, len(energy.ACCOUNTS)), np.nan)
+        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy(), energies)
 
 
 class Grid(NamedTuple):
@@ -143,7 +146,8 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
         return out
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
-        waiting = [i for i in band if i in wanted]
+        # fastest first: they take longest to settle, and should not be left to the last lanes
+        waiting = [i for i in band[::-1] if i in wanted]
         n_steps += _Band(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 
@@ -177,10 +181,11 @@ def _unknown_neighbours(result, distance):
 
 
 def _merge(first, second):
-    """Results of two sweeps over different selections of the same speeds."""
+    """Results of two sweeps over different selections of the same speeds (first is modified)."""
     new = second.point_status != NONE
-    arrays = (np.where(new, b, a) for a, b in zip(first[:-1], second[:-1], strict=True))
-    return SweepResult(*arrays, first.n_steps + second.n_steps)
+    for old, found in zip(first[:-1], second[:-1], strict=True):
+        old[new] = found[new]
+    return first._replace(n_steps=first.n_steps + second.n_steps)
 
 
 class _Band:
@@ -190,6 +195,7 @@ class _Band:
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
         self.motion = motion
         self.bank = scheme.allocate(modes, scene, grid, width)
+        self.books = energy.open_books(self.bank) if scene.audit else None
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
@@ -204,8 +210,7 @@ class _Band:
         while any(speed is not None for speed in self.speed):
             recording, until = self._next_event(now)
             place = now % (2 * self.window) if recording else -1
-            lanes = (0,) * len(self.speed)
-            kernel.march(lanes, *self.bank, until - now, place, self.grid.stride)
+            self._march(until - now, place)
             now = until
             if poll is not None:
                 poll()
@@ -216,6 +221,13 @@ class _Band:
             self._narrow()
         return n_steps
 
+    def _march(self, n_blocks, place):
+        lanes = (0,) * len(self.speed)
+        if self.books is None:
+            kernel.march(lanes, *self.bank, n_blocks, place, self.grid.stride)
+        else:
+            energy.march(lanes, *self.bank, n_blocks, place, self.grid.stride, self.books)
+
     def _narrow(self):
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
         running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
@@ -225,6 +237,7 @@ class _Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank = self.bank.take(kept)
+        self.books = self.books and self.books.take(kept)
         for name in ("speed", "start", "check", "passed"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
@@ -251,6 +264,8 @@ class _Band:
         scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
         if self.motion is not None:
             scheme.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
+        if self.books:
+            energy.open_lane(self.books, self.bank, lane)
         self.start[lane], self.passed[lane] = now, 0
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         self.check[lane] = now + max(first, 2 * self.window)
@@ -284,6 +299,8 @@ class _Band:
                 return False
             out.amplitude[index] = last.max()
             out.localisation[index] = localisation(last)
+        if self.books:
+            out.energy[index] = energy.close_lane(self.books, lane)
         out.point_status[index], out.point_reason[index] = status, reason
         out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
@@ -305,6 +322,8 @@ class _Band:
             return reasons.NOT_FINITE
         if peak.max() >= np.max(self.scene.contact_radius):
             return reasons.TOO_LARGE
+        if self.books and not energy.is_balanced(self.books, lane, not self.bank.polar.enabled):
+            return reasons.UNBALANCED
         return flaw
 
     def _signal(self, lane, tip, now):

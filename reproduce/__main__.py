@@ -8,9 +8,10 @@ from pathlib import Path
 
 from hpcrub import cli, config, study
 from hpcrub.progress import duration
+from hpcrub.studies import linear
 from reproduce import plan, report
 
-LINEAR_RATE = 500.0  # samples per second and core, all nodal diameters
+FEW = 20  # samples that tell what a linear one costs
 
 
 def main(argv=None):
@@ -53,12 +54,14 @@ def announce(folder, options):
         if options.only and step.name not in options.only:
             continue
         if step.sources and not all((folder / s).exists() for s in step.sources):
-            steps = 50 * plan.USUAL_TIME / 2e-5 * (step.samples or (0, 0))[1] * options.scale
+            steps = (
+                50 * plan.USUAL_TIME / cfg.time.step * (step.samples or (0, 0))[1] * options.scale
+            )
         else:
             steps = plan.time_steps(step, folder, options.scale)
         seconds = steps / rate
         if step.name == "linear":
-            seconds = 4 * 10_000 * options.scale / LINEAR_RATE
+            seconds = linear_seconds(4 * 10_000 * options.scale)
         total += seconds
         print(f"{step.name:20} {duration(seconds / options.ranks)}")
     print(
@@ -66,6 +69,14 @@ def announce(folder, options):
         f"({rate / 1e6:.3g} million steps per second and core), less what is already there",
         flush=True,
     )
+
+
+def linear_seconds(n_samples):
+    """What linear samples take on a core."""
+    problem = linear.prepare(config.Config(study="linear", mistuning={"samples": FEW}))
+    began = time.perf_counter()
+    list(linear.compute(problem, 0, lambda: None))
+    return (time.perf_counter() - began) * n_samples / FEW
 
 
 def run(step, folder, options):

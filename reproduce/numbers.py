@@ -1,8 +1,5 @@
 """The paper's numbers, one function each: result files → ours, with an interval, and agreement."""
 
-from functools import cache
-from typing import NamedTuple
-
 import numpy as np
 
 from hpcrub import cli
@@ -13,6 +10,7 @@ from hpcrub.statistics import MIN_VALUES, Z_95, percentile_interval
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches
 from hpcrub.study import build_problem
+from reproduce.rows import MissingError, Row, claim_row, done, percentile, value_row
 
 CHAOS = (
     "The motion at this speed is not periodic: rounding alone moves amplitudes by several per "
@@ -31,42 +29,6 @@ UNKNOWN = (
 ENOUGH = 1000  # samples that tell which of two percentiles 99 is larger
 
 
-class Row(NamedTuple):
-    """One line of the report."""
-
-    number: str
-    quantity: str
-    paper: str
-    ours: str
-    interval: str
-    agrees: str
-    fitted: bool = False
-    remark: str = ""
-
-
-class MissingError(Exception):
-    """A result file that is not there."""
-
-
-class Results:
-    """The result files of a reproduction, opened when they are needed."""
-
-    def __init__(self, folder):
-        self.folder = folder
-
-    @cache  # noqa: B019, lives as long as the report
-    def file(self, pattern):
-        """The one ResultFile whose name matches. Raises MissingError when there is none."""
-        paths = sorted(self.folder.glob(pattern))
-        if not paths:
-            raise MissingError(f"no {pattern}")
-        return ResultFile.open(paths[0])
-
-    def contact(self, n_d):
-        """The contact study with n_d bumps."""
-        return self.file(f"contact/n_bumps={n_d}_*.h5")
-
-
 def rows(results):
     """All rows whose results are there."""
     found = []
@@ -79,43 +41,6 @@ def rows(results):
         except MissingError as missing:
             found.append(Row("", f"{make.__doc__.rstrip('.')}: {missing}", "", "", "", "not run"))
     return found
-
-
-def value_row(number, quantity, paper, ours, low=None, high=None, digits=2, **more):
-    """Row of one value; without low and high the paper's rounding and 1 % decide."""
-    slack = 0.5 * 10.0**-digits
-    paper_text, ours_text = f"{paper:.{digits}f}", f"{ours:.{digits + 1}f}"
-    is_speed = quantity.endswith("[Hz]")
-    yes, near = (0.1, 0.01 * paper) if is_speed else (0.01 * abs(paper), 0.05 * abs(paper))
-    near = abs(ours - paper) <= near
-    if low is None:
-        agrees = "yes" if abs(ours - paper) <= max(slack, yes) else ""
-        interval = ""
-    else:
-        ends = (f"{end:.{digits + 1}f}" if np.isfinite(end) else "–" for end in (low, high))
-        interval = f"[{', '.join(ends)}]"
-        outside = paper < low - slack or paper > high + slack  # an unknown end is never passed
-        bounded = np.isfinite(low if paper < ours else high)
-        agrees = "" if outside else ("yes" if bounded else "open")
-    agrees = agrees or ("near" if near else "no")
-    return Row(number, quantity, paper_text, ours_text, interval, agrees, **more)
-
-
-def claim_row(number, quantity, paper, ours, holds, **more):
-    """Row of a statement."""
-    return Row(number, quantity, paper, ours, "", "yes" if holds else "no", **more)
-
-
-def done(file, name, level):
-    """Values of the finished samples of a level."""
-    return file.read(f"samples/{name}", level)[file.status()[level] == DONE]
-
-
-def percentile(file, level, at, name="amplification"):
-    """Percentile with its interval: value, low, high."""
-    values = done(file, name, level)
-    low, high = np.ravel(percentile_interval(values, [at], Z_95))
-    return np.percentile(values, at), low, high
 
 
 def family(results):
@@ -346,16 +271,25 @@ def below(results):
                       "; ".join(parts), holds, remark=UNKNOWN)]  # fmt: skip
 
 
+def tuned_amplitudes(file):
+    """Reference, smallest and largest peak of the tuned disk's runs [mm]."""
+    reference, peak = (file.read(f"tuned/{n}_amplitude_m") for n in ("reference", "peak"))
+    runs = np.array([peak, *file.read("tuned/peak_repeats_m")])
+    return 1e3 * float(reference), 1e3 * np.nanmin(runs), 1e3 * np.nanmax(runs)
+
+
 def amplitudes(results):
     """14: amplitudes of the tuned disk and of the samples."""
-    tuned = {
-        n: 1e3 * float(results.contact(n).read("tuned/peak_amplitude_m")) for n in (3, 4, 5, 6)
-    }
+    tuned = {n: tuned_amplitudes(results.contact(n)) for n in (3, 4, 5, 6)}
     order = sorted(tuned, key=tuned.get)
-    text = ", ".join(f"n_d = {n}: {a:.1f}" for n, a in tuned.items())
+    text = ", ".join(
+        f"n_d = {n}: {middle:.1f} [{low:.1f}, {high:.1f}]"
+        for n, (middle, low, high) in tuned.items()
+    )
     claim = "highest for 3 and 6, lowest for 4 and 5"
     holds = set(order[2:]) == {3, 6}
-    rows = [claim_row("14", "tuned amplitudes [mm]", claim, text, holds, remark=UNKNOWN)]
+    what = "tuned amplitudes, with their range by rounding [mm]"
+    rows = [claim_row("14", what, claim, text, holds, remark=UNKNOWN)]
     for n_d in (3, 6):
         file = results.contact(n_d)
         top = [1e3 * percentile(file, v, 99, "peak_amplitude_m")[0] for v in range(4)]
@@ -415,7 +349,7 @@ def sensitivity(results):
                    if keys[k] != base[k] and k != "output"]  # fmt: skip
         middle, (top, low, high) = percentile(file, 0, 50)[0], percentile(file, 0, 99)
         ends = (f"{end:.2f}" if np.isfinite(end) else "–" for end in (low, high))
-        peak = 1e3 * float(file.read("tuned/peak_amplitude_m"))
+        peak = tuned_amplitudes(file)[0]
         yield (
             ", ".join(changed) or "nothing",
             f"{peak:.1f} mm at {float(file.read('tuned/peak_speed_hz')):.2f} Hz",

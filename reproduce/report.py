@@ -5,7 +5,7 @@ from datetime import date
 
 from hpcrub import __version__, plot
 from hpcrub.config import Time
-from reproduce import numbers, plan
+from reproduce import numbers, plan, rows
 
 DEFAULT = Time()
 HEAD = """# Reproduction of the paper
@@ -15,7 +15,8 @@ Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), gives for this 
 Written by `make reproduce SCALE={scale:g}` on {today} with hpcrub {version}: {samples} samples per
 level and number of bumps where the paper has 5000. At full scale nothing changes but the sample
 counts. The time integration is the default one, {scheme} with {step:g} s, but for figure 9a; the
-paper has central differences with 1e-6 s.
+paper has central differences with 1e-6 s. A_nl is relative to the median of nine runs of the tuned
+disk that differ by rounding; the paper has one run.
 
 Intervals are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
 scatter of the samples; "–" is an end that so few samples do not bound. "Yes" means that the paper's
@@ -36,7 +37,7 @@ def write(folder, scale, target):
         target: Markdown file to write; figures go to a folder of its name beside it.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    results = numbers.Results(folder)
+    results = rows.Results(folder)
     samples = max(plan.CONTACT[2], round(scale * plan.CONTACT[1]))
     text = HEAD.format(
         scale=scale, today=date.today().isoformat(), version=__version__, samples=samples,

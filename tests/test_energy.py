@@ -4,49 +4,62 @@ Theory: docs/theory.md. The balance holds to rounding for any scheme, kinematics
 impact loss is λ g_{n−1}/2 ≥ 0 for small kinematics. A mass that hits a fixed wall loses m v²/2.
 """
 
+import energy_twin
 import numpy as np
 import pytest
+from conftest import TINY
 
-from hpcrub import casing, energy, kernel
+from hpcrub import casing, energy, history, kernel, reasons, study, sweep
+from hpcrub.config import Config
 from validation.energy_audit import REVOLUTION, SPEEDS, bank_of
-from validation.motion import Structure, make_bank, start_free
+from validation.motion import Structure, make_bank, single_steps, start_free
 
-N_STEPS = 1500
+N_BLOCKS, N_ROWS = 2, REVOLUTION // 4
 SCHEMES = ["central_difference", "exact_modal"]
+LANES = slice(0, len(SPEEDS))
 
 
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_audit_of_the_disk_closes_to_rounding(kinematics, name):
-    ledger = energy.audit(bank_of(kinematics, name, n_modes=12), N_STEPS)
-    lanes = slice(0, len(SPEEDS))
-    assert (ledger.impact[:, lanes].sum(axis=0) > 1.0).all()  # J: contact did occur
-    assert (ledger.friction[:, lanes].sum(axis=0) < -1.0).all()
-    assert np.abs(ledger.residual()).max() < 1e-13 * ledger.energy.max()
-    whole = np.abs(ledger.residual().sum(axis=0)[lanes])
-    assert (whole < 1e-13 * ledger.turnover()[lanes]).all()
-    assert ledger.damping.min() >= 0.0
-    if kinematics == "small":
-        assert ledger.impact.min() > -1e-12 * ledger.impact.max()
-    else:
-        assert ledger.impact.min() > -1e-2 * ledger.impact.max()
-    assert not ledger.energy[:, len(SPEEDS) :].any()  # idle lanes
+    books = energy.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
+    work = books.work[:, :, LANES]
+    assert (work[:, energy.IMPACT].sum(axis=0) > 1.0).all()  # J: contact did occur
+    assert (work[:, energy.FRICTION].sum(axis=0) < -1.0).all()
+    turned_over = np.abs(work).sum(axis=(0, 1))
+    assert (books.unexplained[:, LANES].sum(axis=0) < 1e-11 * turned_over).all()
+    assert books.unexplained.max() < 1e-13 * books.energy.max()
+    assert work[:, energy.DAMPING].min() >= 0.0
+    assert (
+        -books.negative[0, LANES] < (1e-12 if kinematics == "small" else 1e-2) * turned_over
+    ).all()
+    assert not books.energy[:, len(SPEEDS) :].any()  # idle lanes
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_audit_is_that_of_its_twin(kinematics, name):
+    books = energy.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
+    twin = energy_twin.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS * N_ROWS)
+    works = np.stack([twin.casing, twin.friction, twin.external, twin.damping, twin.impact], axis=1)
+    assert np.abs(books.work - works).max() < 1e-9 * np.abs(works).max()
+    assert np.abs(books.energy - twin.energy[1:]).max() < 1e-10 * twin.energy.max()
+    assert np.abs(twin.residual()).max() < 1e-13 * twin.energy.max()
 
 
 def test_work_of_the_casing_is_that_of_its_moving_surface():
+    n = N_BLOCKS * N_ROWS
     bank = bank_of("small", "central_difference", n_modes=12)
     h = bank.scheme.step[1]
-    forces = np.array(
-        [bank.state.multiplier[:12, 1].copy() for _ in energy.single_steps(bank, 900)]
-    )
-    ledger = energy.audit(bank_of("small", "central_difference", n_modes=12), 900)
+    forces = np.array([bank.state.multiplier[:12, 1].copy() for _ in single_steps(bank, n)])
+    books = energy.audit(bank_of("small", "central_difference", n_modes=12), N_BLOCKS)
 
-    n = np.arange(-1, 901)
-    angle = 2.0 * np.pi * (n[:, None] / REVOLUTION + np.arange(12) / 12.0)
-    grown = np.array([casing.growth(max(0.0, k * h), 0.01) for k in n])
+    step = np.arange(-1, n + 1)
+    angle = 2.0 * np.pi * (step[:, None] / REVOLUTION + np.arange(12) / 12.0)
+    grown = np.array([casing.growth(max(0.0, k * h), 0.01) for k in step])
     surface = 0.25e-3 - grown[:, None] * casing.bump_height(angle, 4, 1.25e-3)
     work = -np.sum(forces * (surface[2:] - surface[:-2]), axis=1) / 2.0
-    assert np.abs(ledger.casing[:, 1] - work).max() < 1e-9 * np.abs(work).max()
+    assert np.abs(books.work[:, energy.CASING, 1] - work).max() < 1e-9 * np.abs(work).max()
     assert np.abs(work).max() > 1e-3
 
 
@@ -57,18 +70,56 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
     steps = [1e-3, 1.3e-4]
     bank = make_bank(mass, name, steps, clearance=0.1234)
     start_free(bank, mass, np.zeros(1), np.full(1, 3.0), steps)
-    ledger = energy.audit(bank, 400)
-    assert np.abs(ledger.impact.sum(axis=0)[:2] / 4.5 - 1.0).max() < 1e-12
-    assert np.abs(ledger.energy[-1]).max() < 1e-12
-    assert np.count_nonzero(ledger.impact[:, 0]) <= 2  # two steps: reach the wall, stay there
+    books = energy.audit(bank, 400)
+    impact = books.work[:, energy.IMPACT]
+    assert np.abs(impact.sum(axis=0)[:2] / 4.5 - 1.0).max() < 1e-12
+    assert np.abs(books.energy[-1]).max() < 1e-12
+    assert np.count_nonzero(impact[:, 0]) <= 2  # two steps: reach the wall, stay there
 
 
-def test_single_steps_are_the_march_of_the_studies():
-    by_step, at_once = (bank_of("small", "exact_modal", n_modes=12) for _ in range(2))
-    n_rows = len(by_step.scheme.bump)
-    for _ in energy.single_steps(by_step, 2 * n_rows):
-        pass
-    kernel.march((0,) * 8, *at_once, 2, -1, 1)
-    assert np.abs(at_once.state.position).max() > 0.0
-    scale = np.abs(at_once.state.position).max()
-    assert np.abs(by_step.state.position - at_once.state.position).max() < 1e-12 * scale
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_audited_march_is_the_march_of_the_studies(kinematics):
+    audited, bank = (bank_of(kinematics, "exact_modal", n_modes=12) for _ in range(2))
+    energy.audit(audited, N_BLOCKS)
+    kernel.march((0,) * 8, *bank, N_BLOCKS, -1, 1)
+    assert np.abs(bank.state.position).max() > 0.0
+    assert (audited.state.position == bank.state.position).all()
+    assert (audited.state.increment == bank.state.increment).all()
+
+
+def test_a_debugged_sweep_is_the_same_bits_and_closes():
+    """More speeds than lanes: lanes are filled again, and thrown out when the sweep runs dry."""
+    cfg = Config.from_yaml(TINY)
+    problem = study.build_problem(cfg)
+    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
+    speeds = np.linspace(34.0, 35.0, 21)
+    plain = sweep.run_sweep(modes, problem.scene, speeds)
+    audited = sweep.run_sweep(modes, problem.scene._replace(audit=True), speeds)
+    for name in ("amplitude", "time", "localisation", "point_status", "point_reason"):
+        assert (getattr(plain, name) == getattr(audited, name)).all()
+    assert np.isnan(plain.energy).all()
+    gained, friction, damping, impact, stored, unexplained = audited.energy.T
+    assert (impact > 0.0).all()
+    assert np.abs(gained + friction - damping - impact - stored).max() < 1e-9 * gained.max()
+    assert (unexplained < energy.TOLERANCE * gained).all()
+
+
+def test_energy_from_nowhere_is_found(monkeypatch):
+    """Forces that do not belong to the gap, as of a defect: the audit must not close."""
+    cfg = Config.from_yaml(TINY)
+    problem = study.build_problem(cfg)
+    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
+    scene = problem.scene._replace(audit=True)
+    honest = energy.open_lane
+
+    def crooked(books, bank, lane):
+        honest(books, bank, lane)
+        books.inertia[:, lane] *= 1.0 + 1e-6
+
+    monkeypatch.setattr(energy, "open_lane", crooked)
+    result = sweep.run_sweep(modes, scene, [34.2, 34.4])
+    assert (result.point_reason == reasons.UNBALANCED).all()
+    assert (result.point_status == sweep.DIVERGED).all()
+    assert np.isnan(result.amplitude).all()
+    with pytest.raises(ArithmeticError, match="34.2 Hz: diverged: the energy audit does not close"):
+        list(history.march(modes, scene, [34.2], 0.1))

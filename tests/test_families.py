@@ -66,6 +66,15 @@ def test_a_sweep_is_one_file_each(folder):
         plot.draw(["low.h5"], "linear")
 
 
+def test_a_family_of_one_pattern_has_no_statistics(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    keys = TINY[: TINY.index("mistuning")] + f"mistuning: {{pattern_gpa: {[209.0, 211.0] * 6}}}\n"
+    Path("pattern.yaml").write_text(keys + SWEEP)
+    assert cli.main(["pattern.yaml"]) == 0
+    pictures = sorted(p.name for p in Path("results/pattern").glob("*.png"))
+    assert pictures == ["damping_ratio=0.005.png", "family.png"]
+
+
 @pytest.mark.parametrize(
     ("sweep", "message"),
     [

@@ -5,7 +5,7 @@ import pytest
 from conftest import ROOT
 
 from hpcrub import config, studies
-from reproduce import numbers, plan, report
+from reproduce import plan, report, rows
 
 
 @pytest.mark.parametrize("step", plan.STEPS, ids=lambda step: step.name)
@@ -49,13 +49,13 @@ def test_sources_are_results_of_other_steps(tmp_path):
     ],
 )
 def test_verdicts(arguments, verdict):
-    assert numbers.value_row("0", "something [mm]", *arguments).agrees == verdict
+    assert rows.value_row("0", "something [mm]", *arguments).agrees == verdict
 
 
 def test_speeds_are_judged_more_closely():
-    assert numbers.value_row("0", "peak [Hz]", 34.45, 34.52).agrees == "yes"
-    assert numbers.value_row("0", "peak [Hz]", 34.45, 34.70).agrees == "near"
-    assert numbers.value_row("0", "peak [Hz]", 34.45, 35.0).agrees == "no"
+    assert rows.value_row("0", "peak [Hz]", 34.45, 34.52).agrees == "yes"
+    assert rows.value_row("0", "peak [Hz]", 34.45, 34.70).agrees == "near"
+    assert rows.value_row("0", "peak [Hz]", 34.45, 35.0).agrees == "no"
 
 
 def test_a_report_of_nothing_says_so(tmp_path):

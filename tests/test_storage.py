@@ -26,6 +26,7 @@ CONTRACT = {
     "tuned/peak_repeats_m": (8,),
     "tuned/localisation": (S,),
     "tuned/peak_amplitude_m": (),
+    "tuned/reference_amplitude_m": (),
     "tuned/peak_speed_hz": (),
     "tuned/linear_amplitude_m": (),
     "samples/status": (V, N_SAMPLES),

@@ -38,7 +38,7 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
     tuned = file.tuned()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
-    amplification = peaks / tuned["peak_amplitude_m"]
+    amplification = peaks / tuned["reference_amplitude_m"]
     np.testing.assert_array_equal(file.read("samples/amplification"), amplification)
     assert np.abs(file.read("samples/deviation")).max(axis=(1, 2)) == pytest.approx(
         [0.02, 0.04], rel=0.2
@@ -65,7 +65,10 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
 def test_without_mistuning_nothing_is_amplified(tiny, folder):
     assert main(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
     file = ResultFile.open("results/tiny.h5")
-    assert (file.read("samples/amplification") == 1.0).all()  # the same bits
+    peak = file.read("tuned/peak_amplitude_m")
+    assert (file.read("samples/peak_amplitude_m") == peak).all()  # the same bits
+    expected = peak / file.read("tuned/reference_amplitude_m")
+    assert (file.read("samples/amplification") == expected).all()
     assert (file.read("samples/linear_amplification") == 1.0).all()
     file.close()
 
@@ -243,6 +246,32 @@ def test_repeats_of_the_tuned_disk_show_what_rounding_does(tiny, monkeypatch):
         assert main(tiny, *options, "--output", f"{name}.h5") == 0
         file = ResultFile.open(f"{name}.h5")
         repeats = file.read("tuned/peak_repeats_m")
-        spread[name] = np.ptp(repeats) / file.read("tuned/peak_amplitude_m")
+        peak = file.read("tuned/peak_amplitude_m")
+        assert file.read("tuned/reference_amplitude_m") == np.sort([*repeats, peak])[4]
+        spread[name] = np.ptp(repeats) / peak
         file.close()
     assert spread["periodic"] < 1e-6 < 1e-4 < spread["not"] < 0.2
+
+
+def test_debug_run_is_the_same_bits_and_accounts_for_its_energy(tiny, folder, capfd):
+    for name, audit in (("plain", "false"), ("audited", "true")):
+        option = f"--set=debug.energy_audit={audit}"
+        assert main(tiny, option, "--output", f"{name}.h5") == 0
+    assert "energy audit: 15 points, unexplained at most" in capfd.readouterr().out
+    plain, audited = (datasets(f"{name}.h5") for name in ("plain", "audited"))
+    assert plain == audited
+    energy = ResultFile.open("audited.h5").read("samples/energy_j")
+    assert energy.shape == (2, 2, 3, 6)
+    casing, friction, damping, impact, stored, unexplained = np.moveaxis(energy, -1, 0)
+    assert (impact > 0.0).all()
+    assert (friction < 0.0).all()
+    np.testing.assert_allclose(casing + friction, damping + impact + stored, rtol=1e-9)
+    assert (unexplained < 1e-9 * casing).all()
+
+
+@pytest.mark.parametrize("study", ["time_response", "interaction_map"])
+def test_debug_runs_of_whole_histories_end_well(tiny, folder, study):
+    keys = {"study": study, "debug.energy_audit": "true", "history.duration_s": 0.1}
+    keys |= {"speeds.to_hz": 34.0, "spectrum.window_s": 0.05}
+    options = [f"--set={key}={value}" for key, value in keys.items()]
+    assert main(tiny, *options, "--output", "history.h5") == 0

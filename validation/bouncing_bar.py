@@ -164,8 +164,8 @@ def errors(motion, until):
 def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
     """Times and energy lost so far, as a share of what the drop has to give."""
     bank, _ = falling_bank(n_elements, scheme_name, step, lumped=lumped)
-    ledger = energy.audit(bank, int(until / step))
-    lost = np.cumsum(ledger.impact[:, 0]) / (RHO * LENGTH * GRAVITY * HEIGHT)
+    books = energy.audit(bank, int(until / step))
+    lost = np.cumsum(books.work[:, energy.IMPACT, 0]) / (RHO * LENGTH * GRAVITY * HEIGHT)
     return step * np.arange(1, len(lost) + 1), lost
 
 

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import scheme
-from hpcrub.energy import single_steps
+from hpcrub import kernel, scheme
 from hpcrub.reduction import Modes
 from hpcrub.sweep import Grid, Scene
 
@@ -78,6 +77,23 @@ def free_motion(structure, q, v, t):
     turn = omega_d * t
     swing = t * np.sinc(turn / np.pi)  # sin(ω_d t)/ω_d, also for ω = 0
     return np.exp(-decay * t) * (q * np.cos(turn) + (v + decay * q) * swing)
+
+
+def single_steps(bank, n_steps):
+    """March a Bank, at the start of its table, step by step (bank is modified).
+
+    Yields the number of steps done; ``bank.state`` is then corrected, and its ``multiplier`` holds
+    the contact forces of this step alone.
+    """
+    scheme, polar = bank.scheme, bank.polar
+    lanes, n_rows = (0,) * len(scheme.step), len(scheme.bump)
+    for n in range(n_steps):
+        row = slice(n % n_rows, n % n_rows + 1)
+        one = scheme._replace(bump=scheme.bump[row], external=scheme.external[row])
+        turned = polar._replace(angle=polar.angle + (n % n_rows) * polar.turn)
+        bank.state.multiplier[:] = 0.0
+        kernel.march(lanes, *bank._replace(scheme=one, polar=turned), 1, -1, 1)
+        yield n + 1
 
 
 def trace(bank, n_steps, observed):

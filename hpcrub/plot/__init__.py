@@ -22,21 +22,39 @@ class Entry(NamedTuple):
     what: str
     automatic: bool = True  # drawn when the study ends
     several: bool = False  # compares several files; one will do
+    random: bool = False  # of random samples, not of one explicit pattern
 
 
 FIGURES = {
     "summary": Entry("contact.summary", ("contact",), "7", "responses, amplifications"),
     "family": Entry("families.responses", ("contact",), "8, 9", "responses", several=True),
     "percentiles": Entry(
-        "families.percentiles", ("contact",), "12", "both amplifications over σ", several=True
+        "families.percentiles",
+        ("contact",),
+        "12",
+        "both amplifications over σ",
+        several=True,
+        random=True,
     ),
     "amplitudes": Entry(
-        "families.amplitudes", ("contact",), "13", "largest amplitudes over n_d", several=True
+        "families.amplitudes",
+        ("contact",),
+        "13",
+        "largest amplitudes over n_d",
+        several=True,
+        random=True,
     ),
     "running": Entry(
-        "families.running", ("contact",), "10", "running means of the percentiles", several=True
+        "families.running",
+        ("contact",),
+        "10",
+        "running means of the percentiles",
+        several=True,
+        random=True,
     ),
-    "errors": Entry("families.errors", ("contact",), "11", "convergence errors", several=True),
+    "errors": Entry(
+        "families.errors", ("contact",), "11", "convergence errors", several=True, random=True
+    ),
     "disk": Entry("modal.disk", ("modal",), "1", "the disk and its beams"),
     "safe": Entry("modal.safe", ("modal",), "2", "SAFE diagram, full and reduced model"),
     "shapes": Entry("modal.shapes", ("modal",), "", "deformed shapes of the first family"),
@@ -58,12 +76,13 @@ FIGURES = {
 def draw_study(paths, folder=None, kind="png"):
     """Draw the figures that belong to one finished study, or to several together."""
     file = ResultFile.open(paths[0])
-    study = file.config.study
+    study, pattern = file.config.study, file.config.pattern_deviation
     file.close()
     return [
         picture
         for name, entry in FIGURES.items()
         if study in entry.studies and entry.automatic and entry.several == (len(paths) > 1)
+        if pattern is None or not entry.random
         for picture in draw(paths, name, folder, kind)
     ]
 

@@ -98,8 +98,15 @@ def amplitudes(files):
     files = sorted(files, key=lambda file: file.config.casing.n_bumps)
     figure, axes = plt.subplots(figsize=(8, 5.6))
     x = np.arange(len(files))
-    tuned = [1e3 * file.read("tuned/peak_amplitude_m") for file in files]
-    axes.plot(x, tuned, "s-", color=BLACK, label="tuned disk")
+    tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
+    runs = np.array(
+        [[*f.read("tuned/peak_repeats_m"), f.read("tuned/peak_amplitude_m")] for f in files]
+    )
+    spread = np.abs(1e3 * np.array([runs.min(axis=1), runs.max(axis=1)]) - tuned)
+    axes.errorbar(
+        x, tuned, yerr=np.nan_to_num(spread), fmt="s-", color=BLACK, capsize=3,
+        label="tuned disk, range by rounding",
+    )  # fmt: skip
     sigma = 100 * files[0].read("sigma")
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
     for level in range(len(sigma)):

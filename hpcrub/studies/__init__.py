@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.layout import Dataset
+from hpcrub.layout import AUDIT, Dataset
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 
@@ -62,7 +62,9 @@ def is_tasks(config):
 
 def layout(config):
     """Datasets of the result file."""
-    return (*find(config).LAYOUT, *((STATUS,) if is_tasks(config) else ()))
+    if is_tasks(config):
+        return (*find(config).LAYOUT, STATUS)
+    return (*find(config).LAYOUT, *(AUDIT if config.debug.energy_audit else ()))
 
 
 def sizes(config):

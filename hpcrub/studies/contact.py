@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hpcrub.energy import ACCOUNTS
 from hpcrub.layout import KINDS, LAYOUT, SCALES, TUNED_REPEATS
 from hpcrub.study import build_problem as prepare
 
@@ -18,6 +19,7 @@ def sizes(config):
         "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
         "percentile": len(config.convergence.percentiles),
         "repeat": TUNED_REPEATS,
+        "account": len(ACCOUNTS),
         "block": len(config.samples) // config.convergence.step,
     }
 

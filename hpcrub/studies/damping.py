@@ -45,7 +45,7 @@ def constants(config):
     sigma = [file.read("sigma") for file in files]
     values = {
         "damping_ratio": [file.config.material.damping_ratio for file in files],
-        "tuned_amplitude_m": [file.read("tuned/peak_amplitude_m") for file in files],
+        "tuned_amplitude_m": [file.read("tuned/reference_amplitude_m") for file in files],
         "sigma": sigma[0],
     }
     for file in files:
