@@ -36,7 +36,6 @@ SelectTypeParameters=CR_Core
 SchedulerParameters=sched_interval=2,bf_interval=2
 MpiDefault=pmix
 ReturnToService=2
-KillWait=15
 MailProg=/bin/true
 MinJobAge=3600
 NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory=16000 State=UNKNOWN

@@ -30,6 +30,7 @@ convergence: {{step: 5}}
 """
 LAUNCHERS = {"mpirun": "mpirun", "srun": "srun --mpi=pmix"}
 LIMIT = "TIME=1 STOP_BEFORE=20"  # Slurm looks every 30 s: the signal comes after 10 to 40 s
+BEGUN = 14  # samples after which a study is stopped: a block of the statistics and more
 LONG, MEDIUM = 90.0, 16.0  # [core s]: two ranks take longer than 40 s; long enough to cancel
 FINAL = {"COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL", "OUT_OF_MEMORY"}
 ENVIRONMENT = {
@@ -43,7 +44,10 @@ ENVIRONMENT = {
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    install()
+    try:
+        install()
+    except RuntimeError as error:
+        pytest.exit(f"make test-slurm: {error}", returncode=1)
     os.environ.update(ENVIRONMENT)
     cluster = Cluster(tmp_path_factory.mktemp("slurm"))
     try:
@@ -188,7 +192,6 @@ def test_parts_and_their_merge(works, single):
 
 def test_finished_tasks_end_at_once(works, single):
     work, _ = works["parts"]
-    before = (work.folder / "results/study.h5").stat().st_mtime_ns
     _, array, merge = work.submit("--parts", "3", "study.yaml")
     assert work.wait(array) == ["COMPLETED"] * 3, work.log()
     log = work.log(f"hpcrub-array-{array}_*")
@@ -197,7 +200,6 @@ def test_finished_tasks_end_at_once(works, single):
     assert work.wait(merge) == ["COMPLETED"], work.log()
     assert "files" not in work.log(f"hpcrub-merge-{merge}")  # nothing to merge either
     assert work.datasets("study") == single(11)
-    assert (work.folder / "results/study.h5").stat().st_mtime_ns >= before
 
 
 def test_cases_on_srun(works, single):
@@ -228,7 +230,7 @@ def begin(cluster, folder, samples, launcher):
     work.site(launcher)
     _, job = work.submit("study.yaml")
     deadline = time.monotonic() + 120
-    while n_done(work.folder / "results/study.h5") < 3 and time.monotonic() < deadline:
+    while n_done(work.folder / "results/study.h5") < BEGUN and time.monotonic() < deadline:
         time.sleep(0.1)
     return work, job
 
@@ -237,7 +239,11 @@ def begin(cluster, folder, samples, launcher):
     ("launcher", "told_before"), [("mpirun", False), ("srun", False), ("mpirun", True)]
 )
 def test_cancelled_and_submitted_again(cluster, tmp_path, cost, single, launcher, told_before):
-    """Also a moment after the time limit was announced: it must not queue itself again."""
+    """Also a moment after the time limit was announced: it must not queue itself again.
+
+    mpirun does not pass on what its ranks say when it is told to stop itself; that they have
+    stopped in good order, the statistics in the file show.
+    """
     samples = int(MEDIUM / cost / 2)
     work, job = begin(cluster, tmp_path / "work", samples, launcher)
     if told_before:
@@ -248,9 +254,12 @@ def test_cancelled_and_submitted_again(cluster, tmp_path, cost, single, launcher
     while cluster.ask("squeue", "--noheader", f"--jobs={job}") and time.monotonic() < deadline:
         time.sleep(0.2)  # completing: the ranks close the file
     assert work.wait(job) == ["CANCELLED"], work.log()
-    assert "hpcrub: stopped: SIG" in work.log("hpcrub-[0-9]*"), work.log()
+    assert launcher == "mpirun" or "hpcrub: stopped: SIGTERM" in work.log(), work.log()
     assert "queued again" not in work.log()
-    assert 3 <= n_done(work.folder / "results/study.h5") < 2 * samples
+    path = work.folder / "results/study.h5"
+    assert BEGUN <= n_done(path) < 2 * samples
+    with h5py.File(path, "r", locking=False) as file:
+        assert np.isfinite(file["statistics/contact/percentile"][:, 0, 0]).all()
     _, job = work.submit("study.yaml")
     assert work.wait(job) == ["COMPLETED"], work.log()
     assert "samples are already there" in work.log()

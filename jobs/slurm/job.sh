@@ -10,7 +10,7 @@ prepare
 
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 # When a job is cancelled, mpirun kills its ranks after this many seconds, not after one: enough to
-# finish the file (Open MPI 4, 5).
+# finish the file (Open MPI 4, 5). Slurm itself waits for 30.
 export OMPI_MCA_odls_base_sigkill_timeout=10 PRTE_MCA_odls_base_sigkill_timeout=10
 
 # The words of the script: inputs, --, options of main.py, which stay in "$@".
