@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGES = "slurm-wlm", "munge"
 PROGRAMS = "munged", "slurmctld", "slurmd", "sbatch", "scontrol", "srun"
-CPUS = 4  # said to have, so that jobs run side by side on a small machine
+CPUS = 6  # said to have, so that jobs run side by side on a small machine
 CONFIGURATION = """\
 ClusterName=hpcrub
 SlurmctldHost={host}(127.0.0.1)

@@ -223,57 +223,59 @@ def test_after_a_failed_task_nothing_is_merged(works, single):
     assert work.datasets("study") == single(11)
 
 
-def begin(cluster, folder, samples, launcher):
-    """Work whose study has begun, and its job."""
-    work = Work(cluster, folder)
-    work.write("study", samples)
-    work.site(launcher)
-    _, job = work.submit("study.yaml")
+def wait_for_samples(work, name="study"):
     deadline = time.monotonic() + 120
-    while n_done(work.folder / "results/study.h5") < BEGUN and time.monotonic() < deadline:
+    path = work.folder / f"results/{name}.h5"
+    while n_done(path) < BEGUN and time.monotonic() < deadline:
         time.sleep(0.1)
-    return work, job
 
 
-@pytest.mark.parametrize(
-    ("launcher", "told_before"), [("mpirun", False), ("srun", False), ("mpirun", True)]
-)
-def test_cancelled_and_submitted_again(cluster, tmp_path, cost, single, launcher, told_before):
-    """Also a moment after the time limit was announced: it must not queue itself again.
-
-    mpirun does not pass on what its ranks say when it is told to stop itself; that they have
-    stopped in good order, the statistics in the file show.
-    """
+def test_cancelled_and_submitted_again(cluster, tmp_path, cost, single):
+    """mpirun does not pass on what its ranks say when it is told to stop itself; that they have
+    stopped in good order, the statistics in the file show."""
     samples = int(MEDIUM / cost / 2)
-    work, job = begin(cluster, tmp_path / "work", samples, launcher)
-    if told_before:
-        cluster.ask("scancel", "--signal=USR1", "--batch", job)
-    cluster.ask("scancel", job)
-    assert work.wait(job) == ["CANCELLED"], work.log()
-    deadline = time.monotonic() + 30
-    while cluster.ask("squeue", "--noheader", f"--jobs={job}") and time.monotonic() < deadline:
-        time.sleep(0.2)  # completing: the ranks close the file
-    assert work.wait(job) == ["CANCELLED"], work.log()
-    assert launcher == "mpirun" or "hpcrub: stopped: SIGTERM" in work.log(), work.log()
-    assert "queued again" not in work.log()
-    path = work.folder / "results/study.h5"
-    assert BEGUN <= n_done(path) < 2 * samples
-    with h5py.File(path, "r", locking=False) as file:
-        assert np.isfinite(file["statistics/contact/percentile"][:, 0, 0]).all()
-    _, job = work.submit("study.yaml")
-    assert work.wait(job) == ["COMPLETED"], work.log()
-    assert "samples are already there" in work.log()
-    assert work.datasets("study") == single(samples)
+    begun = []
+    for launcher in LAUNCHERS:
+        work = Work(cluster, tmp_path / launcher)
+        work.write("study", samples)
+        work.site(launcher)
+        begun.append((work, work.submit("study.yaml")[1]))
+    for work, job in begun:
+        wait_for_samples(work)
+        cluster.ask("scancel", job)
+    for work, job in begun:
+        assert work.wait(job) == ["CANCELLED"], work.log()
+        deadline = time.monotonic() + 40
+        while cluster.ask("squeue", "-h", f"--jobs={job}") and time.monotonic() < deadline:
+            time.sleep(0.2)  # completing: the ranks close the file
+        assert "queued again" not in work.log()
+        path = work.folder / "results/study.h5"
+        assert BEGUN <= n_done(path) < 2 * samples
+        with h5py.File(path, "r", locking=False) as file:
+            assert np.isfinite(file["statistics/contact/percentile"][:, 0, 0]).all()
+    assert "hpcrub: stopped: SIGTERM" in work.log("hpcrub-[0-9]*")
+    again = [(work, work.submit("study.yaml")[1]) for work, _ in begun]
+    for work, job in again:
+        assert work.wait(job) == ["COMPLETED"], work.log()
+        assert "samples are already there" in work.log()
+        assert work.datasets("study") == single(samples)
 
 
-def test_signal_before_the_limit_with_srun(cluster, tmp_path, cost, single):
-    """The signal that Slurm sends before the time limit, without waiting for the limit."""
+def test_a_task_that_queues_itself_again_holds_up_the_merge(cluster, tmp_path, cost, single):
+    """With the signal that Slurm sends before the time limit, but not at the limit."""
     samples = int(MEDIUM / cost / 2)
-    work, job = begin(cluster, tmp_path / "work", samples, "srun")
-    cluster.ask("scancel", "--signal=USR1", "--batch", job)
-    assert work.wait(job) == ["COMPLETED"], work.log()
-    assert "hpcrub: stopped: SIGUSR1 came" in work.log()
-    assert work.log().count("queued again") == 1
+    work = Work(cluster, tmp_path / "work")
+    work.write("study", samples)
+    work.site("srun")
+    _, array, merge = work.submit("--parts", "2", "study.yaml")
+    wait_for_samples(work, "study.part-1-of-2")
+    cluster.ask("scancel", "--signal=USR1", "--batch", f"{array}_1")
+    assert work.wait(merge) == ["COMPLETED"], work.log()
+    log = work.log(f"hpcrub-array-{array}_1")
+    assert log.count("hpcrub: stopped: SIGUSR1 came") == 1
+    assert log.count("queued again") == 1
+    assert "samples are already there" in log
+    assert "from 2 files" in work.log("hpcrub-merge-*")
     assert work.datasets("study") == single(samples)
 
 
