@@ -13,10 +13,22 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub import __version__, config, parallel, parts, progress, storage, studies, study, sweep
+from hpcrub import (
+    __version__,
+    config,
+    monte_carlo,
+    parallel,
+    parts,
+    progress,
+    storage,
+    studies,
+    study,
+    sweep,
+)
 from hpcrub.errors import InputError, Interrupted
 from hpcrub.layout import PENDING
 from hpcrub.reduction import mistuned_modes
+from hpcrub.runlog import RunLog, Work
 from hpcrub.statistics import first_converged
 from hpcrub.studies.tasks import TaskStudy
 
@@ -48,7 +60,7 @@ def program(team, argv):
         team.together(storage.require_parallel)
     for cfg in runs:
         one_run(team, options, cfg)
-    if len(runs) > 1 and not options.dry_run and not runs[0].is_part:
+    if len(runs) > 1 and not (options.dry_run or options.no_figures or runs[0].is_part):
         team.on_root(lambda: draw([cfg.output for cfg in runs]))
     return 0
 
@@ -62,7 +74,8 @@ def one_run(team, options, cfg):
     lock = Holder()
     try:
         team.on_root(lambda: prepare(cfg, options, lock))
-        run(team, cfg, problem)
+        with Accounting(cfg, team) as log:
+            run(team, cfg, problem, log, not options.no_figures)
     finally:
         lock.release()
 
@@ -84,6 +97,9 @@ def parse(argv):
     )
     parser.add_argument(
         "--status", action="store_true", help="say how far the output is; exit code 0: complete"
+    )
+    parser.add_argument(
+        "--no-figures", action="store_true", help="draw none: all other ranks would wait"
     )
     parser.add_argument("--dry-run", action="store_true", help="check, estimate the cost, stop")
     parser.add_argument("--version", action="version", version=f"hpcrub {__version__}")
@@ -111,7 +127,7 @@ def status(runs):
             continue
         file = storage.ResultFile.open(cfg.output, cfg)
         done = file.status() != PENDING
-        what = TaskStudy.what if studies.is_tasks(cfg) else study.Study.what
+        what = TaskStudy.what if studies.is_tasks(cfg) else monte_carlo.Study.what
         text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {what}"
         enough = done.all()
         if not enough and cfg.study == "contact" and cfg.convergence.stop_when_converged:
@@ -149,13 +165,35 @@ def prepare(cfg, options, holder):
         storage.lay_out(path, cfg)
 
 
-def run(team, cfg, problem):
+class Accounting:
+    """Writes the log of a run on rank 0, however the run ends."""
+
+    def __init__(self, cfg, team):
+        self.work = None  # TaskStudy or Study
+        self.log = RunLog(cfg.output, team.size) if team.rank == 0 else None
+
+    def phase(self, name):
+        """The phase `name` begins."""
+        if self.log:
+            self.log.phase(name)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if self.log:
+            code = getattr(error, "exit_code", 1) if error else 0
+            done = self.work.work if self.work else Work()
+            self.log.end(done, code, str(error or "").partition("\n")[0])
+
+
+def run(team, cfg, problem, log, figures):
     """Compute what the result file lacks, then print the summary and draw the figures."""
     began = time.monotonic()
     file = team.together(lambda: storage.ResultFile(cfg.output, team.comm, "r+"))
     bar = progress.Progress(cfg) if team.rank == 0 else None
-    kind = TaskStudy if studies.is_tasks(cfg) else study.Study
-    work = kind(team, cfg, problem, file, bar)
+    kind = TaskStudy if studies.is_tasks(cfg) else monte_carlo.Study
+    work = log.work = kind(team, cfg, problem, file, bar, log.phase)
     team.on_root(lambda: announce(bar, cfg, team.size))
     try:
         work.run()
@@ -167,10 +205,12 @@ def run(team, cfg, problem):
             "command with --resume computes the others, on any number of ranks",
         )
         raise
+    log.phase("summary")
     team.on_root(lambda: stop(bar, work))
     team.on_root(lambda: work.summary(time.monotonic() - began))
     file.close()
-    if not cfg.is_part:
+    if figures and not cfg.is_part:
+        log.phase("figures")
         team.on_root(lambda: draw([cfg.output]))
 
 
@@ -215,7 +255,7 @@ def dry_run(cfg, n_ranks):
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
     levels, samples, speeds = len(cfg.levels), len(cfg.samples), cfg.speeds
-    n_points = (levels * samples + 1) * speeds.n_values
+    n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
     seconds = n_points * simulated / cfg.time.step / rate
     out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
@@ -225,8 +265,8 @@ def dry_run(cfg, n_ranks):
         f"time.step_s is {cfg.time.step:.4g} s ({cfg.time.scheme})"
     )
     out.print(
-        f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + tuned) x "
-        f"{speeds.n_values} speeds"
+        f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + "
+        f"{cfg.mistuning.tuned_runs} tuned) x {speeds.n_values} speeds"
     )
     out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     out.print(f"measured:             {rate / 1e6:.3g} million steps per second and core")

@@ -184,6 +184,13 @@ class Mistuning(Section):
     )
     samples: Whole = Field(5000, ge=1, le=1_000_000, description="samples per level")
     seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
+    tuned_runs: Whole = Field(
+        9,
+        ge=1,
+        le=1000,
+        description="runs of the tuned disk, each with blades stiffer by another "
+        "1e-6, whose median amplitude is the reference; 1 in the paper",
+    )
     pattern_gpa: Moduli | None = Field(
         None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
     )

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from hpcrub import reasons
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
-TUNED_REPEATS = 8
 NO_POINT, STEADY, NOT_STEADY, DIVERGED = 0, 1, 2, 3  # status of a point (one speed of one sample)
 KINDS = ("contact", "linear")
 
@@ -29,8 +28,8 @@ _POINT = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
-_REPEATS = "peak amplitudes of runs that differ by rounding only: how well the reference is known"
-_REFERENCE = "median of the peak amplitude and its repeats: amplifications are relative to it"
+_RUNS = "peak amplitudes of runs of hardly different disks, the tuned one first"
+_REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _ENERGY = "works of casing and friction, losses by damping and impacts, stored, unexplained"
 _LINEAR = "largest tangential displacement of any tip under the linear travelling load"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
@@ -48,7 +47,7 @@ LAYOUT = (
     Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
     Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
-    Dataset("tuned/peak_repeats_m", ("repeat",), "m", _REPEATS),
+    Dataset("tuned/run_peaks_m", ("run",), "m", _RUNS),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),

@@ -17,8 +17,8 @@ from hpcrub import parts, storage, studies
 from hpcrub.config import differences
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.layout import PENDING
+from hpcrub.monte_carlo import Study
 from hpcrub.parallel import Team
-from hpcrub.study import Study
 
 AT_ONCE = 2**26  # bytes read at once
 

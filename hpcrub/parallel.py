@@ -1,7 +1,8 @@
 """Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
 
-Rank 0 hands out the tasks and computes some itself; it answers the other ranks from a `poll()`
-that the computation calls every few milliseconds. No threads and no one-sided messages are needed.
+Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
+ranks from a `poll()` that the computation calls every few milliseconds. No threads and no one-sided
+messages are needed.
 
 Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
 polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
@@ -16,8 +17,10 @@ import signal
 import sys
 import time
 import traceback
+from collections import deque
 
 from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.schedule import Desk
 
 PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
 TO_ROOT, FROM_ROOT = 1, 2  # message tags
@@ -124,6 +127,7 @@ class Team:
         self.rank = comm.rank if comm else 0
         self.size = comm.size if comm else 1
         self.signal = None  # name of the signal that asked this rank to stop
+        self.shared = None  # what poll() returns in run_tasks
 
     def remember(self, number, frame):
         """Signal handler: take note, nothing else."""
@@ -182,21 +186,29 @@ class Team:
             self.comm.Abort(code)
 
     def run_tasks(self, tasks, compute, on_result=lambda task, result: None):
-        """Compute all tasks, each on the first rank that is free.
+        """Compute all tasks.
 
-        tasks: iterable of int, only rank 0's is used. compute(task, poll): any rank; must call
-        poll() every few milliseconds and let Interrupted pass; returns a small picklable result.
-        on_result(task, result): rank 0, in order of completion; a true value means that no
+        tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
+        used. compute(task, poll): any rank; must call poll() every few milliseconds and let
+        Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
+        order of completion; may `share` a value and add urgent tasks; a true value means that no
         further task is needed.
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
+        self.shared = None
         if self.rank == 0:
-            stopped_by = _Dispatcher(self, tasks, compute, on_result).run()
+            stopped_by = _Dispatcher(self, Desk(tasks, self.size), compute, on_result).run()
         else:
             stopped_by = _Worker(self, compute).run()
         self.barrier()
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
+
+    def share(self, value):
+        """In on_result of `run_tasks`: from now on poll() returns `value`, soon on all ranks."""
+        self.shared = value
+        for rank in range(1, self.size):
+            self.comm.send(("shared", value), rank, FROM_ROOT)
 
 
 def _result_or_raise(result, error):
@@ -207,25 +219,22 @@ def _result_or_raise(result, error):
 
 
 class _Dispatcher:
-    """Rank 0's side of `run_tasks`."""
+    """Rank 0's side of `run_tasks`: messages; the desk decides."""
 
-    def __init__(self, team, tasks, compute, on_result):
-        self.team, self.compute, self.on_result = team, compute, on_result
-        self.tasks = iter(tasks)
-        self.waiting = []  # ranks that asked for a task and have none
-        self.enough = False
+    def __init__(self, team, desk, compute, on_result):
+        self.team, self.desk, self.compute, self.on_result = team, desk, compute, on_result
+        self.present = team.size - 1  # ranks that have not said good-bye
         self.stopped_by = None
 
     def run(self):
         self._serve()
-        while (task := self._next_task()) is not None:
-            try:
-                self._collect(task, self.compute(task, self.poll))
-                self.poll()
-            except Interrupted:
-                break
-        while not self.stopped_by and len(self.waiting) < self.team.size - 1:
-            time.sleep(PAUSE)
+        while not self.stopped_by and not self.desk.finished():
+            task = self.desk.own()
+            if task is None:
+                time.sleep(PAUSE)
+            else:
+                with contextlib.suppress(Interrupted):
+                    self._collect(0, [self.compute(task, self.poll)])
             self._serve()
         self._dismiss()
         return self.stopped_by
@@ -234,85 +243,101 @@ class _Dispatcher:
         self._serve()
         if self.stopped_by:
             raise Interrupted(self.stopped_by)
+        return self.team.shared
 
     def _serve(self):
         if self.team.signal:
             self.stopped_by = self.team.signal
         self._receive()
-        while self.waiting and (task := self._next_task()) is not None:
-            self.team.comm.send(task, self.waiting.pop(0), FROM_ROOT)
+        if not self.stopped_by:
+            for rank, tasks in self.desk.answers():
+                self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
 
     def _receive(self):
-        """Take all messages; returns the number of ranks that said good-bye."""
-        comm, goodbyes = self.team.comm, 0
+        """Take all messages."""
+        comm = self.team.comm
         while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
-            rank, kind, task, result = comm.recv(tag=TO_ROOT)
-            if kind == "done":
-                self._collect(task, result)
-            if kind in ("done", "free"):
-                self.waiting.append(rank)
+            rank, kind, content = comm.recv(tag=TO_ROOT)
             if kind == "stop":
-                self.stopped_by = result
-            goodbyes += kind == "bye"
-        return goodbyes
+                self.stopped_by = content
+                continue
+            self._collect(rank, content)
+            if kind == "ask":
+                self.desk.ask(rank)
+            self.present -= kind == "bye"
+
+    def _collect(self, rank, results):
+        for task, result in zip(self.desk.done(rank, len(results)), results, strict=True):
+            if self.on_result(task, result):
+                self.desk.closed = True
 
     def _dismiss(self):
         """Tell all ranks that it is over, and take what they have sent until they knew."""
-        present = self.team.size - 1
         for rank in range(1, self.team.size):
             self.team.comm.send(("end", self.stopped_by), rank, FROM_ROOT)
-        while present := present - self._receive():
+        self._receive()
+        while self.present:
             time.sleep(PAUSE)
-
-    def _next_task(self):
-        return None if self.enough or self.stopped_by else next(self.tasks, None)
-
-    def _collect(self, task, result):
-        if self.on_result(task, result):
-            self.enough = True
+            self._receive()
 
 
 class _Worker:
-    """The other ranks' side of `run_tasks`. Their only messages are answers to a question of
-    theirs, and one ("end", stopped_by), which may come at any moment."""
+    """The other ranks' side of `run_tasks`. What they send is what they have finished: to ask for
+    more, when they begin their last task and again when they have none, and to say good-bye."""
 
     def __init__(self, team, compute):
         self.team, self.compute = team, compute
+        self.tasks, self.results = deque(), []
         self.told = False  # rank 0 knows of our signal
-        self.end = None
+        self.ended = False
+        self.stopped_by = None
 
     def run(self):
-        self._tell("free")
-        while (task := self._wait()) is not None:
-            with contextlib.suppress(Interrupted):  # dropped: the end is the next message
-                self._tell("done", task, self.compute(task, self.poll))
+        with contextlib.suppress(Interrupted):  # a running task is dropped
+            self._tell("ask")
+            while self._wait():
+                task = self.tasks.popleft()
+                if not self.tasks:
+                    self._tell("ask")
+                self.results.append(self.compute(task, self.poll))
+                self.poll()
+                if not self.tasks:
+                    self._tell("ask")
+        while not self.ended:
+            self._look()
+            time.sleep(PAUSE)
         self._tell("bye")
-        return self.end[1]
+        return self.stopped_by
 
     def poll(self):
-        self._pass_on_signal()
-        if self.team.comm.iprobe(source=0, tag=FROM_ROOT):
-            self.end = self.team.comm.recv(source=0, tag=FROM_ROOT)
-        if self.end or self.told:
+        self._look()
+        if self.ended or self.told:
             raise Interrupted("stopped")
+        return self.team.shared
 
     def _wait(self):
-        """The next task, None at the end."""
-        while not self.end:
-            self._pass_on_signal()
-            if not self.team.comm.iprobe(source=0, tag=FROM_ROOT):
+        """Wait for tasks; False at the end."""
+        while not self.tasks and not self.ended:
+            self._look()
+            if not self.tasks and not self.ended:
                 time.sleep(PAUSE)
-                continue
-            message = self.team.comm.recv(source=0, tag=FROM_ROOT)
-            if not isinstance(message, tuple):
-                return message
-            self.end = message
-        return None
+        return not self.ended
 
-    def _pass_on_signal(self):
+    def _look(self):
+        """Pass a signal on, and take all messages."""
         if self.team.signal and not self.told:
             self.told = True
-            self._tell("stop", result=self.team.signal)
+            self._tell("stop", self.team.signal)
+        while self.team.comm.iprobe(source=0, tag=FROM_ROOT):
+            kind, content = self.team.comm.recv(source=0, tag=FROM_ROOT)
+            if kind == "tasks":
+                self.tasks.extend(content)
+            elif kind == "shared":
+                self.team.shared = content
+            else:
+                self.ended, self.stopped_by = True, content
 
-    def _tell(self, kind, task=None, result=None):
-        self.team.comm.send((self.team.rank, kind, task, result), 0, TO_ROOT)
+    def _tell(self, kind, content=None):
+        if content is None:
+            content, self.results = self.results, []
+        self.team.comm.send((self.team.rank, kind, content), 0, TO_ROOT)

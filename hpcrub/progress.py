@@ -157,27 +157,29 @@ def summary(file, study, seconds):
     for line in point_lines(file):
         out.print(line, soft_wrap=True)
     text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
-    if study.seconds > 0.0:
-        text += f", {study.n_steps / study.seconds / 1e6:.3g} million steps per second and core"
+    if study.work.seconds > 0.0:
+        rate = study.work.n_steps / study.work.seconds
+        text += f", {rate / 1e6:.3g} million steps per second and core"
     out.print(text)
 
 
 def tuned_line(file):
     """Peak of the tuned disk, to which all amplifications are relative, and how sure it is."""
-    peak, repeats = file.read("tuned/peak_amplitude_m"), file.read("tuned/peak_repeats_m")
+    peak, runs = file.read("tuned/peak_amplitude_m"), np.sort(file.read("tuned/run_peaks_m"))
     text = f"tuned disk: {peak * 1e3:.2f} mm at {file.read('tuned/peak_speed_hz'):.2f} Hz"
-    reference = file.read("tuned/reference_amplitude_m")
-    known = np.sort([peak, *repeats])
-    if not np.isfinite(known).all() or known[-1] / known[0] - 1.0 < 1e-3:
+    if not np.isfinite(runs).all() or runs[-1] / runs[0] - 1.0 < 1e-3:
         return text
+    reference = file.read("tuned/reference_amplitude_m")
     text += (
-        f"; median {reference * 1e3:.2f} mm of {len(known)} runs that differ by rounding "
-        f"({known[0] * 1e3:.2f} to {known[-1] * 1e3:.2f} mm)"
+        f"; median {reference * 1e3:.2f} mm of {len(runs)} hardly different disks "
+        f"({runs[0] * 1e3:.2f} to {runs[-1] * 1e3:.2f} mm)"
     )
-    low, high = np.ravel(percentile_interval(known, [50.0], Z_95))
+    low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
+    if not np.isfinite([low, high]).all():
+        return text
     return text + (
         f": all amplifications share an uncertainty of {100 * (reference / high - 1.0):+.1f} to "
-        f"{100 * (reference / low - 1.0):+.1f} %"
+        f"{100 * (reference / low - 1.0):+.1f} % (mistuning.tuned_runs)"
     )
 
 
@@ -280,7 +282,7 @@ def audit_line(file):
     samples = (
         file.read("samples/energy_j", (level, slice(first, first + ROWS)))
         for level in levels
-        for first in range(0, file.config.mistuning.samples, ROWS)
+        for first in range(0, len(file.config.samples), ROWS)
     )
     for part in chain([tuned], samples):
         size = np.abs(part[..., :-1]).sum(axis=-1)

@@ -273,8 +273,7 @@ def below(results):
 
 def tuned_amplitudes(file):
     """Reference, smallest and largest peak of the tuned disk's runs [mm]."""
-    reference, peak = (file.read(f"tuned/{n}_amplitude_m") for n in ("reference", "peak"))
-    runs = np.array([peak, *file.read("tuned/peak_repeats_m")])
+    reference, runs = file.read("tuned/reference_amplitude_m"), file.read("tuned/run_peaks_m")
     return 1e3 * float(reference), 1e3 * np.nanmin(runs), 1e3 * np.nanmax(runs)
 
 
@@ -288,7 +287,7 @@ def amplitudes(results):
     )
     claim = "highest for 3 and 6, lowest for 4 and 5"
     holds = set(order[2:]) == {3, 6}
-    what = "tuned amplitudes, with their range by rounding [mm]"
+    what = "tuned amplitudes, with the range of their runs [mm]"
     rows = [claim_row("14", what, claim, text, holds, remark=UNKNOWN)]
     for n_d in (3, 6):
         file = results.contact(n_d)

@@ -21,8 +21,10 @@ class Step(NamedTuple):
 
 
 LINEAR = ("mistuning.samples", 10_000, 50)
+RUNS = 65  # of the tuned disk
 CONTACT = ("mistuning.samples", 5_000, 20)
 FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
+REFERENCE = {"mistuning.tuned_runs": RUNS}
 LOW = {"material.damping_ratio": 4e-3}
 ND4 = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.05, "casing.n_bumps": 4}
 ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.0, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
@@ -39,8 +41,8 @@ STEPS = (
     Step("time_step", "time_step"),
     Step("reduction", "reduction"),
     Step("branches", "branches", FINE),
-    Step("contact", "nodal_diameters", {"convergence.step": 10}, CONTACT),
-    Step("contact_low", "paper_nd4", LOW, CONTACT),
+    Step("contact", "nodal_diameters", {"convergence.step": 10, **REFERENCE}, CONTACT),
+    Step("contact_low", "paper_nd4", LOW | REFERENCE, CONTACT),
     Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 1_000, 20)),
     Step("cross", "cross", {}, sources=(FILE_4,)),
     Step("damping", "damping", {}, sources=(FILE_4, "contact_low.h5")),
@@ -78,6 +80,6 @@ def time_steps(step, folder, scale):
 def _steps(cfg):
     if studies.is_tasks(cfg):
         return studies.find(cfg).cost(cfg)
-    n_disks = len(cfg.mistuning.half_range) * cfg.mistuning.samples + 1
+    n_disks = len(cfg.mistuning.half_range) * cfg.mistuning.samples + cfg.mistuning.tuned_runs
     slow = 6 if cfg.contact.kinematics == "polar" else 1  # a step costs several times more
     return slow * n_disks * cfg.speeds.n_values * USUAL_TIME / cfg.time.step

@@ -15,8 +15,8 @@ Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), gives for this 
 Written by `make reproduce SCALE={scale:g}` on {today} with hpcrub {version}: {samples} samples per
 level and number of bumps where the paper has 5000. At full scale nothing changes but the sample
 counts. The time integration is the default one, {scheme} with {step:g} s, but for figure 9a; the
-paper has central differences with 1e-6 s. A_nl is relative to the median of nine runs of the tuned
-disk that differ by rounding; the paper has one run.
+paper has central differences with 1e-6 s. A_nl is relative to the median of {runs} runs of
+the tuned disk that hardly differ; the paper has one run.
 
 Intervals are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
 scatter of the samples; "–" is an end that so few samples do not bound. "Yes" means that the paper's
@@ -41,7 +41,7 @@ def write(folder, scale, target):
     samples = max(plan.CONTACT[2], round(scale * plan.CONTACT[1]))
     text = HEAD.format(
         scale=scale, today=date.today().isoformat(), version=__version__, samples=samples,
-        scheme=DEFAULT.scheme, step=DEFAULT.step_s,
+        scheme=DEFAULT.scheme, step=DEFAULT.step_s, runs=plan.RUNS,
     )  # fmt: skip
     text += table(numbers.rows(results))
     text += "\n## What it depends on\n\n" + sensitivity(results)

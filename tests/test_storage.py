@@ -23,7 +23,7 @@ CONTRACT = {
     "tuned/point_status": (S,),
     "tuned/point_reason": (S,),
     "tuned/max_sweeps": (S,),
-    "tuned/peak_repeats_m": (8,),
+    "tuned/run_peaks_m": (9,),
     "tuned/localisation": (S,),
     "tuned/peak_amplitude_m": (),
     "tuned/reference_amplitude_m": (),

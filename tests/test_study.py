@@ -31,7 +31,8 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
     for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
         assert text in out
     assert (folder / "results/tiny.png").stat().st_size > 10_000
-    assert sorted(p.name for p in (folder / "results").iterdir()) == ["tiny.h5", "tiny.png"]
+    names = ["tiny.h5", "tiny.log", "tiny.png", "tiny.runs.jsonl"]
+    assert sorted(p.name for p in (folder / "results").iterdir()) == names
 
     file = ResultFile.open("results/tiny.h5")
     assert (file.status() == DONE).all()
@@ -168,7 +169,7 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
     assert main(tiny, "--dry-run") == 0
     out = capfd.readouterr().out
     assert "90.1" in out  # first frequency of the reference disk
-    assert "simulations:          15 = (2 levels x 2 samples + tuned) x 3 speeds" in out
+    assert "simulations:          39 = (2 levels x 2 samples + 9 tuned) x 3 speeds" in out
     assert "stability limit" in out
     assert "estimated run time" in out
     assert not (folder / "results").exists()
@@ -235,7 +236,7 @@ def test_a_team_of_one_computes_in_order():
     assert done == [(3, 30), (1, 10), (2, 20)]
 
 
-def test_repeats_of_the_tuned_disk_show_what_rounding_does(tiny, monkeypatch):
+def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypatch):
     """At a periodic speed they agree, at 34.25 Hz (quasi-periodic) they do not."""
     monkeypatch.chdir(tiny.parent)
     speeds = {"periodic": 33.25, "not": 34.25}
@@ -245,12 +246,13 @@ def test_repeats_of_the_tuned_disk_show_what_rounding_does(tiny, monkeypatch):
         options = [f"--set={key}={value}" for key, value in keys.items()]
         assert main(tiny, *options, "--output", f"{name}.h5") == 0
         file = ResultFile.open(f"{name}.h5")
-        repeats = file.read("tuned/peak_repeats_m")
+        runs = file.read("tuned/run_peaks_m")
         peak = file.read("tuned/peak_amplitude_m")
-        assert file.read("tuned/reference_amplitude_m") == np.sort([*repeats, peak])[4]
-        spread[name] = np.ptp(repeats) / peak
+        assert file.read("tuned/reference_amplitude_m") == np.sort(runs)[4]
+        assert runs[0] == peak
+        spread[name] = np.ptp(runs) / peak
         file.close()
-    assert spread["periodic"] < 1e-6 < 1e-4 < spread["not"] < 0.2
+    assert spread["periodic"] < 1e-3 < 1e-2 < spread["not"] < 0.2
 
 
 def test_debug_run_is_the_same_bits_and_accounts_for_its_energy(tiny, folder, capfd):

@@ -99,13 +99,11 @@ def amplitudes(files):
     figure, axes = plt.subplots(figsize=(8, 5.6))
     x = np.arange(len(files))
     tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
-    runs = np.array(
-        [[*f.read("tuned/peak_repeats_m"), f.read("tuned/peak_amplitude_m")] for f in files]
-    )
-    spread = np.abs(1e3 * np.array([runs.min(axis=1), runs.max(axis=1)]) - tuned)
+    runs = [1e3 * f.read("tuned/run_peaks_m") for f in files]
+    spread = np.abs(np.array([[run.min() for run in runs], [run.max() for run in runs]]) - tuned)
     axes.errorbar(
         x, tuned, yerr=np.nan_to_num(spread), fmt="s-", color=BLACK, capsize=3,
-        label="tuned disk, range by rounding",
+        label="tuned disk, range of its runs",
     )  # fmt: skip
     sigma = 100 * files[0].read("sigma")
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hpcrub.energy import ACCOUNTS
-from hpcrub.layout import KINDS, LAYOUT, SCALES, TUNED_REPEATS
+from hpcrub.layout import KINDS, LAYOUT, SCALES
 from hpcrub.study import build_problem as prepare
 
 __all__ = ["LAYOUT", "SCALES", "constants", "prepare", "sizes"]
@@ -18,7 +18,7 @@ def sizes(config):
         "blade": config.disk.n_blades,
         "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
         "percentile": len(config.convergence.percentiles),
-        "repeat": TUNED_REPEATS,
+        "run": config.mistuning.tuned_runs,
         "account": len(ACCOUNTS),
         "block": len(config.samples) // config.convergence.step,
     }

@@ -1,10 +1,14 @@
 """A study of independent tasks: the ranks compute and write them, a resumed run does the rest."""
 
+import time
+
 import numpy as np
 
-from hpcrub import studies, sweep
+from hpcrub import studies
 from hpcrub.layout import DONE, PENDING
 from hpcrub.progress import console
+from hpcrub.runlog import Work
+from hpcrub.warmup import warm_up
 
 
 class TaskStudy:
@@ -12,10 +16,11 @@ class TaskStudy:
 
     what = "tasks"
 
-    def __init__(self, team, config, problem, file, progress=None):
-        """Arguments as `study.Study`; problem: what the study's `prepare` returned."""
+    def __init__(self, team, config, problem, file, progress=None, phase=lambda name: None):
+        """Arguments as `monte_carlo.Study`; problem: what the study's `prepare` returned."""
         self.team, self.config, self.problem, self.file = team, config, problem, file
-        self.progress = progress
+        self.progress, self.phase = progress, phase
+        self.work = Work()  # rank 0
         self.module = studies.find(config)
         self.status = None  # (T,) on rank 0
 
@@ -26,8 +31,9 @@ class TaskStudy:
         """
         pending = self.team.on_root(self._take_stock)
         if pending and self.module.KERNEL:
-            self.team.on_root(self._warm_up)
-            sweep.warm_up()
+            self.phase("loading the kernel")
+            warm_up(self.team, self.progress)
+        self.phase("tasks")
         tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
         self.team.run_tasks(tasks, self._compute, self._collect)
 
@@ -45,17 +51,16 @@ class TaskStudy:
         self.status = self.file.read("status")
         return int(np.count_nonzero(self.status == PENDING))
 
-    def _warm_up(self):
-        if self.progress:
-            self.progress.say("loading the kernel (on first use it is compiled: half a minute)")
-        sweep.warm_up()
-
     def _compute(self, task, poll):
+        """Compute and write one task; returns the seconds it took."""
+        start = time.perf_counter()
         for name, where, values in self.module.compute(self.problem, task, poll):
             self.file.write({name: values}, where)
         self.file.write({"status": DONE}, task)
+        return time.perf_counter() - start
 
-    def _collect(self, task, _):
+    def _collect(self, task, seconds):
         self.status[task] = DONE
+        self.work += Work(1, 0, seconds)
         if self.progress:
             self.progress.tasks(*self.n_done())
