@@ -2,6 +2,16 @@
 # Slurm runs a copy of a job script, so it finds the repository by HPCRUB, which `submit` sets, or
 # as the folder that the job was submitted from.
 
+child='' limit='' cancelled='' trapped=''
+pass_on() {  # tell the program that the time limit is near; launchers pass USR1 on to all ranks
+    limit=near trapped=yes
+    [ -z "$child" ] || kill -USR1 "$child" || :
+}
+# Slurm sends USR1 to this shell only, SIGTERM to the launcher and the ranks as well: twice would
+# make mpirun kill the ranks, so this shell only waits for them.
+trap pass_on USR1
+trap 'cancelled=yes trapped=yes' TERM
+
 HPCRUB=${HPCRUB:-$SLURM_SUBMIT_DIR}
 PYTHON=$HPCRUB/.venv/bin/python
 # shellcheck source=site.sh
@@ -40,18 +50,6 @@ launch() {  # the program on all ranks of the job; returns its exit code
     do :; done
     return "$code"
 }
-child='' limit='' cancelled='' trapped=''
-
-# Slurm sends USR1 to this shell only, SIGTERM to the launcher and the ranks as well: twice would
-# make mpirun kill the ranks, so this shell only waits for them.
-trap pass_on USR1
-trap 'cancelled=yes trapped=yes' TERM
-
-pass_on() {  # tell the program that the time limit is near; launchers pass USR1 on to all ranks
-    limit=near trapped=yes
-    [ -z "$child" ] || kill -USR1 "$child" || :
-}
-
 study() {  # run a study or go on with it; ends the job. Arguments: those of main.py
     local code=0
     if one_rank "$@" --status; then
