@@ -21,7 +21,8 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults validate stress measure bench scaling reproduce lint readme clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint readme \
+        clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -39,6 +40,9 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 
 test: $(STAMP)  ## run all tests (ARGS="-k config")
 	@$(VENV_PYTHON) -m pytest $(ARGS)
+
+test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
+	@$(VENV_PYTHON) -m pytest tests_slurm $(ARGS)
 
 validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
 	@$(VENV_PYTHON) -m validation

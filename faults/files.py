@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from faults.job import TINY, Trial
-from hpcrub import __version__, cli, inspect, seal, storage, studies
+from hpcrub import __version__, cli, inspect, merge, seal, storage, studies
 from hpcrub.plot.__main__ import main as plot
 
 PATIENCE = 60  # [s] for one reader
@@ -49,7 +49,9 @@ READERS = {
     "sources": lambda path, study: cli.main(
         ["cross.yaml", "--set", f"sources=[{path}]", "--output", "of_source.h5", "--overwrite"]
     ),
+    "merge": lambda path, study: merge.main(["merged.h5", path, "--overwrite"]),
 }
+OF_CONTACT = ("sources", "merge")  # readers that take results of this study only
 
 
 def make(folder, names=tuple(STUDIES)):
@@ -135,7 +137,7 @@ def flipped(folder, files, n_trials, seed=1):
         for trial in range(n_trials):
             harmed, where = _harm(content, rng, trial)
             reader = list(READERS)[trial % len(READERS)]
-            if reader == "sources" and study != "contact":
+            if reader in OF_CONTACT and study != "contact":
                 reader = "inspect"
             (folder / "harmed.h5").write_bytes(harmed)
             found = read(folder, reader, "harmed.h5", name)

@@ -18,6 +18,7 @@ from hpcrub import (
     config,
     monte_carlo,
     parallel,
+    parts,
     progress,
     size,
     storage,
@@ -26,8 +27,10 @@ from hpcrub import (
     sweep,
 )
 from hpcrub.errors import InputError, Interrupted
+from hpcrub.layout import PENDING
 from hpcrub.reduction import mistuned_modes
 from hpcrub.runlog import RunLog, Work
+from hpcrub.statistics import first_converged
 from hpcrub.studies.tasks import TaskStudy
 
 MEASURED_STEP = 2e-5  # [s] of the sweep that measures the cost: a step costs the same at any length
@@ -52,11 +55,13 @@ def program(team, argv):
     if arguments is None:  # --help, --version
         return 0
     options, runs = arguments
+    if options.status:
+        return team.on_root(lambda: status(runs))
     if team.size > 1 and not options.dry_run:
         team.together(storage.require_parallel)
     for cfg in runs:
         one_run(team, options, cfg)
-    if len(runs) > 1 and not (options.dry_run or options.no_figures):
+    if len(runs) > 1 and not (options.dry_run or options.no_figures or runs[0].is_part):
         team.on_root(lambda: draw([cfg.output for cfg in runs]))
     return 0
 
@@ -88,6 +93,13 @@ def parse(argv):
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--resume", action="store_true", help="go on with an existing output")
     existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
+    parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
+    parser.add_argument(
+        "--part-by", choices=parts.BY, default="samples", help="what --part cuts (samples)"
+    )
+    parser.add_argument(
+        "--status", action="store_true", help="say how far the output is; exit code 0: complete"
+    )
     parser.add_argument(
         "--no-figures", action="store_true", help="draw none: all other ranks would wait"
     )
@@ -100,7 +112,34 @@ def parse(argv):
     overrides = list(options.set)
     if options.output is not None:
         overrides.append(f"output={json.dumps(options.output, ensure_ascii=False)}")
-    return options, config.load_runs(options.input, overrides)
+    runs = config.load_runs(options.input, overrides)
+    if options.part:
+        number, count = parts.parse(options.part)
+        runs = [parts.cut(cfg, number, count, options.part_by) for cfg in runs]
+    return options, runs
+
+
+def status(runs):
+    """Print how far every result file is; returns 0 when all are complete, 75 otherwise."""
+    out, complete = progress.console(), True
+    for cfg in runs:
+        if not os.path.lexists(cfg.output):
+            out.print(f"{cfg.output}: not there yet", soft_wrap=True)
+            complete = False
+            continue
+        file = storage.ResultFile.open(cfg.output, cfg)
+        done = file.status() != PENDING
+        what = TaskStudy.what if studies.is_tasks(cfg) else monte_carlo.Study.what
+        text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {what}"
+        enough = done.all()
+        if not enough and cfg.study == "contact" and cfg.convergence.stop_when_converged:
+            error = file.read("statistics/contact/convergence_error")
+            enough = first_converged(error, cfg.convergence.target_error) is not None
+            text += ", converged" if enough else ""
+        out.print(text, soft_wrap=True)
+        complete = complete and bool(enough)
+        file.close()
+    return 0 if complete else Interrupted.exit_code
 
 
 class Holder:
@@ -176,15 +215,18 @@ def run(team, cfg, problem, log, figures):
     team.on_root(lambda: work.summary(time.monotonic() - began))
     file.close()
     team.on_root(file.put_back)
-    if figures:
+    if figures and not cfg.is_part:
         log.phase("figures")
         team.on_root(lambda: draw([cfg.output]))
 
 
 def announce(bar, cfg, n_ranks):
     """Say what will be computed."""
-    levels, speeds = len(cfg.mistuning.half_range), cfg.speeds.n_values
-    what = f"levels x samples x speeds = {levels} x {cfg.mistuning.samples} x {speeds}"
+    levels, samples, speeds = len(cfg.levels), cfg.samples, cfg.speeds.n_values
+    what = f"levels x samples x speeds = {levels} x {len(samples)} x {speeds}"
+    if cfg.is_part:
+        which = ", ".join(map(str, cfg.levels))
+        what += f" (levels {which}; samples {samples[0]} to {samples[-1]})"
     if studies.is_tasks(cfg):
         n_tasks = studies.find(cfg).n_tasks(cfg)
         what = f"{cfg.study}, {n_tasks} task{'s'[: n_tasks > 1]}"
@@ -218,7 +260,7 @@ def dry_run(cfg, n_ranks):
     problem = study.build_problem(cfg)
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
-    levels, samples, speeds = len(cfg.mistuning.half_range), cfg.mistuning.samples, cfg.speeds
+    levels, samples, speeds = len(cfg.levels), len(cfg.samples), cfg.speeds
     n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
     seconds = n_points * simulated / cfg.time.step / rate
@@ -266,9 +308,7 @@ def measure(cfg, problem):
     sweep.warm_up()
     step = max(cfg.time.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)
-    modes = mistuned_modes(
-        problem.reduced, study.deviation(cfg, len(cfg.mistuning.half_range) - 1, 0)
-    )
+    modes = mistuned_modes(problem.reduced, study.deviation(cfg, len(cfg.levels) - 1, 0))
     speeds = cfg.speeds.values_hz
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), MEASURED_SPEEDS)).round().astype(int)
     start = time.perf_counter()

@@ -13,7 +13,16 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from hpcrub import config_checks, config_runs, config_text, yaml_text
-from hpcrub.config_studies import Branches, Debug, Energy, History, Linear, Spectrum, StudyName
+from hpcrub.config_studies import (
+    Branches,
+    Debug,
+    Energy,
+    History,
+    Linear,
+    Part,
+    Spectrum,
+    StudyName,
+)
 from hpcrub.config_types import (
     FileName,
     Files,
@@ -228,6 +237,7 @@ class Config(Section):
     steady_state: SteadyState = SteadyState()
     mistuning: Mistuning = Mistuning()
     convergence: Convergence = Convergence()
+    part: Part = Part()
     linear: Linear = Linear()
     history: History = History()
     spectrum: Spectrum = Spectrum()
@@ -252,6 +262,22 @@ class Config(Section):
         if problems:
             raise ValueError("\n".join(problems))
         return self
+
+    @property
+    def is_part(self):
+        """Whether the result file holds a part of the study only."""
+        return self.part != Part()
+
+    @property
+    def levels(self):
+        """Mistuning levels of this file, counted in the whole study (V,)."""
+        all_levels = range(len(self.mistuning.half_range_percent))
+        return tuple(all_levels) if self.part.levels is None else self.part.levels
+
+    @property
+    def samples(self):
+        """Samples of this file on each level, counted in the whole study: a range of n."""
+        return range(*(self.part.samples or (0, self.mistuning.samples)))
 
     @property
     def pattern_deviation(self):
@@ -311,22 +337,34 @@ def load_runs(path, overrides=()):
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 
 
-def differences(a, b):
+def replaced(config, keys):
+    """A configuration with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
+
+    Raises InputError as `Config.from_yaml`.
+    """
+    data = config.model_dump(mode="json")
+    for path, value in keys.items():
+        config_runs.set_key(data, path, value)
+    return _validated(data)
+
+
+def differences(a, b, where=("in the file", "asked for")):
     """Keys in which two configurations differ, `output` aside.
 
     Args:
         a: Config of the file.
         b: Config asked for.
+        where: words for a and b.
 
     Returns:
         list of lines such as "casing.n_bumps: 4 in the file, 3 asked for"
     """
-    in_file, asked = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
+    first, second = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
     show = config_text.show
     return [
-        f"{key}: {show(in_file[key])} in the file, {show(asked[key])} asked for"
-        for key in in_file
-        if key != "output" and in_file[key] != asked[key]
+        f"{key}: {show(first[key])} {where[0]}, {show(second[key])} {where[1]}"
+        for key in first
+        if key != "output" and first[key] != second[key]
     ]
 
 

@@ -15,6 +15,7 @@ def problems(config):
     yield from _disk_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
+    yield from _part_problems(config)
 
 
 def pattern_half_range(data, default_modulus):
@@ -113,3 +114,25 @@ def _pattern_problems(c):
         yield f"mistuning.samples: {m.samples} {alone}"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
+
+
+def _part_problems(c):
+    levels, samples = c.part.levels, c.part.samples
+    if levels is None and samples is None:
+        return
+    key = "part.samples" if levels is None else "part.levels"
+    if c.study != "contact":
+        yield f"{key}: only a contact study can be computed in parts, not {c.study}"
+    if c.convergence.stop_when_converged:
+        yield (
+            f"{key}: a part cannot know when the whole study has converged; leave out "
+            "convergence.stop_when_converged"
+        )
+    n_levels = len(c.mistuning.half_range_percent)
+    if levels is not None and (levels[-1] >= n_levels or any(a >= b for a, b in pairwise(levels))):
+        yield f"part.levels: {show(levels)} are not increasing numbers of levels below {n_levels}"
+    if samples is not None and not samples[0] < samples[1] <= c.mistuning.samples:
+        yield (
+            f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
+            "mistuning.samples"
+        )

@@ -22,6 +22,22 @@ Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
 ]
 
+Indices = Annotated[
+    tuple[Annotated[Whole, Field(ge=0, le=999)], ...], Field(min_length=1, max_length=1000)
+]
+Bounds = Annotated[
+    tuple[Annotated[Whole, Field(ge=0, le=1_000_000)], ...], Field(min_length=2, max_length=2)
+]
+
+
+class Part(Section):
+    levels: Indices | None = Field(
+        None, description="levels that the file of a part holds, counted from 0; null: all"
+    )
+    samples: Bounds | None = Field(
+        None, description="its first sample, counted from 0, and the first after it; null: all"
+    )
+
 
 class Linear(Section):
     n_diameters: Diameters = Field(

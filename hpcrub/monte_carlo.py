@@ -51,7 +51,7 @@ class Study:
         self.team, self.config, self.problem, self.file = team, config, problem, file
         self.progress, self.phase = progress, phase
         self.speeds_hz = config.speeds.values_hz
-        self.shape = len(config.mistuning.half_range), config.mistuning.samples
+        self.shape = len(config.levels), len(config.samples)
         self.tuned = TunedDisk(config, problem, file)
         self.reference = None  # Reference, once known to this rank
         self.work = Work()  # rank 0
@@ -77,6 +77,11 @@ class Study:
             self.team.on_root(self._write_statistics)
             raise
         self.team.on_root(self._write_statistics)
+
+    def update_statistics(self):
+        """Write the statistics of the samples that are there (rank 0)."""
+        self._take_stock()
+        self._write_statistics()
 
     def n_done(self):
         """Finished samples and all (rank 0)."""

@@ -128,7 +128,8 @@ class Progress:
         """One sample is finished; amplification (V, n) with NaN for the others."""
         self.done += 1
         if outcome.status == FAILED:
-            self.say(f"level {level}, sample {sample} failed: {outcome.message}")
+            where = f"level {self.config.levels[level]}, sample {self.config.samples[sample]}"
+            self.say(f"{where} failed: {outcome.message}")
         final = self.done == self.total
         if final or time.monotonic() - self.shown > self._interval():
             self._show("samples", self.done, self.total, self._text(amplification), final)
@@ -154,7 +155,7 @@ class Progress:
             percentiles = self.config.convergence.percentiles
             shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
             names = "/".join(f"{p:g}" for p in percentiles)
-            half_range = 100 * self.config.mistuning.half_range[-1]
+            half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
             text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
         self.took = time.monotonic() - start
         return text
@@ -187,7 +188,7 @@ def summary(file, study, seconds):
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
     out.print(level_table(file))
-    if file.config.mistuning.samples > 1:
+    if len(file.config.samples) > 1:
         out.print(interval_table(file))
     out.print(tuned_line(file), soft_wrap=True)
     for line in point_lines(file):
@@ -296,7 +297,7 @@ def point_lines(file):
     most = int(file.read("tuned/max_sweeps").max())
     n_points = np.count_nonzero(file.read("tuned/point_status"))
     for level, first in np.ndindex(
-        len(file.read("half_range")), -(-file.config.mistuning.samples // ROWS)
+        len(file.read("half_range")), -(-len(file.config.samples) // ROWS)
     ):
         where = level, slice(first * ROWS, (first + 1) * ROWS)
         part = file.read("samples/point_reason", where)
@@ -319,7 +320,7 @@ def audit_line(file):
     samples = (
         file.read("samples/energy_j", (level, slice(first, first + ROWS)))
         for level in levels
-        for first in range(0, file.config.mistuning.samples, ROWS)
+        for first in range(0, len(file.config.samples), ROWS)
     )
     for part in chain([tuned], samples):
         size = np.abs(part[..., :-1]).sum(axis=-1)
@@ -331,7 +332,7 @@ def audit_line(file):
 def point_shares(file, level):
     """Shares of the computed points of a level that were not steady, and that diverged."""
     counts = np.zeros(4, dtype=np.int64)
-    for first in range(0, file.config.mistuning.samples, ROWS):
+    for first in range(0, len(file.config.samples), ROWS):
         part = file.read("samples/point_status", (level, slice(first, first + ROWS)))
         counts += np.bincount(part.ravel(), minlength=4)[:4]
     n_points = max(counts[1:].sum(), 1)

@@ -82,7 +82,7 @@ def _memory(config):
     blades, steady = config.disk.n_blades, config.steady_state
     model = DENSE * NUMBER * config.disk.n_dof**2
     if config.study == "contact":
-        rows = SAMPLE * len(config.mistuning.half_range) * config.mistuning.samples
+        rows = SAMPLE * len(config.levels) * len(config.samples)
     else:
         rows = NUMBER * module.n_tasks(config)
     march = 0
@@ -102,8 +102,6 @@ def _memory(config):
 def _time(config):
     if studies.is_tasks(config):
         return studies.find(config).cost(config) / RATE
-    mistuning, speeds = config.mistuning, config.speeds
-    n_points = (
-        len(mistuning.half_range) * mistuning.samples + mistuning.tuned_runs
-    ) * speeds.n_values
+    n_sweeps = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+    n_points = n_sweeps * config.speeds.n_values
     return n_points * config.steady_state.first_check_s / config.time.step_s / RATE

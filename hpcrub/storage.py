@@ -105,9 +105,10 @@ def refuse_foreign(path):
     )
 
 
-def lay_out(path, config):
+def lay_out(path, config, origin=None):
     """Create the result file at its final size, replacing one of that name in a single step.
 
+    origin: attributes that say what computes its results, as `provenance`, by default this program.
     For one rank only. Raises InputError when the folder cannot be written or the disk is too small,
     and when the name is that of a file of somebody else.
     """
@@ -119,7 +120,7 @@ def lay_out(path, config):
         part.unlink(missing_ok=True)  # of a job that was killed
         _reserve(part, studies.file_size(config))
         with h5py.File(part, "w", userblock_size=seal.BLOCK, **SERIAL) as file:
-            _write_attributes(file, config)
+            _write_attributes(file, config, provenance() if origin is None else origin)
             for line in studies.layout(config):
                 _create_dataset(file, line, studies.sizes(config))
             known = studies.find(config).constants(config)
@@ -130,7 +131,7 @@ def lay_out(path, config):
             data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
             data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
         seal.write(part, __version__, data)
-        os.replace(part, path)
+        move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
@@ -145,19 +146,32 @@ def _reserve(path, size):
             os.posix_fallocate(file.fileno(), 0, size)
 
 
-def _write_attributes(file, config):
+def move(path, to):
+    """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
+    with open(path, "rb") as file:
+        os.fsync(file.fileno())
+    os.replace(path, to)
+
+
+def _write_attributes(file, config, origin):
     now = datetime.datetime.now(datetime.UTC)
     file.attrs["program"] = "hpcrub"
     file.attrs["program_version"] = __version__
     file.attrs["created"] = now.isoformat(timespec="seconds")
-    if revision := _git_revision():
-        file.attrs["git_revision"] = revision
     file.attrs["config"] = config.to_yaml()
     file.attrs["seed"] = np.uint64(config.mistuning.seed)
+    file.attrs.update(origin)
+
+
+def provenance():
+    """Commit and library versions, as attributes of the file."""
+    found = {"hdf5_version": h5py.version.hdf5_version}
+    if revision := _git_revision():
+        found["git_revision"] = revision
     for library in LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            file.attrs[f"{library}_version"] = importlib.metadata.version(library)
-    file.attrs["hdf5_version"] = h5py.version.hdf5_version
+            found[f"{library}_version"] = importlib.metadata.version(library)
+    return found
 
 
 def _git_revision():

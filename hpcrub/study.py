@@ -90,9 +90,13 @@ def peak(result, speeds_hz):
 
 
 def deviation(config, level, sample):
-    """Relative stiffness change of every blade (N,) in one sample of one level."""
+    """Relative stiffness change of every blade (N,) in one sample of one level of the file.
+
+    In the file of a part they have the numbers that they have in the whole study.
+    """
     if config.pattern_deviation is not None:
         return config.pattern_deviation
+    level, sample = config.levels[level], config.samples[sample]
     half_range = config.mistuning.half_range[level]
     return stiffness_deviation(
         config.mistuning.seed, level, sample, config.disk.n_blades, half_range

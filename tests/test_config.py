@@ -65,7 +65,7 @@ def test_properties_are_si():
         c.casing.bump_height: 0.00125,
         c.casing.growth_time: 0.01,
         c.forcing.amplitude: 150.0,
-        c.time.step: 2e-5,
+        c.time.step: 3.3e-5,
         c.steady_state.first_check: 0.5,
         c.steady_state.max_time: 2.0,
     }

@@ -59,3 +59,14 @@ def test_only_what_is_missing_is_installed(tmp_path):
     asked = (tmp_path / "apt").read_text().split("\n")
     assert asked[1].split()[-3:] == ["openmpi-bin", "python3-venv", "python3-dev"]
     assert "still missing after apt-get: openmpi-bin (command mpirun)" in done.stderr
+
+
+def test_help_lists_every_target():
+    makefile = (SCRIPT.parents[1] / "Makefile").read_text(encoding="utf-8")
+    (targets,) = [line for line in makefile.splitlines() if line.startswith(".PHONY:")]
+    command = ["make", "--no-print-directory", "help"]
+    done = subprocess.run(
+        command, cwd=SCRIPT.parents[1], capture_output=True, text=True, check=True
+    )
+    listed = [line.split()[1] for line in done.stdout.splitlines()]
+    assert sorted(listed) == sorted(targets.split()[1:])

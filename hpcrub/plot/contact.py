@@ -55,7 +55,7 @@ def _draw_band(axes, file):
     known = np.isfinite(amplitude).any(axis=0)
     if known.any():
         band = np.nanpercentile(amplitude[:, known], [low, 50, high], axis=0)
-        label = f"±{100 * file.config.mistuning.half_range[-1]:.3g} %, percentiles"
+        label = f"±{100 * file.read('half_range')[-1]:.3g} %, percentiles"
         axes.fill_between(
             speeds[known], band[0], band[2], color=BLUE, alpha=0.25, lw=0,
             label=f"{label} {low:g} to {high:g}",

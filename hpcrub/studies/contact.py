@@ -13,20 +13,21 @@ def sizes(config):
     """Length of every dimension."""
     return {
         "speed": config.speeds.n_values,
-        "level": len(config.mistuning.half_range),
-        "sample": config.mistuning.samples,
+        "level": len(config.levels),
+        "sample": len(config.samples),
         "blade": config.disk.n_blades,
         "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
         "percentile": len(config.convergence.percentiles),
         "run": config.mistuning.tuned_runs,
         "account": len(ACCOUNTS),
-        "block": config.mistuning.samples // config.convergence.step,
+        "block": len(config.samples) // config.convergence.step,
     }
 
 
 def constants(config):
     """What is known before any computation."""
-    half_range, pattern = config.mistuning.half_range, config.pattern_deviation
+    half_range = config.mistuning.half_range[list(config.levels)]
+    pattern = config.pattern_deviation
     n_blocks = sizes(config)["block"]
     seen = config.convergence.step * np.arange(1, n_blocks + 1)
     return {

@@ -64,6 +64,8 @@ def complete(path, config=None):
     file = ResultFile.open(path)
     if file.config.study != "contact":
         raise InputError(f"sources: {path} is of the study {file.config.study}, not contact")
+    if file.config.is_part:
+        raise InputError(f"sources: {path} is a part; merge all parts (python -m hpcrub.merge)")
     n_pending = int(np.count_nonzero(file.status() == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")

@@ -1,0 +1,148 @@
+"""A Slurm cluster of this one machine, in a folder: munge, slurmctld and slurmd, and their end."""
+
+import os
+import shutil
+import socket
+import subprocess
+import time
+from pathlib import Path
+
+PACKAGES = "slurm-wlm", "munge"
+PROGRAMS = "munged", "slurmctld", "slurmd", "sbatch", "scontrol", "srun"
+CPUS = 6  # said to have, so that jobs run side by side on a small machine
+CONFIGURATION = """\
+ClusterName=hpcrub
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={control_port}
+SlurmdPort={node_port}
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket,cred_expire=5
+CredType=cred/munge
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+SlurmdParameters=config_overrides
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SchedulerParameters=sched_interval=2,bf_interval=2
+MpiDefault=pmix
+ReturnToService=2
+MailProg=/bin/true
+MinJobAge=3600
+NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory=16000 State=UNKNOWN
+PartitionName=test Nodes={host} Default=YES MaxTime=UNLIMITED State=UP
+"""
+
+
+def missing():
+    """Names of the programs that are not here."""
+    path = os.environ["PATH"] + ":/usr/sbin:/sbin"
+    return [name for name in PROGRAMS if not shutil.which(name, path=path)]
+
+
+def install():
+    """Install Debian's Slurm. Raises RuntimeError that says what is missing when that cannot be."""
+    if missing() and os.geteuid() == 0 and shutil.which("apt-get"):
+        environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
+        for command in (["update"], ["install", "-y", "--no-install-recommends", *PACKAGES]):
+            subprocess.run(
+                ["apt-get", "-q", *command], env=environment, stdout=subprocess.DEVNULL, check=False
+            )
+    if missing():
+        raise RuntimeError(
+            f"these programs are missing: {', '.join(missing())}; as root on Debian or Ubuntu: "
+            f"apt-get install {' '.join(PACKAGES)}"
+        )
+    if os.geteuid() != 0:
+        raise RuntimeError("only root can start Slurm's daemons on this machine")
+
+
+def _free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+class Cluster:
+    """The daemons, from start to stop."""
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+        self.daemons = []
+        self.environment = os.environ | {
+            "PATH": f"{os.environ['PATH']}:/usr/sbin:/sbin",
+            "SLURM_CONF": str(self.folder / "slurm.conf"),
+        }
+
+    def start(self):
+        """Raises RuntimeError when the node does not become idle."""
+        host = socket.gethostname().partition(".")[0]
+        for name in ("state", "spool"):
+            (self.folder / name).mkdir(parents=True)
+        (self.folder / "slurm.conf").write_text(
+            CONFIGURATION.format(
+                host=host,
+                folder=self.folder,
+                cpus=CPUS,
+                control_port=_free_port(),
+                node_port=_free_port(),
+            )
+        )
+        key = self.folder / "munge.key"
+        key.write_bytes(os.urandom(128))
+        key.chmod(0o400)
+        files = {"key-file": "key", "pid-file": "pid", "seed-file": "seed", "socket": "socket"}
+        munge = [f"--{option}={self.folder}/munge.{name}" for option, name in files.items()]
+        self._daemon("munged", "--foreground", "--force", *munge)
+        self._daemon("slurmctld", "-D", "-c")
+        self._daemon("slurmd", "-D", "-N", host)
+        deadline = time.monotonic() + 30
+        while "idle" not in self.ask("sinfo", "--noheader", "--format=%T"):
+            if time.monotonic() > deadline:
+                logs = [path.read_text()[-1500:] for path in self.folder.glob("*.log")]
+                raise RuntimeError("the node does not become idle:\n" + "\n".join(logs))
+            time.sleep(0.2)
+
+    def stop(self):
+        """End all jobs, then the daemons."""
+        self.ask("scancel", "--partition=test")
+        deadline = time.monotonic() + 40
+        while self.ask("squeue", "--noheader") and time.monotonic() < deadline:
+            time.sleep(0.2)
+        for daemon in reversed(self.daemons):
+            daemon.terminate()
+            try:
+                daemon.wait(timeout=10)
+            except subprocess.TimeoutExpired:
+                daemon.kill()
+
+    def ask(self, *command):
+        """Output of one of Slurm's commands."""
+        return self.run(*command).stdout.strip()
+
+    def run(self, *command, folder=None, **environment):
+        """A finished command in the cluster's environment."""
+        return subprocess.run(
+            command,
+            cwd=folder,
+            env=self.environment | environment,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    def _daemon(self, *command):
+        log = open(self.folder / f"{command[0]}.out", "w")  # noqa: SIM115, the daemon's
+        self.daemons.append(
+            subprocess.Popen(command, env=self.environment, stdout=log, stderr=subprocess.STDOUT)
+        )
