@@ -21,8 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint readme \
-        clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint readme clean
 .DEFAULT_GOAL := help
 
 help:  ## this list

@@ -92,7 +92,7 @@ class Lock:
 
 def refuse_foreign(path):
     """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
-    path = Path(path)
+    path = Path(os.path.realpath(path))
     try:
         kind = path.stat().st_mode if os.path.lexists(path) else None
         if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or seal.is_ours(path))):

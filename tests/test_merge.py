@@ -145,11 +145,27 @@ def test_parts_that_have_not_begun(folder):
     assert datasets("whole.h5") == datasets("single.h5")
 
 
-def test_different_versions_of_the_libraries_are_all_named(folder):
-    with h5py.File(THREE[1], "r+") as file:
-        file.attrs["numpy_version"] = "0.0.1"
+def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
+    other = storage.provenance() | {"numpy_version": "0.0.1"}
+    monkeypatch.setattr(storage, "provenance", lambda: other)
+    assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
     merge.merge("whole.h5", THREE)
     assert attributes("whole.h5")[""]["numpy_version"] == f"0.0.1, {np.__version__}"
+
+
+def test_a_file_of_somebody_else_is_not_replaced(folder, capsys):
+    (folder / "whole.h5").write_text("mine")
+    assert "is not replaced" in refused(capsys, "whole.h5", *THREE, "--overwrite")
+    assert (folder / "whole.h5").read_text() == "mine"
+
+
+def test_a_link_to_the_result_stays_one(folder):
+    (folder / "elsewhere").mkdir()
+    (folder / "whole.h5").symlink_to("elsewhere/whole.h5")
+    merge.merge("whole.h5", THREE, overwrite=True)
+    assert (folder / "whole.h5").is_symlink()
+    assert datasets("elsewhere/whole.h5") == datasets("single.h5")
+    assert sorted(p.name for p in folder.glob("**/*.hpcrub-*")) == []
 
 
 def refused(capsys, *arguments):

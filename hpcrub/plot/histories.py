@@ -84,7 +84,8 @@ def interaction(files):
         natural = file.read("natural_frequencies_hz", disk)
         for frequency in natural[natural < frequencies[-1]]:
             panel.axhline(frequency, color=BLUE, lw=0.8)
-        panel.set(ylim=(0, frequencies[-1]), xlim=(speeds[0], speeds[-1]))
+        panel.margins(x=0)
+        panel.set(ylim=(0, frequencies[-1]))
         panel.set(xlabel="speed of rotation [Hz]")
         panel.set_title(DISKS[disk], pad=20)
         panel.grid(False)
