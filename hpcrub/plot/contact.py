@@ -27,23 +27,24 @@ def summary(files):
     return figure
 
 
-def _draw_tuned(axes, file, name, scale):
-    speeds, values = file.read("speeds_hz"), scale * file.read(f"tuned/{name}")
-    axes.plot(speeds, values, color=BLACK, marker=".", label="tuned", zorder=3)
-    unsteady = file.read("tuned/point_status") == NOT_STEADY
+def _draw_response(axes, file, group, where, name, scale):
+    """One disk over the speeds, points that were not steady hollow."""
+    label, colour = ("tuned", BLACK) if group == "tuned" else ("mistuned", BLUE)
+    speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
+    axes.plot(speeds, values, color=colour, marker=".", label=label, zorder=3)
+    unsteady = file.read(f"{group}/point_status", where) == NOT_STEADY
     if unsteady.any():
-        label = "not steady"
-        axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", mec=BLACK, label=label)
+        hollow = {"mfc": "w", "mec": colour, "ms": 5, "zorder": 4}
+        axes.plot(speeds[unsteady], values[unsteady], "o", label=f"{label}, not steady", **hollow)
     axes.set_xlabel("speed of rotation [Hz]")
     axes.set_ylim(bottom=0)
 
 
 def _draw_pattern(axes, file, name, scale):
     """Tuned disk and one explicit pattern over the speeds."""
-    values = scale * file.read(f"samples/{name}", (0, 0))
-    axes.plot(file.read("speeds_hz"), values, color=BLUE, marker=".", label="mistuned")
-    _draw_tuned(axes, file, name, scale)
-    axes.legend()
+    _draw_response(axes, file, "samples", (0, 0), name, scale)
+    _draw_response(axes, file, "tuned", (), name, scale)
+    legend_below(axes)
 
 
 def _draw_band(axes, file):
@@ -61,7 +62,7 @@ def _draw_band(axes, file):
             label=f"{label} {low:g} to {high:g}",
         )  # fmt: skip
         axes.plot(speeds[known], band[1], color=BLUE, label=f"{label[:-1]} 50")
-    _draw_tuned(axes, file, "amplitude_m", 1e3)
+    _draw_response(axes, file, "tuned", (), "amplitude_m", 1e3)
     axes.set_ylabel("blade-tip amplitude [mm]")
     legend_below(axes)
 

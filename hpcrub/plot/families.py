@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
 
 from hpcrub.config_text import flatten, show
 from hpcrub.layout import DONE, NOT_STEADY
@@ -158,6 +159,9 @@ def _convergence(files, name, scale):
                     marker=MARKERS[p % len(MARKERS)], markevery=[m for m in marks if m < len(seen)],
                 )  # fmt: skip
         panel.set(xscale="log", xlabel="samples")
+        panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        panel.xaxis.set_major_formatter("{x:,.0f}")
+        panel.xaxis.set_minor_formatter("")
     sigma, at = 100 * files[0].read("sigma"), files[0].config.convergence.percentiles
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
     handles = [
