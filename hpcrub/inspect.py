@@ -1,6 +1,7 @@
 """`python -m hpcrub.inspect FILE.h5`: what a result file holds, how far it is, if it is sound."""
 
 import argparse
+import math
 import sys
 
 import numpy as np
@@ -11,6 +12,8 @@ from hpcrub.config_text import flatten, show
 from hpcrub.errors import HpcrubError
 from hpcrub.layout import DONE, FAILED
 from hpcrub.progress import console
+
+AT_ONCE = 2**20  # values read at once
 
 
 def main(argv=None):
@@ -49,13 +52,29 @@ def description(path):
 
 
 def _dataset_line(file, line):
-    values = np.asarray(file.read(line.name), dtype=float)
-    known = values[np.isfinite(values)]
-    shape = " x ".join(f"{d} {n}" for d, n in zip(line.dimensions, values.shape, strict=True))
-    text = f"{line.name} ({shape or 'one value'}) [{line.units}] "
-    if known.size:
-        text += f"{known.size / values.size:.0%}, {known.min():.6g} to {known.max():.6g}"
+    length = studies.sizes(file.config)
+    shape = tuple(length[d] for d in line.dimensions)
+    n_known, smallest, largest = 0, np.inf, -np.inf
+    for values in _pieces(file, line.name, shape):
+        known = values[np.isfinite(values)]
+        n_known += known.size
+        smallest, largest = known.min(initial=smallest), known.max(initial=largest)
+    sizes = " x ".join(f"{d} {n}" for d, n in zip(line.dimensions, shape, strict=True))
+    text = f"{line.name} ({sizes or 'one value'}) [{line.units}] "
+    if n_known:
+        text += f"{n_known / math.prod(shape):.0%}, {smallest:.6g} to {largest:.6g}"
     return text + f": {line.description}"
+
+
+def _pieces(file, name, shape):
+    """Values of a dataset, a few at a time, so that memory does not grow with the samples."""
+    if len(shape) < 2:
+        yield np.asarray(file.read(name), dtype=float)
+        return
+    rows = max(1, AT_ONCE // math.prod(shape[2:]))
+    for level in range(shape[0]):
+        for first in range(0, shape[1], rows):
+            yield file.read(name, (level, slice(first, first + rows))).astype(float)
 
 
 if __name__ == "__main__":
