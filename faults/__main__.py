@@ -33,7 +33,7 @@ def main(words):
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         for group, faults in GROUPS.items():
             chosen = [name for name in faults if not words or any(word in name for word in words)]
-            rows = [row(name, faults[name], Path(folder) / group, problems) for name in chosen]
+            rows = [row(name, faults[name], Path(folder) / _slug(group), problems) for name in chosen]
             if rows:
                 tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
     text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)
@@ -53,7 +53,7 @@ def row(name, fault, folder, problems):
     began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
     mine = []
     try:
-        for trial in fault(folder / re.sub(r"\W+", "-", name)):
+        for trial in fault(folder / _slug(name)):
             n_trials += 1
             codes[str(trial.code)] += 1
             said.setdefault(str(trial.code), trial.said)
@@ -68,6 +68,10 @@ def row(name, fault, folder, problems):
     ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
     message = next((text for text in said.values() if text), "")
     return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"]
+
+
+def _slug(name):
+    return re.sub(r"\W+", "-", name)
 
 
 def _short(message):
