@@ -33,7 +33,8 @@ def main(words):
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         for group, faults in GROUPS.items():
             chosen = [name for name in faults if not words or any(word in name for word in words)]
-            rows = [row(name, faults[name], Path(folder) / _slug(group), problems) for name in chosen]
+            place = Path(folder) / _slug(group)
+            rows = [row(name, faults[name], place, problems) for name in chosen]
             if rows:
                 tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
     text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)

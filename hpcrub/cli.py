@@ -30,7 +30,7 @@ from hpcrub.errors import InputError, Interrupted
 from hpcrub.layout import PENDING
 from hpcrub.reduction import mistuned_modes
 from hpcrub.runlog import RunLog, Work
-from hpcrub.statistics import first_converged
+from hpcrub.statistics import first_converged, judged_error
 from hpcrub.studies.tasks import TaskStudy
 
 MEASURED_STEP = 2e-5  # [s] of the sweep that measures the cost: a step costs the same at any length
@@ -133,7 +133,9 @@ def status(runs):
         text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {what}"
         enough = done.all()
         if not enough and cfg.study == "contact" and cfg.convergence.stop_when_converged:
-            error = file.read("statistics/contact/convergence_error")
+            names = "convergence_error", "percentile_low", "percentile_high"
+            known = {name: file.read(f"statistics/contact/{name}") for name in names}
+            error = judged_error(cfg.convergence.criterion, known.get)
             enough = first_converged(error, cfg.convergence.target_error) is not None
             text += ", converged" if enough else ""
         out.print(text, soft_wrap=True)

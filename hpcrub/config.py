@@ -207,8 +207,13 @@ class Convergence(Section):
     )
     z: Number = Field(2.81, gt=0, le=10, description="normal quantile of the convergence error [-]")
     step: Whole = Field(10, ge=1, le=1_000_000, description="samples between two estimates")
+    criterion: Literal["standard_error", "interval"] = Field(
+        "standard_error",
+        description="error that is compared with the target: equation (6), as in the paper, which "
+        "is too optimistic, or half the confidence interval",
+    )
     target_error: Number = Field(
-        0.005, gt=0, le=1, description="convergence error aimed at, relative [-]"
+        0.005, gt=0, le=1, description="error of the amplifications' percentiles aimed at [-]"
     )
     stop_when_converged: Switch = Field(
         False, description="end the study as soon as all levels are at the target"

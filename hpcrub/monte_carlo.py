@@ -8,6 +8,7 @@ one before waits, with the sample in its memory, until rank 0 shares the referen
 """
 
 import time
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,13 @@ from hpcrub.errors import Interrupted
 from hpcrub.layout import DONE, FAILED, KINDS, PENDING
 from hpcrub.parallel import PAUSE
 from hpcrub.runlog import Work
-from hpcrub.statistics import first_converged, running_percentiles, running_statistics
+from hpcrub.statistics import (
+    first_converged,
+    judged_error,
+    running_intervals,
+    running_percentiles,
+    running_statistics,
+)
 from hpcrub.study import deviation, linear_amplitude, modes_of, peak, point_values
 from hpcrub.tuned import Marched, TunedDisk, join, modes_of_tuned
 from hpcrub.warmup import warm_up
@@ -244,9 +251,9 @@ class Study:
         if not convergence.stop_when_converged or self.finished < due:
             return False
         self.looked_at = self.finished
-        return self._converged_at(self._running("contact")) is not None
+        return self._converged_at() is not None
 
-    def _running(self, kind, compute=running_percentiles):
+    def _running(self, kind, compute):
         """What `compute` finds for every level over the leading samples that are finished."""
         c = self.config.convergence
         values = self.amplification[KINDS.index(kind)]
@@ -256,11 +263,14 @@ class Study:
             for level, n in enumerate(n_finished)
         ]
 
-    def _converged_at(self, running):
+    def _converged_at(self):
         """First number of percentile values at which all levels are converged, or None."""
-        shortest = min(len(r.samples_seen) for r in running)
-        error = np.stack([r.convergence_error[:, :shortest] for r in running])
-        return first_converged(error, self.config.convergence.target_error)
+        c = self.config.convergence
+        compute = running_percentiles if c.criterion == "standard_error" else running_intervals
+        running = self._running("contact", compute)
+        errors = [judged_error(c.criterion, partial(getattr, found)) for found in running]
+        shortest = min(error.shape[-1] for error in errors)
+        return first_converged(np.stack([e[:, :shortest] for e in errors]), c.target_error)
 
     def _write_statistics(self):
         """Statistics of the finished samples (rank 0).
@@ -271,7 +281,7 @@ class Study:
         self.phase("statistics")
         length = None
         if self.config.convergence.stop_when_converged:
-            length = self._converged_at(self._running("contact"))
+            length = self._converged_at()
         for kind in KINDS:
             for level, parts in enumerate(self._running(kind, running_statistics)):
                 cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)

@@ -149,10 +149,21 @@ def _order_statistics(values, step, rank):
     return found
 
 
+def judged_error(criterion, read):
+    """The error by which convergence is judged (..., P, K).
+
+    criterion: "standard_error", equation (6), or "interval", half of the confidence interval.
+    read: function of a name in RunningPercentiles or Intervals that returns the values.
+    """
+    if criterion == "standard_error":
+        return read("convergence_error")
+    return (read("percentile_high") - read("percentile_low")) / 2.0
+
+
 def first_converged(error, target):
     """Number of percentile values after which every error is below the target.
 
-    error (..., K): convergence errors of all levels and percentiles.
+    error (..., K): `judged_error` of all levels and percentiles.
     Returns the smallest such k (1-based, at least MIN_VALUES), or None.
     """
     worst = error.reshape(-1, error.shape[-1]).max(axis=0)  # NaN stays NaN: not converged

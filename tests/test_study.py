@@ -135,18 +135,23 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     file.close()
 
 
-def test_stops_when_converged_and_stays_so(tiny, folder, capfd, monkeypatch):
-    """With a generous target it stops at the fewest values allowed, and a resume adds none."""
+@pytest.mark.parametrize(("criterion", "n"), [("standard_error", 3), ("interval", 6)])
+def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, monkeypatch):
+    """With a generous target it stops at the fewest values allowed or, by the interval of a median,
+    when both of its ends are known: 0.5**n is below the normal tail at 2. A resume adds none."""
     few = ["--set", "mistuning.samples=12", "--set", "mistuning.half_range_percent=[4]"]
     few += ["--set", "convergence.stop_when_converged=true", "--set", "convergence.target_error=1"]
+    few += ["--set", "convergence.percentiles=[50]", "--set", "convergence.z=2"]
+    few += ["--set", f"convergence.criterion={criterion}"]
     monkeypatch.setattr("hpcrub.statistics.MIN_VALUES", 3)
     assert main(tiny, *few) == 0
     file = ResultFile.open("results/tiny.h5")
-    np.testing.assert_array_equal(file.status(), [[DONE] * 3 + [0] * 9])
+    np.testing.assert_array_equal(file.status(), [[DONE] * n + [0] * (12 - n)])
     known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
-    np.testing.assert_array_equal(known, np.arange(12) < 3)
+    np.testing.assert_array_equal(known, np.arange(12) < n)
     file.close()
     before = datasets("results/tiny.h5")
+    assert main(tiny, *few, "--status") == 0
     assert main(tiny, *few, "--resume") == 0
     assert datasets("results/tiny.h5") == before
 
