@@ -17,3 +17,11 @@ class Interrupted(HpcrubError):
     """Stopped on request (Ctrl-C, SIGTERM, SIGUSR1); the study can be resumed."""
 
     exit_code = 75
+
+
+def reason(error):
+    """One line of what went wrong."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    lines = str(error).splitlines() or [type(error).__name__]
+    return lines[0]

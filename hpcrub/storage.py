@@ -13,25 +13,21 @@ How a file survives a kill at any moment:
 
 import contextlib
 import datetime
-import errno
-import fcntl
 import importlib.metadata
 import os
-import shutil
-import stat
 import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from hpcrub import __version__, seal, studies
+from hpcrub import __version__, names, seal, studies
 from hpcrub import config as configuration
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.layout import SAMPLE, TUNED
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
-# `Lock` keeps a second writer off.
+# `names.Lock` keeps a second writer off.
 SERIAL = {"locking": False}
 # in HDF5's superblock: set while the file is open to write
 OPEN_FLAG, OPEN_FLAG_SIZE = 20, 4
@@ -47,64 +43,6 @@ def require_parallel():
         )
 
 
-class Lock:
-    """Keeps a second job off the same result file, until release or the end of the process."""
-
-    def __init__(self, path):
-        """Raises InputError when another job holds it or the folder cannot be used."""
-        self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            while not self._locked(path):
-                self._file.close()
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {_reason(error)}") from None
-
-    def _locked(self, path):
-        """Lock the file; False when its name has meanwhile passed to another file."""
-        # neither emptied nor followed: nothing that somebody else has there is harmed
-        opener = lambda name, flags: os.open(name, flags | os.O_NOFOLLOW, 0o666)  # noqa: E731
-        self._file = open(self.path, "a", opener=opener)  # noqa: SIM115, stays open
-        try:
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno in (errno.EAGAIN, errno.EACCES):
-                raise InputError(f"{path} is in use by another job") from None
-            return True  # a file system without locks: go on without
-        return self._is_named()
-
-    def _is_named(self):
-        """Whether the name is still that of the locked file."""
-        try:
-            return os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
-        except FileNotFoundError:
-            return False
-
-    def release(self):
-        """Let others have the file; a second time does nothing."""
-        if self._file.closed:
-            return
-        with contextlib.suppress(OSError):  # a folder that has become read-only: leave it there
-            if self._is_named():
-                self.path.unlink()
-        self._file.close()
-
-
-def refuse_foreign(path):
-    """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
-    path = Path(os.path.realpath(path))
-    try:
-        kind = path.stat().st_mode if os.path.lexists(path) else None
-        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or seal.is_ours(path))):
-            return
-    except OSError as error:
-        raise InputError(f"cannot replace {path}: {_reason(error)}") from None
-    raise InputError(
-        f"{path} is not a result file of this hpcrub and is not replaced; "
-        "move it away, or choose another output"
-    )
-
-
 def lay_out(path, config, origin=None):
     """Create the result file at its final size, replacing one of that name in a single step.
 
@@ -114,7 +52,7 @@ def lay_out(path, config, origin=None):
     """
     path = os.path.realpath(path)
     part = Path(f"{path}.hpcrub-part")
-    refuse_foreign(path)
+    names.refuse_foreign(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # of a job that was killed
@@ -131,11 +69,11 @@ def lay_out(path, config, origin=None):
             data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
             data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
         seal.write(part, __version__, data)
-        move(part, path)
+        names.move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
-        raise InputError(f"cannot write {path}: {_reason(error)}") from None
+        raise InputError(f"cannot write {path}: {reason(error)}") from None
 
 
 def _reserve(path, size):
@@ -144,13 +82,6 @@ def _reserve(path, size):
     with open(path, "xb") as file:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
-
-
-def move(path, to):
-    """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
-    with open(path, "rb") as file:
-        os.fsync(file.fileno())
-    os.replace(path, to)
 
 
 def _write_attributes(file, config, origin):
@@ -239,9 +170,9 @@ def check(path, config=None):
     except HpcrubError:
         raise
     except OSError as error:
-        raise InputError(f"cannot read {path}: {_reason(error)}") from None
+        raise InputError(f"cannot read {path}: {reason(error)}") from None
     except Exception as error:  # whatever h5py raises on what only a forger can have sealed
-        raise InputError(f"{path} is damaged ({_reason(error)})") from None
+        raise InputError(f"{path} is damaged ({reason(error)})") from None
 
 
 def _check_config(path, stored, config):
@@ -297,14 +228,6 @@ def _is_root(comm):
     return comm is None or comm.rank == 0
 
 
-def _reason(error):
-    """One line of what went wrong."""
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror
-    lines = str(error).splitlines() or [type(error).__name__]
-    return lines[0]
-
-
 class ResultFile:
     """An open result file. Reads and writes are independent: any rank, any time."""
 
@@ -318,7 +241,7 @@ class ResultFile:
             else:
                 self._file = h5py.File(path, mode, **SERIAL)
         except OSError as error:
-            raise InputError(f"cannot open {path}: {_reason(error)}") from None
+            raise InputError(f"cannot open {path}: {reason(error)}") from None
         # to find the file again, should somebody take its name away
         self._kept = os.open(path, os.O_RDONLY) if mode != "r" and _is_root(comm) else None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
@@ -400,7 +323,7 @@ class ResultFile:
                 self._datasets[name][where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            raise HpcrubError(f"cannot write {self.path}: {_reason(error)}") from None
+            raise HpcrubError(f"cannot write {self.path}: {reason(error)}") from None
 
     def close(self):
         """Close the file; collective with several ranks."""
@@ -411,20 +334,4 @@ class ResultFile:
 
         Raises HpcrubError when another file has taken the name, or it cannot be written.
         """
-        with open(self._kept, "rb") as kept:
-            try:
-                there = os.stat(self.path) if os.path.lexists(self.path) else None
-                if there and os.path.samestat(there, os.fstat(kept.fileno())):
-                    return
-                target = Path(f"{self.path}.rescued.h5") if there else self.path
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with open(target, "xb") as copy:
-                    shutil.copyfileobj(kept, copy)
-                    os.fsync(copy.fileno())
-            except OSError as error:
-                raise HpcrubError(f"cannot write {self.path}: {_reason(error)}") from None
-        if there:
-            raise HpcrubError(
-                f"{self.path} was replaced by another file while this job ran; "
-                f"what it has computed is in {target}"
-            )
+        names.put_back(self._kept, self.path)

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from hpcrub import config
+from hpcrub import config, storage
 from hpcrub.layout import LAYOUT
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -82,3 +82,11 @@ def tiny(tmp_path):
 @pytest.fixture
 def tiny_config():
     return config.Config.from_yaml(TINY)
+
+
+@pytest.fixture
+def path(tmp_path, tiny_config):
+    """An empty result file."""
+    path = tmp_path / "result.h5"
+    storage.lay_out(path, tiny_config)
+    return path

@@ -165,7 +165,7 @@ def test_effective_configuration_has_every_key():
     step=st.floats(1e-300, 1e-2, exclude_min=True),
     levels=st.lists(st.floats(0, 100, exclude_max=True), min_size=1, max_size=5),
     seed=st.integers(0, 2**63 - 1),
-    output=st.text(min_size=1, max_size=20).filter(str.isprintable),
+    output=st.text(min_size=1, max_size=20).filter(lambda x: x.isprintable() and "." not in x),
     stop=st.booleans(),
 )
 @example(0.1, 1e-6, [1.0], 0, "1e-6", True)

@@ -1,8 +1,6 @@
 """The result file: its layout is a contract, and nothing unsound is ever taken for a result."""
 
 import json
-import multiprocessing
-import os
 import shutil
 import subprocess
 import sys
@@ -12,8 +10,8 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from hpcrub import __version__, config, layout, seal, size, storage, studies
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub import __version__, config, layout, seal, storage, studies
+from hpcrub.errors import InputError
 from hpcrub.statistics import running_intervals, running_percentiles
 
 V, N_SAMPLES, S, N_BLADES, K = 2, 2, 3, 12, 2
@@ -59,13 +57,6 @@ CONTRACT = {
     "statistics/linear/percentile_low": (V, 3, K),
     "statistics/linear/percentile_high": (V, 3, K),
 }
-
-
-@pytest.fixture
-def path(tmp_path, tiny_config):
-    path = tmp_path / "result.h5"
-    storage.lay_out(path, tiny_config)
-    return path
 
 
 def test_layout_is_the_contract(path):
@@ -305,141 +296,5 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
-
-
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        (HUGE, "not enough disk: .* GB of disk .* GB of memory .* and about .* core hours"),
-        ("mistuning: {samples: 1000000000000}", "not enough disk: .* GB of memory"),
-        ("disk: {n_blades: 200, blade: {n_elements: 50}}", "not enough memory"),
-        ("speeds: {from_hz: 1e-9, to_hz: 1e-9}", "not enough memory"),
-        ("time: {step_s: 1e-12}", "not enough memory"),
-        ("time: {step_s: 1e-300}", "not enough memory"),
-        (
-            "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
-            "not enough memory",
-        ),
-    ],
-)
-def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypatch, text, what):
-    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
-    with pytest.raises(InputError, match=what):
-        size.check(config.Config.from_yaml(text), tmp_path / "not yet" / "huge.h5")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_paper_fits_a_laptop(tmp_path):
-    size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
-
-
-FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
-
-
-@pytest.mark.parametrize("kind", FOREIGN)
-def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, kind):
-    path = tmp_path / "precious"
-    if kind == "text":
-        path.write_text("export PATH")
-    if kind == "HDF5":
-        h5py.File(path, "w").close()
-    if kind == "folder":
-        path.mkdir()
-    if kind == "fifo":
-        os.mkfifo(path)
-    if kind == "device":
-        path.symlink_to("/dev/null")
-    if kind == "dangling":
-        path.symlink_to("nowhere/result.h5")
-    before = path.lstat()
-    if kind == "dangling":  # a link is followed, and what it names can be made
-        storage.lay_out(path, tiny_config)
-        storage.check(tmp_path / "nowhere" / "result.h5")
-    else:
-        with pytest.raises(InputError, match="is not a result file of this hpcrub"):
-            storage.lay_out(path, tiny_config)
-    assert [p.name for p in tmp_path.iterdir() if p.name != "nowhere"] == ["precious"]
-    assert os.path.samestat(path.lstat(), before)
-
-
-def test_our_own_and_empty_files_are_replaced(path, tiny_config):
-    link = path.with_name("link.h5")
-    link.symlink_to(path)
-    for content in (b"", path.read_bytes()[:3000]):  # a truncated one, too
-        path.write_bytes(content)
-        storage.lay_out(link, tiny_config)
-        storage.check(path)
-    assert link.is_symlink()
-
-
 def test_size_is_foretold(path, tiny_config):
     assert path.stat().st_size == pytest.approx(studies.file_size(tiny_config), abs=65536)
-
-
-def try_lock(path, queue):
-    try:
-        storage.Lock(path).release()
-        queue.put("free")
-    except InputError as error:
-        queue.put(str(error))
-
-
-def test_a_second_job_is_kept_out(tmp_path):
-    path, context = tmp_path / "result.h5", multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    lock = storage.Lock(path)
-    for expected in (f"{path} is in use by another job", "free"):
-        process = context.Process(target=try_lock, args=(path, queue))
-        process.start()
-        assert queue.get(timeout=30) == expected
-        process.join()
-        lock.release()
-    assert not lock.path.exists()
-
-
-def test_one_file_under_two_names_is_locked_once(tmp_path):
-    (tmp_path / "link.h5").symlink_to("result.h5")
-    lock, other = storage.Lock(tmp_path / "result.h5"), tmp_path / "link.h5"
-    context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    process = context.Process(target=try_lock, args=(other, queue))
-    process.start()
-    assert queue.get(timeout=30) == f"{other} is in use by another job"
-    process.join()
-    lock.release()
-
-
-def test_a_lock_releases_only_itself(tmp_path):
-    """The folder was removed and made again, and another job has begun in it."""
-    lock = storage.Lock(tmp_path / "result.h5")
-    lock.path.unlink()
-    lock.path.write_text("of another job")
-    lock.release()
-    assert lock.path.exists()
-
-
-@pytest.mark.parametrize("how", ["kept", "moved", "removed", "replaced"])
-def test_a_file_whose_name_was_taken_is_put_back(tmp_path, tiny_config, how):
-    path, values = tmp_path / "results" / "a.h5", {"amplitude_m": np.arange(3.0), "status": 1}
-    file = storage.ResultFile.create(path, tiny_config)
-    if how == "moved":
-        path.parent.rename(tmp_path / "old")
-    if how in ("removed", "replaced"):
-        shutil.rmtree(path.parent)
-    if how == "replaced":
-        path.parent.mkdir()
-        path.write_text("foreign")
-    file.write_sample(1, 1, values)
-    file.close()
-    found = path
-    if how == "replaced":
-        with pytest.raises(HpcrubError, match="was replaced by another file"):
-            file.put_back()
-        assert path.read_text() == "foreign"
-        found = path.with_name("a.h5.rescued.h5")
-    else:
-        file.put_back()
-    file = storage.ResultFile.open(found)
-    np.testing.assert_array_equal(file.read("samples/amplitude_m", (1, 1)), values["amplitude_m"])
-    file.close()

@@ -1,0 +1,37 @@
+"""What a study takes, and that this machine has it."""
+
+import os
+
+import pytest
+from conftest import ROOT
+
+from hpcrub import config, size
+from hpcrub.errors import InputError
+
+HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (HUGE, "not enough disk: .* GB of disk .* GB of memory .* and about .* core hours"),
+        ("mistuning: {samples: 1000000000000}", "not enough disk: .* GB of memory"),
+        ("disk: {n_blades: 200, blade: {n_elements: 50}}", "not enough memory"),
+        ("speeds: {from_hz: 1e-9, to_hz: 1e-9}", "not enough memory"),
+        ("time: {step_s: 1e-12}", "not enough memory"),
+        ("time: {step_s: 1e-300}", "not enough memory"),
+        (
+            "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
+            "not enough memory",
+        ),
+    ],
+)
+def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypatch, text, what):
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+    with pytest.raises(InputError, match=what):
+        size.check(config.Config.from_yaml(text), tmp_path / "not yet" / "huge.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_paper_fits_a_laptop(tmp_path):
+    size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
