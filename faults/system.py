@@ -80,7 +80,7 @@ def compiling(folder):
     """SIGTERM while the kernel is compiled: stopped in good order, with nothing done yet."""
     expected, _ = undisturbed()
     job = Job(folder, "study.yaml", **compiled_code(folder / "cache", keep=False))
-    job.until(lambda: "loading the kernel" in job.output())
+    job.until(lambda: "compiling the kernel" in job.output())
     time.sleep(2.0)
     job.process.send_signal(signal.SIGTERM)
     trial = judged(job, job.wait(), [75], ["--resume"])
