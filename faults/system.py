@@ -1,18 +1,13 @@
 """Signals, clocks, compiled code, and samples that fail."""
 
 import random
-import shutil
 import signal
 import time
-from pathlib import Path
-
-import numba
 
 from faults.disks import small_disk
 from faults.job import (
     ROOT,
     Job,
-    Skip,
     Trial,
     carried_on,
     damage,
@@ -79,7 +74,7 @@ def killed_in_lay_out(folder):
 def compiling(folder):
     """SIGTERM while the kernel is compiled: stopped in good order, with nothing done yet."""
     expected, _ = undisturbed()
-    job = Job(folder, "study.yaml", **compiled_code(folder / "cache", keep=False))
+    job = Job(folder, "study.yaml", **cold_cache(folder / "cache"))
     job.until(lambda: "compiling the kernel" in job.output())
     time.sleep(2.0)
     job.process.send_signal(signal.SIGTERM)
@@ -143,21 +138,17 @@ def sample_fails(folder):
         yield judged(job, code, [0], problem=problem)
 
 
-def compiled_code(folder, keep=True):
-    """Environment with a cache of its own, a copy of the user's unless it shall be cold."""
+def cold_cache(folder):
+    """Environment in which compiled code is kept in this folder, new and empty."""
     folder.mkdir(parents=True)
-    if keep:
-        source = Path(numba.config.CACHE_DIR)
-        if not numba.config.CACHE_DIR or not any(source.rglob("*.nbc")):
-            raise Skip("no compiled code in the cache")
-        shutil.copytree(source, folder / "hpcrub" / "jit" / source.name)
     return {"XDG_CACHE_HOME": str(folder), "NUMBA_CACHE_DIR": None}
 
 
 def damaged_cache(folder, harm, pattern):
     """Compiled code that cannot be trusted is compiled anew, and mended."""
     expected, _ = undisturbed()
-    environment = compiled_code(folder / "cache")
+    environment = cold_cache(folder / "cache")
+    run(folder / "compiles", "study.yaml", **environment)
     entries = sorted((folder / "cache").rglob(pattern))
     assert entries
     for entry in entries:
@@ -190,11 +181,6 @@ def cache_index(folder):
 def cache_code(folder):
     """64 bytes in the middle of every piece of machine code zeroed."""
     yield from damaged_cache(folder, _garbled, "*.nbc")
-
-
-def cache_small(folder):
-    """The same for one small function (a short version of the two above)."""
-    yield from damaged_cache(folder, _garbled, "*grow*.nbc")
 
 
 def cache_not_writable(folder):
