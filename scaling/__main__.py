@@ -20,7 +20,7 @@ from scaling import costs, program, report, simulate
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "build" / "scaling.pickle"
 PAGE = ROOT / "docs" / "scaling.md"
-SAMPLES = 6  # measured of each case, whole and in parts
+SAMPLES = 24  # measured of each case, whole and in parts
 
 
 def measure():
