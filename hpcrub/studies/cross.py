@@ -97,7 +97,8 @@ def rank_interval(r, n, confidence=0.95):
 def _density(level, contact, linear):
     grids = []
     for values in (contact, linear):
-        margin = 0.15 * (values.max() - values.min()) + 1e-6
+        # three standard deviations of the kernel (by Scott's rule): no contour is cut off
+        margin = 3.0 * values.std() * len(values) ** (-1 / 6) + 1e-6
         grids.append(np.linspace(values.min() - margin, values.max() + margin, N_GRID))
     yield "grid_contact", level, grids[0]
     yield "grid_linear", level, grids[1]
