@@ -17,7 +17,7 @@ from hpcrub import (
     __version__,
     config,
     monte_carlo,
-    names,
+    ownership,
     parallel,
     parts,
     progress,
@@ -165,7 +165,7 @@ def prepare(cfg, options, holder):
         raise InputError(f"output: {path} is one of the sources")
     if exists and not (options.resume or options.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
-    holder.lock = names.Lock(path)
+    holder.lock = ownership.Lock(path)
     if exists and options.resume:
         storage.check(path, cfg)
     else:

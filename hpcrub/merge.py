@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub import names, parts, size, storage, studies
+from hpcrub import ownership, parts, size, storage, studies
 from hpcrub.config import differences
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.layout import PENDING
@@ -60,10 +60,10 @@ def merge(out, paths, overwrite=False):
     if os.path.lexists(out) and not overwrite:
         raise InputError(f"{out} exists: --overwrite replaces it")
     config, tuned, origin = _survey(out, paths)
-    names.refuse_foreign(out)
+    ownership.refuse_foreign(out)
     size.check(config, out)
     unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
-    lock = names.Lock(out)
+    lock = ownership.Lock(out)
     try:
         storage.lay_out(unfinished, config, origin)
         whole = storage.ResultFile(unfinished, mode="r+")
@@ -77,7 +77,7 @@ def merge(out, paths, overwrite=False):
         status = whole.status()
         whole.close()
         whole.put_back()
-        names.move(unfinished, os.path.realpath(out))
+        ownership.move(unfinished, os.path.realpath(out))
     except OSError as error:
         raise HpcrubError(f"cannot write {out}: {error.strerror}") from None
     finally:

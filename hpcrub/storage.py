@@ -21,13 +21,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from hpcrub import __version__, names, seal, studies
+from hpcrub import __version__, ownership, seal, studies
 from hpcrub import config as configuration
 from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.layout import SAMPLE, TUNED
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
-# `names.Lock` keeps a second writer off.
+# `ownership.Lock` keeps a second writer off.
 SERIAL = {"locking": False}
 # in HDF5's superblock: set while the file is open to write
 OPEN_FLAG, OPEN_FLAG_SIZE = 20, 4
@@ -52,7 +52,7 @@ def lay_out(path, config, origin=None):
     """
     path = os.path.realpath(path)
     part = Path(f"{path}.hpcrub-part")
-    names.refuse_foreign(path)
+    ownership.refuse_foreign(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # of a job that was killed
@@ -69,7 +69,7 @@ def lay_out(path, config, origin=None):
             data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
             data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
         seal.write(part, __version__, data)
-        names.move(part, path)
+        ownership.move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
@@ -334,4 +334,4 @@ class ResultFile:
 
         Raises HpcrubError when another file has taken the name, or it cannot be written.
         """
-        names.put_back(self._kept, self.path)
+        ownership.put_back(self._kept, self.path)

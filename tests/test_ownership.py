@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcrub import names, storage
+from hpcrub import ownership, storage
 from hpcrub.errors import HpcrubError, InputError
 
 FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
@@ -52,7 +52,7 @@ def test_our_own_and_empty_files_are_replaced(path, tiny_config):
 
 def try_lock(path, queue):
     try:
-        names.Lock(path).release()
+        ownership.Lock(path).release()
         queue.put("free")
     except InputError as error:
         queue.put(str(error))
@@ -61,7 +61,7 @@ def try_lock(path, queue):
 def test_a_second_job_is_kept_out(tmp_path):
     path, context = tmp_path / "result.h5", multiprocessing.get_context("spawn")
     queue = context.Queue()
-    lock = names.Lock(path)
+    lock = ownership.Lock(path)
     for expected in (f"{path} is in use by another job", "free"):
         process = context.Process(target=try_lock, args=(path, queue))
         process.start()
@@ -73,7 +73,7 @@ def test_a_second_job_is_kept_out(tmp_path):
 
 def test_one_file_under_two_names_is_locked_once(tmp_path):
     (tmp_path / "link.h5").symlink_to("result.h5")
-    lock, other = names.Lock(tmp_path / "result.h5"), tmp_path / "link.h5"
+    lock, other = ownership.Lock(tmp_path / "result.h5"), tmp_path / "link.h5"
     context = multiprocessing.get_context("spawn")
     queue = context.Queue()
     process = context.Process(target=try_lock, args=(other, queue))
@@ -85,7 +85,7 @@ def test_one_file_under_two_names_is_locked_once(tmp_path):
 
 def test_a_lock_releases_only_itself(tmp_path):
     """The folder was removed and made again, and another job has begun in it."""
-    lock = names.Lock(tmp_path / "result.h5")
+    lock = ownership.Lock(tmp_path / "result.h5")
     lock.path.unlink()
     lock.path.write_text("of another job")
     lock.release()
