@@ -3,6 +3,9 @@
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
 they must agree to the last bit. Memory does not grow with the samples.
+
+A study of few samples is a part of the same study with more: `--samples N` makes the file of the
+larger one, and `main.py --resume` computes what is missing.
 """
 
 import argparse
@@ -31,25 +34,30 @@ def main(argv=None):
     parser.add_argument("out", metavar="OUT.h5", help="file of the whole study")
     parser.add_argument("parts", metavar="PART.h5", nargs="+", help="files of its parts")
     parser.add_argument("--overwrite", action="store_true", help="replace an existing OUT.h5")
+    parser.add_argument(
+        "--samples", type=int, metavar="N", help="give OUT.h5 N samples a level, not the parts' own"
+    )
     options = parser.parse_args(argv)
     try:
-        n_done, n_all = merge(options.out, options.parts, options.overwrite)
+        n_done, n_all = merge(options.out, options.parts, options.overwrite, options.samples)
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
         return error.exit_code
     print(f"{options.out}: {n_done} of {n_all} samples, from {len(options.parts)} files")
     if n_done < n_all:
-        print(f"main.py with --output {options.out} --resume computes the others")
+        more = f" --set mistuning.samples={options.samples}" if options.samples else ""
+        print(f"main.py with --output {options.out}{more} --resume computes the others")
     return 0
 
 
-def merge(out, paths, overwrite=False):
+def merge(out, paths, overwrite=False, samples=None):
     """Merge result files of parts of one study.
 
     Args:
         out: file of the whole study; it appears when it is whole.
         paths: result files of parts, or of the whole study.
         overwrite: replace an existing file.
+        samples: number of samples a level of the whole study, if not that of the parts' own.
 
     Returns:
         number of finished samples, and of all.
@@ -59,7 +67,7 @@ def merge(out, paths, overwrite=False):
     """
     if os.path.lexists(out) and not overwrite:
         raise InputError(f"{out} exists: --overwrite replaces it")
-    config, tuned, origin = _survey(out, paths)
+    config, tuned, origin = _survey(out, paths, samples)
     ownership.refuse_foreign(out)
     size.check(config, out)
     unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
@@ -86,7 +94,7 @@ def merge(out, paths, overwrite=False):
     return int(np.count_nonzero(status != PENDING)), status.size
 
 
-def _survey(out, paths):
+def _survey(out, paths, samples):
     """What all parts agree on: Config of the whole, results of the tuned disk, and where from.
 
     Raises InputError for parts that do not belong together.
@@ -95,7 +103,7 @@ def _survey(out, paths):
     origin = defaultdict(set)
     for path in paths:
         part = storage.ResultFile.open(path)
-        mine, found = _whole_config(part, out), part.tuned()
+        mine, found = _whole_config(part, out, samples), part.tuned()
         if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
             raise InputError(f"parts of different studies: {'; '.join(other)}")
         config = config or mine
@@ -110,12 +118,15 @@ def _survey(out, paths):
     return config, tuned, {name: ", ".join(sorted(values)) for name, values in origin.items()}
 
 
-def _whole_config(part, out):
+def _whole_config(part, out, samples):
     if part.config.study != "contact":
         raise InputError(f"{part.path} is of the study {part.config.study}; only contact has parts")
     if part.config.convergence.stop_when_converged:
         raise InputError(f"{part.path} stops when it has converged: it cannot be part of another")
-    return parts.whole(part.config, out)
+    end = part.config.samples.stop
+    if samples is not None and samples < end:
+        raise InputError(f"--samples: {samples} is too few, {part.path} has {end} a level")
+    return parts.whole(part.config, out, samples)
 
 
 def _same_tuned(tuned, path, found, other):

@@ -59,8 +59,12 @@ def cut(config, number, count, by="samples"):
     return configuration.replaced(config, keys)
 
 
-def whole(config, output):
-    """Configuration of the whole study, into the file output, of that of a part."""
-    return configuration.replaced(
-        config, {"part.levels": None, "part.samples": None, "output": str(output)}
-    )
+def whole(config, output, samples=None):
+    """Configuration of the whole study, into the file output, of that of a part.
+
+    samples: number of samples a level, that of the part's own study if left out.
+    """
+    keys = {"part.levels": None, "part.samples": None, "output": str(output)}
+    if samples is not None:
+        keys["mistuning.samples"] = samples
+    return configuration.replaced(config, keys)

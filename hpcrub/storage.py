@@ -179,6 +179,10 @@ def _check_config(path, stored, config):
     differences = configuration.differences(stored, config)
     if differences:
         more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
+        n_samples = config.mistuning.samples
+        if len(differences) == 1 and stored.mistuning.samples < n_samples:
+            program = f"python -m hpcrub.merge --samples {n_samples}"
+            more = f"; {program} NEW.h5 {path} makes room for them"
         raise InputError(f"{path} has another configuration: {differences[0]}{more}")
 
 

@@ -103,6 +103,27 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert datasets("whole.h5") == datasets("single.h5")
 
 
+def test_a_study_goes_on_with_more_samples(folder, capsys):
+    """What a smaller study has computed is not computed again, and the rest joins it to the bit."""
+    fewer = ["study.yaml", "--output", "fewer.h5"]
+    assert run(*fewer, "--set", "mistuning.samples=3") == 0
+    assert run(*fewer, "--resume") == 2
+    assert "--samples 5 NEW.h5 fewer.h5 makes room" in error_lines(capsys.readouterr().err)[0]
+    assert merge.main(["whole.h5", "fewer.h5", "--samples", "5"]) == 0
+    out = capsys.readouterr().out
+    assert "whole.h5: 6 of 10 samples" in out
+    assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
+    assert run("study.yaml", "--resume") == 0
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert attributes("whole.h5") == attributes("single.h5")
+
+
+def test_a_file_has_no_fewer_samples_than_its_parts(folder):
+    with pytest.raises(InputError, match=r"--samples: 4 is too few, .*3-of-3.h5 has 5 a level"):
+        merge.merge("whole.h5", THREE, samples=4)
+    assert not (folder / "whole.h5").exists()
+
+
 def test_a_merged_file_takes_further_parts(folder):
     merge.merge("whole.h5", THREE[:1])
     merge.merge("whole.h5", ["whole.h5", *THREE[1:]], overwrite=True)
