@@ -38,20 +38,23 @@ def _unit(signal):
     return off / np.sqrt(off @ off)
 
 
-def is_steady(before, last, peak_before, peak_last, criteria):
-    """Whether two successive windows show the same motion.
+def is_constant(before, last, criteria):
+    """Whether the amplitudes of two successive windows agree; False for NaN.
 
     Args:
-        before, last: displacement of the tip with the largest vibration (n,) [m] in both windows.
-        peak_before, peak_last: its largest magnitude in both windows [m].
+        before, last: largest magnitude in both windows of the tip that moves most [m].
         criteria: SteadyCriteria.
-
-    Returns:
-        True if they correlate and their amplitudes agree; False otherwise, also for NaN.
     """
-    change = abs(peak_last - peak_before)
-    if not change <= criteria.max_amplitude_change * peak_last:
-        return False
+    return bool(abs(last - before) <= criteria.max_amplitude_change * last)
+
+
+def is_repeated(before, last, criteria):
+    """Whether two successive windows show the same motion; False for NaN.
+
+    Args:
+        before, last: displacement of the tip that moves most (n,) [m] in both windows.
+        criteria: SteadyCriteria.
+    """
     return correlation(before, last) > criteria.min_correlation
 
 

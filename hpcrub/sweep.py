@@ -14,7 +14,7 @@ import numpy as np
 from hpcrub import energy, kernel, reasons, scheme
 from hpcrub.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.reduction import Modes
-from hpcrub.steady import SteadyCriteria, is_steady, localisation
+from hpcrub.steady import SteadyCriteria, is_constant, is_repeated, localisation
 
 WIDTH = 16  # speeds marched together: two of the widest vector registers hide each other's latency
 BAND = 1.08  # ratio of the fastest to the slowest speed of a band
@@ -243,11 +243,10 @@ class _Band:
 
     def _next_event(self, now):
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
-        running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
-        begins = [self.check[lane] - 2 * self.window for lane in running]
-        recording = any(begin <= now for begin in begins) or not self.scene.shortcuts.windows
-        events = [self.check[lane] for lane in running] + [b for b in begins if b > now]
-        return recording, min(events)
+        checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
+        begin = min(checks) - 2 * self.window
+        recording = begin <= now or not self.scene.shortcuts.windows
+        return recording, min(checks) if recording else begin
 
     def _blocks(self, lane, seconds, rounding):
         return rounding(
@@ -273,10 +272,10 @@ class _Band:
     def _finished(self, lane, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
         steady = self.scene.steady
-        # the ring holds just the two windows, and block ``now`` is next: its place is the oldest
-        peak = self.bank.record.peak.reshape(2 * self.window, -1, len(self.speed))[:, :, lane]
-        peak = np.roll(peak, -(now % (2 * self.window)), axis=0)[:, : len(self.modes.radial)]
-        before, last = peak[: self.window].max(axis=0), peak[self.window :].max(axis=0)
+        older, newer = self._windows(now)
+        peak = self.bank.record.peak.reshape(2 * self.window, -1, len(self.speed))
+        peak = peak[:, : len(self.modes.radial), lane]
+        before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         elapsed = now - self.start[lane]
         reason = self._reason(lane, peak)
@@ -284,10 +283,10 @@ class _Band:
             status = DIVERGED
         else:
             tip = int(np.argmax(last))
-            signal = self._signal(lane, tip, now)
-            half = len(signal) // 2
             cap = self._blocks(lane, steady.max_time, math.floor)
-            passes = is_steady(signal[:half], signal[half:], before[tip], last[tip], steady)
+            passes = is_constant(before[tip], last[tip], steady) and is_repeated(
+                self._signal(lane, tip, older), self._signal(lane, tip, newer), steady
+            )
             self.passed[lane] = self.passed[lane] + 1 if passes else 0
             if self.passed[lane] >= steady.confirmations:
                 status = STEADY
@@ -326,11 +325,18 @@ class _Band:
             return reasons.UNBALANCED
         return flaw
 
-    def _signal(self, lane, tip, now):
-        """Displacement of one contact point over both windows, oldest first."""
+    def _windows(self, now):
+        """Places in the ring of the blocks of the window before the last one, and of the last.
+
+        The ring holds just these two, and block ``now`` is next: its place is the oldest.
+        """
+        return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
+
+    def _signal(self, lane, tip, window):
+        """Displacement of one contact point over a window, places in the ring."""
         n_points = len(self.bank.contact.stiffness)
         history = self.bank.record.history.reshape(2 * self.window, -1, n_points, len(self.speed))
-        return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
+        return history[window, :, tip, lane].ravel()
 
 
 def warm_up():

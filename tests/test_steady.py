@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hpcrub.steady import SteadyCriteria, correlation, is_steady, localisation
+from hpcrub.steady import SteadyCriteria, correlation, is_constant, is_repeated, localisation
 
 CRITERIA = SteadyCriteria()
 T = np.linspace(0.0, 6.0, 1200, endpoint=False)  # two windows of three revolutions
@@ -12,7 +12,8 @@ PERIODIC = np.sin(2 * np.pi * 3 * T) + 0.3 * np.cos(2 * np.pi * 5 * T)
 
 def verdict(signal, criteria=CRITERIA):
     before, last = np.split(signal, 2)
-    return is_steady(before, last, np.abs(before).max(), np.abs(last).max(), criteria)
+    sizes = np.abs(before).max(), np.abs(last).max()
+    return is_constant(*sizes, criteria) and is_repeated(before, last, criteria)
 
 
 def test_periodic_is_steady():
@@ -39,7 +40,8 @@ def test_constant_then_moving_is_not_steady():
 
 def test_nan_is_never_steady():
     assert not verdict(np.where(T > 5.9, np.nan, PERIODIC))
-    assert not is_steady(PERIODIC, PERIODIC, np.nan, np.nan, CRITERIA)
+    assert not is_constant(np.nan, np.nan, CRITERIA)
+    assert not is_repeated(PERIODIC, np.full_like(PERIODIC, np.nan), CRITERIA)
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-12, 1e150])
