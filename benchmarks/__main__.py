@@ -24,14 +24,15 @@ def measure():
     print("sample", flush=True)
     out["parts"], out["shortcuts"] = sample_cost.parts(), sample_cost.shortcuts()
     out["whole"] = sample_cost.whole_samples()
-    out["periodic"] = work_precision.periodic_errors()
     print("size", flush=True)
     out["scaling"] = sample_cost.scaling()
     print("start, ranks", flush=True)
     out["start"], out["ranks"] = sample_cost.start_up(), sample_cost.ranks()
+    out["memory"] = sample_cost.memory()
     print("run time against error", flush=True)
     with work_precision.pool_of_two() as pool:
         out["results"] = work_precision.measure(pool)
+        out["periodic"] = work_precision.periodic_errors(pool)
     return out | {"minutes": (time.time() - out["began"]) / 60.0}
 
 
@@ -41,21 +42,30 @@ def main():
         MEASURED.parent.mkdir(exist_ok=True)
         MEASURED.write_bytes(pickle.dumps(measure()))
     m = pickle.loads(MEASURED.read_bytes())
-    text = [
+    text = "\n".join((
         "# Benchmark report\n",
         f"Written by `make bench` in {m['minutes']:.0f} minutes on a virtual machine with "
-        f"{os.cpu_count()} cores\n({platform.machine()}, AVX-512), Python "
-        f"{platform.python_version()}, one thread per core.\n",
+        f"{os.cpu_count()} cores\n({processor()}), Python {platform.python_version()}, one thread "
+        "per core.\n",
         report.kernel_section(m["kernel"]),
         report.precision_section(m["results"], m["periodic"]),
         "![Work-precision diagram](work_precision.png)\n",
-        report.cost_section(
-            m["parts"], m["whole"], m["shortcuts"], m["scaling"], m["start"], m["ranks"]
-        ),
-    ]
-    report.precision_figure(m["results"], FOLDER / "work_precision.png")
-    (FOLDER / "report.md").write_text("\n".join(text))
+        report.cost_section(m),
+    ))  # fmt: skip
+    report.precision_figure(m["results"], m["periodic"], FOLDER / "work_precision.png")
+    (FOLDER / "report.md").write_text(text)
+    print(text)
     print(f"{FOLDER}/report.md, {m['minutes']:.0f} minutes")
+
+
+def processor():
+    """Kind of processor and its widest vectors."""
+    try:
+        flags = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        flags = ""
+    widest = [name for name in ("avx512f", "avx2") if name in flags]
+    return ", ".join([platform.machine(), *widest[:1]])
 
 
 if __name__ == "__main__":

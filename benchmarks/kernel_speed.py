@@ -129,6 +129,19 @@ def peak_gflops(n=1024):
     return 2.0 * n**3 / best(lambda: a @ a) / 1e9
 
 
+def peak_bandwidth(n_bytes):
+    """Bytes per second that one core moves while it goes through so many again and again."""
+    a, b = np.random.default_rng(0).random((2, n_bytes // 16))
+    return 3 * a.nbytes * 100 / best(lambda: [np.add(a, b, out=a) for _ in range(100)])
+
+
+def touched(bank):
+    """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
+    s = bank.scheme
+    read = s.radial, s.load, s.keep, s.squared, s.push, bank.state.position, bank.state.increment
+    return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
+
+
 def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
     """Floating-point operations that one step of one speed needs: modes, penetrations, contacts."""
     modal = 6 * n_modes
@@ -144,17 +157,26 @@ def measure():
     rows = []
     for name in ("central_difference", "exact_modal"):
         for n_modes in N_MODES:
-            for width in LANES if n_modes == 60 else (16,):
+            for width in LANES:
                 lanes = Lanes(width, n_modes, name)
                 rows.append((name, n_modes, width, lanes.rate(), lanes.rate(place=0)))
     # in turns: the machine's speed drifts
-    sides = [(reference.rate(), plain_c(reference), peak_gflops()) for _ in range(5)]
+    read, written = touched(reference.bank)
+    sides = [
+        (
+            reference.rate(),
+            plain_c(reference),
+            plain_numpy(reference),
+            peak_gflops(),
+            peak_bandwidth(read) / (read + written) * reference.width,
+        )
+        for _ in range(5)
+    ]
     contacts = reference.contacts()
     return {
         "rows": rows,
         "sides": sides,
-        "numpy": plain_numpy(reference),
         "contacts": contacts,
         "flops": needed_flops(len(reference.modes.omega), 12, contacts),
-        "bytes": 8 * sum(a.size for a in (*reference.bank.scheme[:6], *reference.bank.state[:2])),
+        "bytes": (read, written),
     }

@@ -49,7 +49,7 @@ NO_CONTACTS = ()
 class Shortcuts(NamedTuple):
     """Work that is left out where it cannot matter; none of them changes a bit of the result."""
 
-    nothing_touches: bool = True  # no run at all where no bump reaches the tips
+    nothing_touches: bool = True  # no run where no bump reaches the tips: its time is 0
     no_contact: bool = True  # no multipliers where nothing penetrates
     candidates: bool = True  # only the points that may carry a force
     grown: bool = True  # no growth factor after the growth time
