@@ -6,9 +6,11 @@ Truth: the words a reader expects, and the quantiles of a normal distribution.
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from hpcrub.config import load_runs
+from hpcrub.config import Config, load_runs
+from hpcrub.plot import families
 from hpcrub.plot.labels import labels, ordered
 
 
@@ -40,3 +42,24 @@ def family(tmp_path, *sweep):
 )  # fmt: skip
 def test_a_family_is_told_apart_by_quantities_in_the_order_of_their_numbers(tmp_path, sweep, words):
     assert tuple(labels(ordered(family(tmp_path, *sweep)))) == words
+
+
+class Stored:
+    """A result file that holds some datasets only."""
+
+    def __init__(self, config=None, **data):
+        self.config, self.data, self.path = config or Config(), data, Path("made_by_hand.h5")
+
+    def read(self, name, where=()):
+        return np.asarray(self.data[name.rpartition("/")[2]])[where]
+
+
+def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis():
+    errors = np.array([[[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]])
+    file = Stored(samples_seen=[20, 30, 40], convergence_error=errors, sigma=[0.01])
+    figure = families.errors([file])
+    *curves, target = figure.axes[0].get_lines()
+    drawn = [np.ma.filled(curve.get_ydata(), -1.0) for curve in curves]
+    np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
+    np.testing.assert_allclose(target.get_ydata(), 0.5)
+    assert "target" in {text.get_text() for text in figure.legends[0].get_texts()}

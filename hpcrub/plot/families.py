@@ -119,21 +119,25 @@ def running(files):
     """Running means of the percentiles against the number of samples."""
     figure, axes = _convergence(ordered(files), "mean_of_percentile", 1.0)
     for panel in axes:
-        panel.set_ylabel("mean of the percentile [-]")
+        panel.set_ylabel("mean of the percentile of $A_{nl}$ [-]")
     return figure
 
 
 def errors(files):
     """Convergence errors of the percentiles against the number of samples."""
     files = ordered(files)
-    figure, axes = _convergence(files, "convergence_error", 100.0)
+    target = {"color": BLACK, "lw": 1.2, "ls": ":"}
+    handle = Line2D([], [], **target, label="target")
+    figure, axes = _convergence(files, "convergence_error", 100.0, [handle])
     for file, panel in zip(files, axes, strict=True):
-        panel.axhline(100 * file.config.convergence.target_error, color=BLACK, lw=1.2, ls=":")
-        panel.set(yscale="log", ylabel="convergence error [%]")
+        panel.axhline(100 * file.config.convergence.target_error, **target)
+        panel.set(yscale="log", ylabel="convergence error of $A_{nl}$ [%]")
+        for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
+            line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
     return figure
 
 
-def _convergence(files, name, scale):
+def _convergence(files, name, scale, more_handles=()):
     """A statistic of the contact amplifications: colours tell σ, markers the percentile."""
     figure, axes = _panels(files)
     for file, panel in zip(files, axes, strict=True):
@@ -160,5 +164,6 @@ def _convergence(files, name, scale):
         Line2D([], [], color=BLACK, ls="", marker=MARKERS[p], label=f"percentile {v:g}")
         for p, v in enumerate(at)
     ]
+    handles += more_handles
     figure.legend(handles=handles, loc="outside lower center", ncols=len(sigma))
     return figure, axes
