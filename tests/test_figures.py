@@ -8,9 +8,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from hpcrub.config import Config, load_runs
-from hpcrub.plot import families
+from hpcrub.plot import cross, families
 from hpcrub.plot.labels import labels, ordered
 
 
@@ -63,3 +64,20 @@ def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis():
     np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
     np.testing.assert_allclose(target.get_ydata(), 0.5)
     assert "target" in {text.get_text() for text in figure.legends[0].get_texts()}
+
+
+def test_samples_outside_the_contours_are_the_rare_ones():
+    x, y = np.linspace(0.8, 2.2, 201), np.linspace(0.5, 2.5, 301)
+    means, spread = (1.5, 1.6), (0.1, 0.2)
+    density = np.outer(
+        stats.norm(means[1], spread[1]).pdf(y), stats.norm(means[0], spread[0]).pdf(x)
+    )
+    samples = np.random.default_rng(0).normal(means, spread, (4000, 2)).T
+    samples[:, 0] = 3.0, 1.6  # off the grid
+    samples[0, 1] = np.nan
+    found = cross.outside(*samples, x, y, density)
+    distance = (((samples.T - means) / spread) ** 2).sum(axis=1)
+    edge = stats.chi2(2).ppf(0.95)
+    assert found[:2].all()
+    np.testing.assert_array_equal(found[distance > 1.02 * edge], True)
+    np.testing.assert_array_equal(found[distance < 0.98 * edge], False)
