@@ -6,13 +6,16 @@ Truth: the words a reader expects, and the quantiles of a normal distribution.
 from pathlib import Path
 from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from scipy import stats
 
 from hpcrub.config import Config, load_runs
-from hpcrub.plot import cross, families
+from hpcrub.plot import casing, cross, families, histories, modal
 from hpcrub.plot.labels import labels, ordered
+from hpcrub.plot.style import STYLE
 
 
 def family(tmp_path, *sweep):
@@ -81,3 +84,73 @@ def test_samples_outside_the_contours_are_the_rare_ones():
     assert found[:2].all()
     np.testing.assert_array_equal(found[distance > 1.02 * edge], True)
     np.testing.assert_array_equal(found[distance < 0.98 * edge], False)
+
+
+@pytest.fixture
+def drawn():
+    """Function that draws one of the program's figures of one file, laid out as on paper."""
+
+    def draw(function, file):
+        with plt.rc_context(STYLE):
+            figure = function([file])
+            figure.draw_without_rendering()
+        return figure
+
+    yield draw
+    plt.close("all")
+
+
+def words(legend):
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_the_legend_of_the_gap_leaves_the_bumps_free(drawn):
+    angle = np.linspace(0, 2 * np.pi, 361)
+    gap = 0.25e-3 - 1.25e-3 * np.abs(np.cos(2 * angle)) ** 9
+    file = Stored(angle_rad=angle, gap_m=gap, inward_m=0.25e-3 - gap,
+                  growth_time_s=[0.0, 0.01], growth=[0.0, 1.0])  # fmt: skip
+    panel = next(p for p in drawn(casing.casing, file).axes if "gap" in p.get_ylabel())
+    assert not panel.get_legend().get_window_extent().overlaps(panel.get_window_extent())
+
+
+def test_the_excited_point_of_a_safe_diagram_is_named_beside_the_modes(drawn):
+    frequencies = np.repeat([91.0, 560.0, 1600.0], 7)
+    file = Stored(nodal_diameters=np.tile(np.arange(7), 3), frequencies_hz=frequencies)
+    panel = drawn(modal.safe, file).axes[0]
+    (note,) = panel.texts
+    assert note.get_text() == "4 bumps: 138 Hz"
+    assert note.xy == (4, 138.0)
+    box = Text.get_window_extent(note)  # of the words, without the arrow
+    modes = panel.transData.transform(np.column_stack([np.tile(np.arange(7), 3), frequencies]))
+    assert not any(box.contains(*mode) for mode in modes)
+    assert not any(line.get_marker() == "*" for line in panel.get_lines())
+
+
+def test_the_engine_orders_stand_at_their_own_lines(drawn):
+    speeds, frequencies = np.linspace(10, 80, 15), np.linspace(0, 200, 21)
+    file = Stored(speeds_hz=speeds, frequencies_hz=frequencies, deviation=np.zeros((1, 12)),
+                  spectrum_m=np.full((1, 15, 21), 1e-3),
+                  natural_frequencies_hz=np.full((1, 12), 91.0))  # fmt: skip
+    panel = drawn(histories.interaction, file).axes[0]
+    ends = {n: panel.transData.transform((200 / n, 200)) for n in range(3, 13)}
+    boxes = {int(note.get_text()): note.get_window_extent() for note in panel.texts}
+    assert sorted(boxes) == [1, 2, 3, 4, 8, 12]
+    for n in (3, 4, 8, 12):
+        assert not any(boxes[n].x0 < ends[m][0] < boxes[n].x1 for m in ends if m != n)
+
+
+def test_a_time_response_has_a_key_for_blades_and_windows(drawn):
+    t = np.linspace(0, 1, 201)
+    wave = 0.01 * np.sin(t)[None, :, None] * np.ones((1, 1, 12))
+    file = Stored(
+        deviation=np.zeros((1, 12)), time_s=t, tangential_m=wave, radial_m=wave, gap_m=wave,
+        force_n=wave, check_s=[0.5, 0.8], window_s=0.09, correlation=[[0.9, 0.99]],
+        amplitude_change=[[0.1, 0.001]],
+    )  # fmt: skip
+    figure = drawn(histories.time, file)
+    labels_y = [panel.get_ylabel() for panel in figure.axes]
+    assert "$u_r$ of the tips [mm]" in labels_y
+    assert "blade" in labels_y
+    assert words(figure.legends[0]) == [
+        "first window compared", "second window", "checks of the steady state",
+    ]  # fmt: skip
