@@ -130,7 +130,8 @@ def test_the_engine_orders_stand_at_their_own_lines(drawn):
     speeds, frequencies = np.linspace(10, 80, 15), np.linspace(0, 200, 21)
     file = Stored(speeds_hz=speeds, frequencies_hz=frequencies, deviation=np.zeros((1, 12)),
                   spectrum_m=np.full((1, 15, 21), 1e-3),
-                  natural_frequencies_hz=np.full((1, 12), 91.0))  # fmt: skip
+                  natural_frequencies_hz=np.full((1, 12), 91.0),
+                  point_reason=np.zeros((1, 15), dtype=int))  # fmt: skip
     panel = drawn(histories.interaction, file).axes[0]
     ends = {n: panel.transData.transform((200 / n, 200)) for n in range(3, 13)}
     boxes = {int(note.get_text()): note.get_window_extent() for note in panel.texts}
@@ -145,7 +146,7 @@ def test_a_time_response_has_a_key_for_blades_and_windows(drawn):
     file = Stored(
         deviation=np.zeros((1, 12)), time_s=t, tangential_m=wave, radial_m=wave, gap_m=wave,
         force_n=wave, check_s=[0.5, 0.8], window_s=0.09, correlation=[[0.9, 0.99]],
-        amplitude_change=[[0.1, 0.001]],
+        amplitude_change=[[0.1, 0.001]], point_status=[1], point_reason=[0],
     )  # fmt: skip
     figure = drawn(histories.time, file)
     labels_y = [panel.get_ylabel() for panel in figure.axes]
