@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from hpcrub.plot.style import BLUE, COLOURS, MARKERS, ORANGE, STYLE, legend_below
 from scaling import program, simulate
 from scaling.costs import CASES
 
@@ -10,6 +11,7 @@ RANKS = (10, 100, 300, 1000, 3000, 10_000)
 TABLE = (10, 100, 1000, 10_000)
 SAMPLES = 20_000  # of each case: 4 levels of 5000
 ENOUGH = 400  # samples per rank are simulated, and count for all
+LINES = ("-", "--", "-.", ":")
 VARIANTS = {
     "as it is": {},
     "samples never cut": {"cut": False},
@@ -181,44 +183,50 @@ Result files of the paper's four cases together:
 
 def efficiency_figure(found, table, path):
     """Efficiency against ranks, and how busy rank 0 is."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
-    for name in VARIANTS:
-        left.semilogx(RANKS, [100 * table[name, n].efficiency(n) for n in RANKS], "o-", label=name)
-    left.axhline(95.0, color="0.6", lw=1, ls="--")
-    left.set(xlabel="ranks", ylabel="efficiency [%]", ylim=(0, 102))
-    busy = [table["as it is", n] for n in RANKS]
-    right.loglog(RANKS, [100 * r.serving / r.seconds for r in busy], "o-",
-                 label="rank 0 busy with messages [%]")  # fmt: skip
-    right.loglog(RANKS, [r.seconds for r in busy], "s-", label="time of the study [s]")
-    longest = np.mean([c.speeds.max() for c in found["costs"].values()]) * len(CASES)
-    right.axhline(longest, color="0.6", ls=":", label="single longest speeds, four cases [s]")
-    right.set(xlabel="ranks")
-    for axis in (left, right):
-        axis.legend(frameon=False, fontsize=8)
-        axis.grid(alpha=0.3)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4))
+        for name, colour, marker, line in zip(VARIANTS, COLOURS, MARKERS, LINES, strict=False):
+            efficiency = [100 * table[name, n].efficiency(n) for n in RANKS]
+            left.semilogx(RANKS, efficiency, line, color=colour, marker=marker, label=name)
+        left.axhline(95.0, color="0.4", lw=1.2, ls=":", label="95 %")
+        left.set(xlabel="ranks", ylabel="efficiency [%]", ylim=(0, 102))
+        busy = [table["as it is", n] for n in RANKS]
+        share = [100 * r.serving / r.seconds for r in busy]
+        right.loglog(RANKS, share, "o-", color=BLUE, label="rank 0 busy with messages [%]")
+        seconds = [r.seconds for r in busy]
+        right.loglog(RANKS, seconds, "s--", color=ORANGE, label="time of the study [s]")
+        longest = np.mean([c.speeds.max() for c in found["costs"].values()]) * len(CASES)
+        label = "single longest speeds, four cases [s]"
+        right.axhline(longest, color="0.4", lw=1.2, ls=":", label=label)
+        right.set(xlabel="ranks", ylabel="share [%], time [s]")
+        legend_below(left)
+        legend_below(right, columns=1)
+        figure.savefig(path, dpi=130)
+        plt.close(figure)
 
 
 def cost_figure(all_costs, path):
     """Costs of samples, and of samples in parts, by case."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
-    for n_bumps, c in all_costs.items():
-        ordered = np.sort(c.whole)
-        left.step(ordered, np.arange(1, len(ordered) + 1) / len(ordered), label=f"n_d = {n_bumps}")
-        counts = [1, *c.parts[0]]
-        total = [1.0] + [sum(sum(p[n]) for p in c.parts) / c.whole.sum() for n in counts[1:]]
-        longest = [c.whole.mean()] + [np.mean([max(p[n]) for p in c.parts]) for n in counts[1:]]
-        (line,) = right.plot(counts, total, "o-", label=f"n_d = {n_bumps}")
-        relative = np.array(longest) / c.whole.mean()
-        right.plot(counts, relative, "s--", mfc="white", color=line.get_color())
-    left.set(xlabel="seconds per sample", ylabel="share of samples", ylim=(0, 1.02))
-    right.set(xlabel="parts", ylabel="all parts (dots), longest part (squares) / whole", ylim=0)
-    for axis in (left, right):
-        axis.legend(frameon=False, fontsize=8)
-        axis.grid(alpha=0.3)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+    with plt.rc_context(STYLE):
+        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4))
+        looks = zip(all_costs.items(), COLOURS, MARKERS, LINES, strict=False)
+        for (n_bumps, c), colour, marker, line in looks:
+            label, look = f"$n_d$ = {n_bumps}", {"color": colour, "ls": line}
+            ordered = np.sort(c.whole)
+            share = np.arange(1, len(ordered) + 1) / len(ordered)
+            left.step(ordered, share, label=label, **look)
+            counts = [1, *c.parts[0]]
+            total = [1.0] + [sum(sum(p[n]) for p in c.parts) / c.whole.sum() for n in counts[1:]]
+            longest = [c.whole.mean()] + [np.mean([max(p[n]) for p in c.parts]) for n in counts[1:]]
+            right.plot(counts, total, marker=marker, label=f"{label}, all parts", **look)
+            relative = np.array(longest) / c.whole.mean()
+            right.plot(counts, relative, marker=marker, mfc="w", label="longest part", **look)
+        left.set(xlabel="seconds per sample", ylabel="share of samples", ylim=(0, 1.02))
+        right.set(xlabel="parts", ylabel="relative to the whole sample [-]", ylim=0)
+        legend_below(left)
+        legend_below(right)
+        figure.savefig(path, dpi=130)
+        plt.close(figure)
 
 
 def _markdown(heads, rows):

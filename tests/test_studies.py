@@ -63,6 +63,23 @@ def test_modes_of_the_tuned_disk_come_in_pairs(folder):
     assert plot_main(["modal.h5", "--figure", "animation", "--mode", "400"]) == 2
 
 
+def test_a_mode_is_shown_or_refused(folder, capsys):
+    compute("modal")
+    whole = (folder / "modal_shapes.png").read_bytes()
+    assert plot_main(["modal.h5", "--figure", "disk", "--mode", "3"]) == 2
+    said = capsys.readouterr().err
+    assert "--mode 3: figure disk does not show a mode; shapes and animation" in said
+    assert plot_main(["modal.h5", "--mode", "3"]) == 0
+    three = (folder / "modal_shapes.png").read_bytes()
+    assert plot_main(["modal.h5", "--figure", "shapes", "--mode", "3"]) == 0
+    assert (folder / "modal_shapes.png").read_bytes() == three != whole
+    assert plot_main(["modal.h5", "--mode", "0"]) == 2
+    compute("casing")
+    capsys.readouterr()
+    assert plot_main(["casing.h5", "--mode", "3"]) == 2
+    assert "no figure of casing.h5 shows a mode" in capsys.readouterr().err
+
+
 def test_casing(folder):
     file = compute("casing", "casing.n_bumps=3")
     gap, angle = file.read("gap_m"), file.read("angle_rad")

@@ -28,6 +28,7 @@ class Entry(NamedTuple):
     automatic: bool = True  # drawn when the study ends
     several: bool = False  # compares several files; one will do
     random: bool = False  # of random samples, not of one explicit pattern
+    mode: bool = False  # can show one chosen mode
 
 
 FIGURES = {
@@ -62,8 +63,12 @@ FIGURES = {
     ),
     "disk": Entry("modal.disk", ("modal",), "1", "the disk and its beams"),
     "safe": Entry("modal.safe", ("modal",), "2", "SAFE diagram, full and reduced model"),
-    "shapes": Entry("modal.shapes", ("modal",), "", "deformed shapes of the first family"),
-    "animation": Entry("modal.animation", ("modal",), "", "one mode as a GIF (--mode)", False),
+    "shapes": Entry(
+        "modal.shapes", ("modal",), "", "deformed shapes of the first family", mode=True
+    ),
+    "animation": Entry(
+        "modal.animation", ("modal",), "", "one mode as a GIF (--mode)", False, mode=True
+    ),
     "casing": Entry("casing.casing", ("casing",), "1b, 3", "casing, clearance and bumps"),
     "linear": Entry("linear.percentiles", ("linear",), "4", "linear amplification over σ and n_d"),
     "time": Entry("histories.time", ("time_response",), "5", "displacements, gaps, forces"),
@@ -78,21 +83,38 @@ FIGURES = {
 }
 
 
-def draw_study(paths, folder=None, kind="png"):
-    """Draw the figures that belong to one finished study, or to several together."""
+def draw_study(paths, folder=None, kind="png", mode=None):
+    """Draw the figures that belong to one finished study, or to several together.
+
+    Args:
+        paths, folder, kind: as for `draw`.
+        mode: shown by those figures that can show one mode.
+
+    Returns:
+        list of the files written.
+
+    Raises:
+        InputError: a mode is given and none of the figures shows one.
+    """
     file = ResultFile.open(paths[0])
     study, pattern = file.config.study, file.config.pattern_deviation
     file.close()
-    return [
-        picture
+    names = [
+        name
         for name, entry in FIGURES.items()
         if study in entry.studies and entry.automatic and entry.several == (len(paths) > 1)
         if pattern is None or not entry.random
-        for picture in draw(paths, name, folder, kind)
+    ]
+    if mode is not None and not any(FIGURES[name].mode for name in names):
+        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; {_mode_figures()}")
+    return [
+        picture
+        for name in names
+        for picture in draw(paths, name, folder, kind, mode if FIGURES[name].mode else None)
     ]
 
 
-def draw(paths, name, folder=None, kind="png", **options):
+def draw(paths, name, folder=None, kind="png", mode=None):
     """Draw one figure of one or several result files.
 
     Args:
@@ -100,19 +122,21 @@ def draw(paths, name, folder=None, kind="png", **options):
         name: a name of `FIGURES`.
         folder: where to, beside the first file by default.
         kind: png, pdf or svg.
-        options: passed to the figure.
+        mode: the mode to show, counted from 1; None: what the figure shows by itself.
 
     Returns:
         list of the files written.
 
     Raises:
-        InputError: the figure needs another study, or fewer files.
+        InputError: the figure needs another study, or shows no single mode.
     """
     if name not in FIGURES:
         raise InputError(f"no figure {name!r}; there are {', '.join(FIGURES)}")
     entry = FIGURES[name]
+    if mode is not None and not entry.mode:
+        raise InputError(f"--mode {mode}: figure {name} does not show a mode; {_mode_figures()}")
     if len(paths) > 1 and not entry.several:
-        return [p for path in paths for p in draw([path], name, folder, kind, **options)]
+        return [p for path in paths for p in draw([path], name, folder, kind, mode)]
     files = [ResultFile.open(path) for path in paths]
     for file in files:
         if file.config.study not in entry.studies:
@@ -124,7 +148,7 @@ def draw(paths, name, folder=None, kind="png", **options):
     function = getattr(import_module(f"hpcrub.plot.{module}"), function)
     with rc_context(STYLE):
         try:
-            figure = function(files, **options)
+            figure = function(files) if mode is None else function(files, mode)
             target = _target(files, name, folder, "gif" if isinstance(figure, list) else kind)
             _save(figure, target)
         except ODD_NUMBERS as error:
@@ -137,6 +161,11 @@ def draw(paths, name, folder=None, kind="png", **options):
     for file in files:
         file.close()
     return [target]
+
+
+def _mode_figures():
+    names = " and ".join(name for name, entry in FIGURES.items() if entry.mode)
+    return f"{names} of the study modal do"
 
 
 def _save(figure, target):

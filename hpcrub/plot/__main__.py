@@ -23,9 +23,8 @@ def main(argv=None):
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
     parser.add_argument("--mode", type=int, metavar="K", help="mode shown by shapes, animation")
     options = parser.parse_args(argv)
-    extra = {} if options.mode is None else {"mode": options.mode}
     try:
-        for picture in pictures(options, extra):
+        for picture in pictures(options):
             console().print(picture, soft_wrap=True)
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
@@ -33,11 +32,12 @@ def main(argv=None):
     return 0
 
 
-def pictures(options, extra):
+def pictures(options):
     """Paths of the figures asked for."""
+    how = options.out, options.format, options.mode
     if options.figure:
-        return plot.draw(options.files, options.figure, options.out, options.format, **extra)
-    return plot.draw_study(options.files, options.out, options.format)
+        return plot.draw(options.files, options.figure, *how)
+    return plot.draw_study(options.files, *how)
 
 
 if __name__ == "__main__":

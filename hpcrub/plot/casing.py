@@ -25,7 +25,7 @@ def casing(files):
     gap.set(
         xlabel="angle [deg]", ylabel="gap at rest [mm]", xlim=(0, 360), xticks=range(0, 361, 60)
     )
-    gap.legend(loc="lower center", fontsize=10, framealpha=0.9, frameon=True)
+    gap.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
     growth.plot(1e3 * file.read("growth_time_s"), file.read("growth"), color=BLUE)
     growth.set(xlabel="time [ms]", ylabel="growth factor [-]", ylim=(0, 1.05))
     return figure

@@ -2,6 +2,7 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
 
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
 
@@ -27,7 +28,7 @@ def cross(files):
     if image is not None:
         bar = figure.colorbar(image, ax=axes, label="share of the samples in denser regions")
         bar.set_ticks([0, *SHARES])
-    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -50,8 +51,12 @@ def _draw_level(axes, file, level):
         image = axes.contourf(
             *grids, cumulative(density), levels=[0, *SHARES], cmap="viridis", alpha=0.85,
         )  # fmt: skip
-    if known.sum() <= FEW:
+    if image is None or known.sum() <= FEW:
         axes.plot(linear[known], contact[known], ".", color=BLACK, ms=3)
+    else:
+        out = known & outside(linear, contact, *grids, density)
+        label = f"samples outside {SHARES[-1]:.0%}".replace("%", " %")
+        axes.plot(linear[out], contact[out], ".", color="0.55", ms=2, label=label)
     if known.any():
         for values, line, colour, name in (
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
@@ -61,6 +66,23 @@ def _draw_level(axes, file, level):
     edge = np.array([0.95, max(axes.get_xlim()[1], axes.get_ylim()[1])])
     axes.plot(edge, edge, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
     return image
+
+
+def outside(linear, contact, grid_linear, grid_contact, density):
+    """Samples beyond the outermost contour.
+
+    Args:
+        linear, contact: both amplifications of the samples [-], (S,).
+        grid_linear, grid_contact: values at which the density is known [-], (G,), (H,).
+        density: of the samples (H, G).
+
+    Returns:
+        bool (S,), True too where a sample is off the grid or not known.
+    """
+    share = RegularGridInterpolator(
+        (grid_contact, grid_linear), cumulative(density), bounds_error=False, fill_value=1.0
+    )
+    return ~(share(np.column_stack([contact, linear])) <= SHARES[-1])
 
 
 def cumulative(density):

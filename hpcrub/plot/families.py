@@ -5,31 +5,16 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
-from hpcrub.config_text import flatten, show
 from hpcrub.layout import DONE, NOT_STEADY
+from hpcrub.plot.labels import labels, ordered
 from hpcrub.plot.linear import draw_percentiles
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
 from hpcrub.statistics import Z_95, percentile_interval
 
 
-def labels(files):
-    """What tells each file's configuration from the others', in as few words as possible."""
-    flat = [flatten(file.config.model_dump(mode="json")) for file in files]
-    keys = [
-        key
-        for key in flat[0]
-        if key not in ("output", "sources") and any(f[key] != flat[0][key] for f in flat)
-    ]
-    if "casing.n_bumps" in keys:
-        return [f"$n_d$ = {f['casing.n_bumps']}" for f in flat]
-    return [
-        ", ".join(f"{key.rpartition('.')[2]} = {show(f[key])}" for key in keys) or file.path.stem
-        for f, file in zip(flat, files, strict=True)
-    ]
-
-
 def responses(files):
     """Frequency responses of all files: tuned disk, and the pattern where there is one."""
+    files = ordered(files)
     patterns = [file.config.pattern_deviation is not None for file in files]
     n_panels = 1 + any(patterns)
     figure, axes = plt.subplots(
@@ -81,6 +66,7 @@ def _done(file, name):
 
 def percentiles(files):
     """Percentiles of both amplifications against σ, a panel for every file; 95 % bands."""
+    files = ordered(files)
     figure, axes = _panels(files)
     for file, panel in zip(files, axes, strict=True):
         sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
@@ -96,7 +82,7 @@ def percentiles(files):
 
 def amplitudes(files):
     """Largest amplitudes of the tuned disk and of the samples against n_d; 95 % intervals."""
-    files = sorted(files, key=lambda file: file.config.casing.n_bumps)
+    files = ordered(files)
     figure, axes = plt.subplots(figsize=(8, 5.6))
     x = np.arange(len(files))
     tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
@@ -120,7 +106,9 @@ def amplitudes(files):
             marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {sigma[level]:.1f} %",
         )  # fmt: skip
     names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
-    axes.set_xticks(x, names)
+    long = max(map(len, names)) > 10
+    turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if long else {}
+    axes.set_xticks(x, names, **turned)
     axes.set_ylabel("largest blade-tip amplitude [mm]")
     axes.set_ylim(bottom=0)
     figure.legend(loc="outside lower center", ncols=2)
@@ -129,22 +117,27 @@ def amplitudes(files):
 
 def running(files):
     """Running means of the percentiles against the number of samples."""
-    figure, axes = _convergence(files, "mean_of_percentile", 1.0)
+    figure, axes = _convergence(ordered(files), "mean_of_percentile", 1.0)
     for panel in axes:
-        panel.set_ylabel("mean of the percentile [-]")
+        panel.set_ylabel("mean of the percentile of $A_{nl}$ [-]")
     return figure
 
 
 def errors(files):
     """Convergence errors of the percentiles against the number of samples."""
-    figure, axes = _convergence(files, "convergence_error", 100.0)
+    files = ordered(files)
+    target = {"color": BLACK, "lw": 1.2, "ls": ":"}
+    handle = Line2D([], [], **target, label="target")
+    figure, axes = _convergence(files, "convergence_error", 100.0, [handle])
     for file, panel in zip(files, axes, strict=True):
-        panel.axhline(100 * file.config.convergence.target_error, color=BLACK, lw=1.2, ls=":")
-        panel.set(yscale="log", ylabel="convergence error [%]")
+        panel.axhline(100 * file.config.convergence.target_error, **target)
+        panel.set(yscale="log", ylabel="convergence error of $A_{nl}$ [%]")
+        for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
+            line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
     return figure
 
 
-def _convergence(files, name, scale):
+def _convergence(files, name, scale, more_handles=()):
     """A statistic of the contact amplifications: colours tell σ, markers the percentile."""
     figure, axes = _panels(files)
     for file, panel in zip(files, axes, strict=True):
@@ -171,5 +164,6 @@ def _convergence(files, name, scale):
         Line2D([], [], color=BLACK, ls="", marker=MARKERS[p], label=f"percentile {v:g}")
         for p, v in enumerate(at)
     ]
+    handles += more_handles
     figure.legend(handles=handles, loc="outside lower center", ncols=len(sigma))
     return figure, axes

@@ -2,29 +2,35 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import LogNorm
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.studies.time_response import first_steady
 
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
+MOST_TICKS = 12  # of the key of the blades
 DISKS = ("tuned disk", "mistuned disk")
+ROWS = (
+    ("tangential_m", 1e3, "$u_t$ of the tips [mm]"),
+    ("radial_m", 1e3, "$u_r$ of the tips [mm]"),
+    ("gap_m", 1e3, "gap [mm]"),
+    ("force_n", 1e-3, "radial contact force [kN]"),
+)
 
 
 def time(files):
-    """Displacements, gaps and contact forces of all tips: everything, and the last revolutions."""
+    """Motions, gaps and contact forces of all tips: everything, and the last revolutions."""
     (file,) = files
     disk = len(file.read("deviation")) - 1
     t, config = file.read("time_s"), file.config
     figure, axes = plt.subplots(
-        3, 2, figsize=(12, 9), sharex="col", sharey="row", width_ratios=(1.6, 1)
+        len(ROWS), 2, figsize=(13, 11), sharex="col", sharey="row", width_ratios=(1.6, 1)
     )
     colours = plt.get_cmap("viridis")(np.linspace(0, 0.95, config.disk.n_blades))
     close = t > t[-1] - CLOSE_REVOLUTIONS / config.speeds.from_hz
-    rows = (("tangential_m", 1e3, "$u_t$ of the tips [mm]"), ("gap_m", 1e3, "gap [mm]"))
-    rows += (("force_n", 1e-3, "radial contact force [kN]"),)
     largest = int(np.abs(file.read("tangential_m", disk)[close]).max(axis=0).argmax())
-    for (name, scale, label), (left, right) in zip(rows, axes, strict=True):
+    for (name, scale, label), (left, right) in zip(ROWS, axes, strict=True):
         values = scale * file.read(name, disk)
         for panel, part in ((left, slice(None)), (right, close)):
             for blade in np.roll(np.arange(values.shape[1]), -largest - 1):  # the largest last
@@ -34,10 +40,20 @@ def time(files):
         left.set_ylabel(label)
     _draw_windows(axes[0, 0], file, disk)
     axes[0, 1].set_title(f"last {CLOSE_REVOLUTIONS} revolutions (black: blade {largest + 1})")
-    for panel in axes[2]:
+    for panel in axes[-1]:
         panel.set_xlabel("time [s]")
+    _add_blade_key(figure, axes, colours)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.suptitle(f"{DISKS[disk]}, {config.casing.n_bumps} bumps, {config.speeds.from_hz:g} Hz")
     return figure
+
+
+def _add_blade_key(figure, axes, colours):
+    n_blades = len(colours)
+    norm = BoundaryNorm(np.arange(n_blades + 1) + 0.5, n_blades)
+    ticks = np.arange(1, n_blades + 1, -(-n_blades // MOST_TICKS))
+    mappable = ScalarMappable(norm, ListedColormap(colours))
+    figure.colorbar(mappable, ax=axes, label="blade", ticks=ticks, aspect=50, pad=0.01)
 
 
 def _draw_windows(axes, file, disk):
@@ -48,10 +64,12 @@ def _draw_windows(axes, file, disk):
     passed = first_steady(file, disk)
     check = len(checks) - 1 if passed is None else passed
     end, word = checks[check], "not steady" if passed is None else "steady"
-    for k, colour in ((2, ORANGE), (1, GREEN)):
-        axes.axvspan(end - k * window, end - (k - 1) * window, color=colour, alpha=0.35, lw=0)
-    for other in checks:
-        axes.axvline(other, color="0.6", lw=0.8, ls=":")
+    for k, colour, name in ((2, ORANGE, "first window compared"), (1, GREEN, "second window")):
+        begin = end - k * window
+        axes.axvspan(begin, begin + window, color=colour, alpha=0.35, lw=0, label=name)
+    for i, other in enumerate(checks):
+        label = None if i else "checks of the steady state"
+        axes.axvline(other, color="0.4", lw=1, ls=":", label=label)
     axes.set_title(
         f"{word} at {end:.3f} s: correlation {file.read('correlation', disk)[check]:.3f}, "
         f"amplitude change {100 * file.read('amplitude_change', disk)[check]:.2g} %",
@@ -79,8 +97,12 @@ def interaction(files):
             panel.plot(speeds, order * speeds, **style)
             end = min(speeds[-1], frequencies[-1] / order)
             if order <= 4 or main:
-                panel.annotate(f"{order}", (end, order * end), color=ORANGE, fontsize=10,
-                               xytext=(2, 2), textcoords="offset points")  # fmt: skip
+                above = order * speeds[-1] > frequencies[-1]
+                panel.annotate(
+                    f"{order}", (end, order * end), color=ORANGE, fontsize=10,
+                    xytext=(0, 3) if above else (3, 0), textcoords="offset points",
+                    ha="center" if above else "left", va="bottom" if above else "center",
+                )  # fmt: skip
         natural = file.read("natural_frequencies_hz", disk)
         for frequency in natural[natural < frequencies[-1]]:
             panel.axhline(frequency, color=BLUE, lw=0.8)

@@ -83,7 +83,8 @@ def safe(files):
     margin = 0.35 * (high - low)
     limits = [(0, SHOWN_HZ), (low - margin, high + margin)]
     critical = 0.5 * (config.speeds.from_hz + config.speeds.to_hz)
-    most = config.disk.n_blades // 2
+    n_blades, n_d = config.disk.n_blades, config.casing.n_bumps
+    most = n_blades // 2
     order = np.linspace(0, most, 200)
     for panel, (bottom, top) in zip(axes, limits, strict=True):
         panel.plot(*data["full"], ".", color=BLUE, ms=9, label="full model")
@@ -93,13 +94,15 @@ def safe(files):
         )  # fmt: skip
         panel.set(ylim=(bottom, top), xticks=range(most + 1), xlim=(-0.4, most + 0.4))
         panel.set(xlabel="nodal diameters [-]", ylabel="frequency [Hz]")
-    n_d = config.casing.n_bumps
-    axes[0].plot(
-        order, critical * order, "-", color=BLACK, lw=1.5,
-        label=f"excitation at {critical:.4g} Hz: {n_d} bumps, {n_d * critical:.4g} Hz",
+    black = {"color": BLACK, "lw": 1.5}
+    axes[0].plot(order, critical * order, label=f"excitation at {critical:.4g} Hz", **black)
+    axes[0].plot(order, critical * (n_blades - order), **black)
+    excited = min(n_d % n_blades, -n_d % n_blades)
+    axes[0].annotate(
+        f"{n_d} bumps: {n_d * critical:.4g} Hz", (excited, n_d * critical),
+        xytext=(-35, 100), textcoords="offset points", ha="center", fontsize=11,
+        arrowprops={"arrowstyle": "->"},
     )  # fmt: skip
-    axes[0].plot(order, critical * (2 * most - order), "-", color=BLACK, lw=1.5)
-    axes[0].plot([min(n_d, 2 * most - n_d)], [n_d * critical], "*", color=BLACK, ms=14)
     for n, style in ((3, ":"), (4, "--"), (5, "-.")):
         meets = first[data["full"][0][: len(first)] == n].mean()
         axes[1].plot(
