@@ -11,7 +11,7 @@ import pytest
 from conftest import TINY
 from scipy import stats
 
-from hpcrub import cli, config, plot
+from hpcrub import cli, config, plot, reasons
 from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
@@ -47,6 +47,7 @@ def compute(text, name):
     return ResultFile.open(f"{name}.h5")
 
 
+PHYSICS = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
 HIGH = "results/input/damping_ratio=0.005.h5"
 
 
@@ -135,6 +136,7 @@ def test_damping(folder):
         ("study: cross\nsources: [nothing.h5]", "nothing.h5 does not exist"),
         ("study: cross\nsources: [input.yaml]", "is not an HDF5 file"),
         (f"study: energy\nsources: [{HIGH}]", "in the file"),
+        (f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 13}}\n{PHYSICS}", "has 12 samples"),
     ],
 )
 def test_sources_are_checked(folder, capfd, text, message):
@@ -144,14 +146,26 @@ def test_sources_are_checked(folder, capfd, text, message):
 
 
 def test_energy(folder):
-    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
-    file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{physics}", "energy")
+    file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{PHYSICS}", "energy")
     source = ResultFile.open(HIGH)
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
     assert (file.read("energy_j") > 0.0).all()
+    assert (file.read("point_status") > 0).all()
     assert (folder / "energy.png").stat().st_size > 10_000
+    file.close()
+
+    file = ResultFile.open("energy.h5", mode="r+")
+    before = energy.amplification(file)
+    file.write({"energy_j": np.nan, "point_reason": reasons.TOO_LARGE}, 1)
+    np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
+    assert next(energy.report(file)).startswith("3 of 12 points: diverged")
+    plot.draw(["energy.h5"], "energy")
+    file.write({"tuned/energy_j": np.nan}, ())
+    assert list(energy.report(file))[-1].startswith("by strain energy: not known")
+    plot.draw(["energy.h5"], "energy")
+    file.close()
 
 
 def test_strain_energy_is_that_of_the_full_model():
