@@ -4,16 +4,19 @@ Truth: Wilson's interval and Spearman's correlation as scipy has them, the strai
 on the full finite-element model, and branches that were made by hand.
 """
 
+import re
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
+import yaml
 from conftest import TINY
 from scipy import stats
 
-from hpcrub import cli, config, plot, reasons
+from hpcrub import cli, config, plot, reasons, storage
 from hpcrub.errors import InputError
-from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.layout import DONE, NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
@@ -130,12 +133,35 @@ def test_damping(folder):
 
 
 @pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("casing: {n_bumps: 6}", "casing.n_bumps: 4 in the first, 6 in the second"),
+        ("mistuning: {half_range_percent: [3, 4]}", "mistuning.half_range_percent: "),
+        ("contact: {friction: 0.1}\ntime: {step_s: 3e-5}", "contact.friction: .*; time.step_s: "),
+    ],
+)
+def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, message):
+    data = yaml.safe_load(TINY) | {"study": "contact", "output": "other.h5"}
+    for section, values in yaml.safe_load(keys).items():
+        data[section] = data.get(section, {}) | values
+    storage.lay_out("other.h5", config.Config.model_validate(data))
+    with h5py.File("other.h5", "r+") as file:
+        file["samples/status"][...] = DONE
+    (folder / "wrong.yaml").write_text(f"study: damping\nsources: [{HIGH}, other.h5]\n")
+    assert cli.main(["wrong.yaml"]) == 2
+    error = capfd.readouterr().err
+    assert re.search(message, error)
+    assert "differ in" in error
+    assert not list(folder.glob("results/wrong*"))
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("study: cross", "0 result files given, cross needs 1"),
         ("study: cross\nsources: [nothing.h5]", "nothing.h5 does not exist"),
         ("study: cross\nsources: [input.yaml]", "is not an HDF5 file"),
-        (f"study: energy\nsources: [{HIGH}]", "in the file"),
+        (f"study: energy\nsources: [{HIGH}]", "reduction.n_modes: 12 in the file, 60 asked for; "),
         (f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 13}}\n{PHYSICS}", "has 12 samples"),
     ],
 )
