@@ -13,7 +13,7 @@ import numpy as np
 from hpcrub import energy, reasons, scheme
 from hpcrub.jit import compiled
 from hpcrub.kernel import advance, correct, grow
-from hpcrub.sweep import Motion, cut_revolution, speed_bands
+from hpcrub.sweep import Motion, cut_revolution, judge, speed_bands
 
 LANES = (0,) * 8  # speeds marched together
 
@@ -25,6 +25,7 @@ class Piece(NamedTuple):
     position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
     radial_force: np.ndarray  # inward on each tip, mean since the last record (R, n_c, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, n_c, S) [N]
+    reason: np.ndarray  # (S,) uint8: code of ``reasons``; once fatal, it stays and nothing counts
 
 
 @compiled
@@ -82,10 +83,7 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         poll: called without arguments every few milliseconds; what it raises ends the march.
 
     Yields:
-        Piece.
-
-    Raises:
-        ArithmeticError: with `scene.audit`, when the energy of a speed is not explained.
+        Piece. What the last one's `reason` says holds for the whole history.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
@@ -100,10 +98,12 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         scheme.fill_lane(bank, lane, modes, scene, h)
         scheme.set_motion(bank, lane, *(values[lane] for values in motion))
     n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
-    if scene.audit:
-        _audit(copy.deepcopy(bank), speeds_hz, n_blocks)
+    books = _audit(copy.deepcopy(bank), n_speeds, n_blocks) if scene.audit else None
+    reason = np.zeros(n_speeds, dtype=np.uint8)
     for _ in range(n_blocks):
-        yield _piece(bank, scene, grid, n_speeds)
+        piece = _piece(bank, scene, grid, n_speeds)
+        _judge(bank, modes, scene, piece, books, reason)
+        yield piece._replace(reason=reason.copy())
         if poll is not None:
             poll()
     for lane in range(n_speeds):
@@ -111,18 +111,25 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
             values[lane] = end
 
 
-def _audit(bank, speeds_hz, n_blocks):
-    """March a Bank of speeds (S,) [Hz] (modified); its energy must be explained, or all raises."""
+def _audit(bank, n_speeds, n_blocks):
+    """energy.Books of the whole march of a Bank (modified)."""
     books = energy.open_books(bank)
-    for lane in range(len(speeds_hz)):
+    for lane in range(n_speeds):
         energy.open_lane(books, bank, lane)
     energy.march(LANES, *bank, n_blocks, -1, 1, books)
-    for lane, speed in enumerate(speeds_hz):
-        if not energy.is_balanced(books, lane, not bank.polar.enabled):
-            raise ArithmeticError(f"{speed:g} Hz: {reasons.WORDS[reasons.UNBALANCED]}")
+    return books
+
+
+def _judge(bank, modes, scene, piece, books, reason):
+    """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
+    with np.errstate(all="ignore"):  # numbers of a diverged speed
+        size = np.abs(modes.tangential @ piece.position)
+    for lane in np.flatnonzero(~reasons.are_fatal(reason)):
+        reason[lane] = judge(bank, lane, size[:, :, lane], scene, books)
 
 
 def _piece(bank, scene, grid, n_speeds):
+    """The next Piece, its reasons unknown (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.stride, len(LANES)
     position = np.empty((n_records, len(bank.state.position), width))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
@@ -135,4 +142,4 @@ def _piece(bank, scene, grid, n_speeds):
     polar = bank.polar.enabled
     tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * radial
     time = steps * bank.scheme.step[:n_speeds]
-    return Piece(time, position[:, :, :n_speeds], radial, tangential)
+    return Piece(time, position[:, :, :n_speeds], radial, tangential, reason=np.empty(0))

@@ -22,9 +22,9 @@ class Dataset(NamedTuple):
     dtype: str = "f8"
 
 
-_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(reasons.WORDS))
+POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(reasons.WORDS))
 _SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
-_POINT = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged"
+POINT_STATUS = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged: values are NaN"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
@@ -42,8 +42,8 @@ LAYOUT = (
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
     Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
     Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
-    Dataset("tuned/point_status", _S, "1", _POINT, "u1"),
-    Dataset("tuned/point_reason", _S, "1", _REASON, "u1"),
+    Dataset("tuned/point_status", _S, "1", POINT_STATUS, "u1"),
+    Dataset("tuned/point_reason", _S, "1", POINT_REASON, "u1"),
     Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
     Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
@@ -55,8 +55,8 @@ LAYOUT = (
     Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
     Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
     Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
-    Dataset("samples/point_status", _VNS, "1", _POINT, "u1"),
-    Dataset("samples/point_reason", _VNS, "1", _REASON, "u1"),
+    Dataset("samples/point_status", _VNS, "1", POINT_STATUS, "u1"),
+    Dataset("samples/point_reason", _VNS, "1", POINT_REASON, "u1"),
     Dataset("samples/max_sweeps", _VNS, "1", _SWEEPS, "u1"),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),

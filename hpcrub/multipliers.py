@@ -32,6 +32,9 @@ FEW_CONTACTS = (0,) * 4
 SOME_CONTACTS = (0,) * 8
 MANY_CONTACTS = (0,) * 12
 MAX_SWEEPS = 200  # before pivoting; five or so are usual
+# What has once changed by so many tolerances has not converged, however it looks: numbers that
+# overflow end as NaN, which changes no more.
+RUNAWAY = 1e112
 TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
@@ -57,12 +60,19 @@ def candidates(lanes, contact, state, deepest, shortcut):
 
 
 @compiled(inline=True)
+def unsettled(lanes, limit, change, largest):
+    """Lanes that did not converge, from the change of the last sweep and the largest of all."""
+    ran_away = below(splat(lanes, RUNAWAY) * limit, largest)
+    return below(limit, select(ran_away, largest, change))
+
+
+@compiled(inline=True)
 def solve_few(lanes, slots, contact, state, limit, changing):
     """Multipliers of at most ``len(slots)`` active points, all in registers; see `solve`.
 
     Returns the lanes that did not converge, and how many sweeps each lane took.
     """
-    sweeps = splat(lanes, 0.0)
+    sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
     rows = indices(slots, state.active, 0)
     depth = tile_gather(lanes, state.penetration, rows)
     x = tile_splat(slots, splat(lanes, 0.0))
@@ -70,18 +80,18 @@ def solve_few(lanes, slots, contact, state, limit, changing):
     for _ in range(MAX_SWEEPS):
         depth, x, change = tile_relax(contact.coupling, n_rows, rows, depth, x, changing)
         sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
-        changing = below(limit, change)
+        changing, largest = below(limit, change), larger(change, largest)
         if not any_lane(changing):
             break
     tile_scatter(state.multiplier, rows, x)
-    return changing, sweeps
+    return unsettled(lanes, limit, change, largest), sweeps
 
 
 @compiled
 def solve_many(lanes, contact, state, n_active, limit, changing):
     """Multipliers of any number of active points, bit for bit as `solve_few`."""
     n_rows = state.penetration.shape[0]
-    sweeps = splat(lanes, 0.0)
+    sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
     for a in range(n_active):
         i = state.active[a]
         store(state.depth, i, load(lanes, state.penetration, i))
@@ -101,10 +111,10 @@ def solve_many(lanes, contact, state, n_active, limit, changing):
                 if i != j:
                     store(state.depth, i, fma(effect, less, load(lanes, state.depth, i)))
         sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
-        changing = below(limit, change)
+        changing, largest = below(limit, change), larger(change, largest)
         if not any_lane(changing):
             break
-    return changing, sweeps
+    return unsettled(lanes, limit, change, largest), sweeps
 
 
 @compiled

@@ -292,21 +292,17 @@ def _interval(low, high):
 
 def point_lines(file):
     """What went wrong in single points, in words with counts, and the work of the force solver."""
-    n_reasons = len(reasons.WORDS)
-    counts = np.bincount(file.read("tuned/point_reason"), minlength=n_reasons)[:n_reasons]
+    counts = reasons.count(file.read("tuned/point_reason"))
     most = int(file.read("tuned/max_sweeps").max())
     n_points = np.count_nonzero(file.read("tuned/point_status"))
     for level, first in np.ndindex(
         len(file.read("half_range")), -(-len(file.config.samples) // ROWS)
     ):
         where = level, slice(first * ROWS, (first + 1) * ROWS)
-        part = file.read("samples/point_reason", where)
-        counts = counts + np.bincount(part.ravel(), minlength=n_reasons)[:n_reasons]
+        counts = counts + reasons.count(file.read("samples/point_reason", where))
         most = max(most, int(file.read("samples/max_sweeps", where).max(initial=0)))
         n_points += np.count_nonzero(file.read("samples/point_status", where))
-    for words, count in list(zip(reasons.WORDS, counts, strict=True))[1:]:
-        if count:
-            yield f"{count} of {n_points} points: {words}"
+    yield from reasons.lines(counts, n_points)
     yield f"contact forces: at most {most} sweeps of the solver in a step"
     if file.config.debug.energy_audit:
         yield audit_line(file)

@@ -77,6 +77,16 @@ class SweepResult(NamedTuple):
         energies = np.full((n, len(energy.ACCOUNTS)), np.nan)
         return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy(), energies)
 
+    def marched_on(self, reason):
+        """The same, less the points that have failed since; reason: codes of ``reasons`` (S,)."""
+        lost = reasons.are_fatal(reason) & (self.point_status != DIVERGED)
+        return self._replace(
+            amplitude=np.where(lost, np.nan, self.amplitude),
+            localisation=np.where(lost, np.nan, self.localisation),
+            point_status=np.where(lost, DIVERGED, self.point_status).astype(np.uint8),
+            point_reason=np.where(lost, reason, self.point_reason).astype(np.uint8),
+        )
+
 
 class Grid(NamedTuple):
     """How the revolutions of a band are cut."""
@@ -188,6 +198,35 @@ def _merge(first, second):
     return first._replace(n_steps=first.n_steps + second.n_steps)
 
 
+def judge(bank, lane, size, scene, books=None):
+    """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
+
+    Args:
+        bank: scheme.Bank that has been marched.
+        lane: index.
+        size: magnitudes of its tangential displacements, of any shape [m].
+        scene: Scene.
+        books: energy.Books of an audited march.
+
+    Returns:
+        code of ``reasons``.
+    """
+    state = bank.state
+    touched = state.report[SWEEPS, lane] > 0.0
+    flaw = int(state.report[FLAW, lane]) if touched else reasons.NONE
+    if flaw in reasons.FATAL:
+        return flaw
+    if state.report[UNSOLVED, lane] > 0.0:
+        return reasons.UNSOLVED
+    if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(size).all()):
+        return reasons.NOT_FINITE
+    if size.max() >= np.max(scene.contact_radius):
+        return reasons.TOO_LARGE
+    if books and not energy.is_balanced(books, lane, not bank.polar.enabled):
+        return reasons.UNBALANCED
+    return flaw
+
+
 class _Band:
     """Lanes that march the speeds of one band."""
 
@@ -278,7 +317,7 @@ class _Band:
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         elapsed = now - self.start[lane]
-        reason = self._reason(lane, peak)
+        reason = judge(self.bank, lane, peak, self.scene, self.books)
         if reason in reasons.FATAL:
             status = DIVERGED
         else:
@@ -308,6 +347,7 @@ class _Band:
                 values[index] = end
         return True
 
+<<<<<<< HEAD
     def _reason(self, lane, peak):
         """Code of ``reasons`` for what is wrong with a lane; a flaw counts once it has touched."""
         state = self.bank.state
@@ -334,6 +374,10 @@ class _Band:
 
     def _signal(self, lane, tip, window):
         """Displacement of one contact point over a window, places in the ring."""
+=======
+    def _signal(self, lane, tip, now):
+        """Displacement of one contact point over both windows, oldest first."""
+>>>>>>> history
         n_points = len(self.bank.contact.stiffness)
         history = self.bank.record.history.reshape(2 * self.window, -1, n_points, len(self.speed))
         return history[window, :, tip, lane].ravel()

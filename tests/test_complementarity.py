@@ -125,6 +125,9 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
     [
         (np.array([[1.0, 0.0], [0.0, -0.5]]), reasons.SELF_LOCKING),
         (np.array([[1.0, 2.0], [2.0, 1.0]]), reasons.NOT_UNIQUE),
+        # too many to prove anything; no forces exist, and Gauss–Seidel grows until it overflows
+        (3.0 * np.eye(8) - 2.0, reasons.NOT_UNIQUE),
+        (3.0 * np.eye(15) - 2.0, reasons.UNSOLVED),
     ],
 )
 def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):

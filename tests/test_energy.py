@@ -121,5 +121,5 @@ def test_energy_from_nowhere_is_found(monkeypatch):
     assert (result.point_reason == reasons.UNBALANCED).all()
     assert (result.point_status == sweep.DIVERGED).all()
     assert np.isnan(result.amplitude).all()
-    with pytest.raises(ArithmeticError, match="34.2 Hz: diverged: the energy audit does not close"):
-        list(history.march(modes, scene, [34.2], 0.1))
+    *_, last = history.march(modes, scene, [34.2], 0.1)
+    assert last.reason == [reasons.UNBALANCED]

@@ -4,16 +4,19 @@ Truth: Wilson's interval and Spearman's correlation as scipy has them, the strai
 on the full finite-element model, and branches that were made by hand.
 """
 
+import re
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
+import yaml
 from conftest import TINY
 from scipy import stats
 
-from hpcrub import cli, config, plot
+from hpcrub import cli, config, plot, reasons, storage
 from hpcrub.errors import InputError
-from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.layout import DONE, NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
@@ -47,6 +50,7 @@ def compute(text, name):
     return ResultFile.open(f"{name}.h5")
 
 
+PHYSICS = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
 HIGH = "results/input/damping_ratio=0.005.h5"
 
 
@@ -129,12 +133,36 @@ def test_damping(folder):
 
 
 @pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("casing: {n_bumps: 6}", "casing.n_bumps: 4 in the first, 6 in the second"),
+        ("mistuning: {half_range_percent: [3, 4]}", "mistuning.half_range_percent: "),
+        ("contact: {friction: 0.1}\ntime: {step_s: 3e-5}", "contact.friction: .*; time.step_s: "),
+    ],
+)
+def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, message):
+    data = yaml.safe_load(TINY) | {"study": "contact", "output": "other.h5"}
+    for section, values in yaml.safe_load(keys).items():
+        data[section] = data.get(section, {}) | values
+    storage.lay_out("other.h5", config.Config.model_validate(data))
+    with h5py.File("other.h5", "r+") as file:
+        file["samples/status"][...] = DONE
+    (folder / "wrong.yaml").write_text(f"study: damping\nsources: [{HIGH}, other.h5]\n")
+    assert cli.main(["wrong.yaml"]) == 2
+    error = capfd.readouterr().err
+    assert re.search(message, error)
+    assert "differ in" in error
+    assert not list(folder.glob("results/wrong*"))
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("study: cross", "0 result files given, cross needs 1"),
         ("study: cross\nsources: [nothing.h5]", "nothing.h5 does not exist"),
         ("study: cross\nsources: [input.yaml]", "is not an HDF5 file"),
-        (f"study: energy\nsources: [{HIGH}]", "in the file"),
+        (f"study: energy\nsources: [{HIGH}]", "reduction.n_modes: 12 in the file, 60 asked for; "),
+        (f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 13}}\n{PHYSICS}", "has 12 samples"),
     ],
 )
 def test_sources_are_checked(folder, capfd, text, message):
@@ -144,14 +172,26 @@ def test_sources_are_checked(folder, capfd, text, message):
 
 
 def test_energy(folder):
-    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
-    file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{physics}", "energy")
+    file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{PHYSICS}", "energy")
     source = ResultFile.open(HIGH)
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
     assert (file.read("energy_j") > 0.0).all()
+    assert (file.read("point_status") > 0).all()
     assert (folder / "energy.png").stat().st_size > 10_000
+    file.close()
+
+    file = ResultFile.open("energy.h5", mode="r+")
+    before = energy.amplification(file)
+    file.write({"energy_j": np.nan, "point_reason": reasons.TOO_LARGE}, 1)
+    np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
+    assert next(energy.report(file)).startswith("3 of 12 points: diverged")
+    plot.draw(["energy.h5"], "energy")
+    file.write({"tuned/energy_j": np.nan}, ())
+    assert list(energy.report(file))[-1].startswith("by strain energy: not known")
+    plot.draw(["energy.h5"], "energy")
+    file.close()
 
 
 def test_strain_energy_is_that_of_the_full_model():

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import history
+from hpcrub import history, reasons
 from hpcrub.config import Config
 from hpcrub.reduction import mistuned_modes
-from hpcrub.studies import interaction_map, time_response
+from hpcrub.studies import branches, energy, interaction_map, time_response
 from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, run_sweep
+from hpcrub.sweep import DIVERGED, STEADY, Motion, SweepResult, run_sweep
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +86,74 @@ def test_no_tip_is_inside_the_casing(problem, modes):
     touching = force[:, :, 0] > 0.0
     assert touching.any()
     assert gap[touching].mean() < 0.1 * gap[~touching].mean()
+
+
+FAILING = [
+    ({"friction": 1.5}, reasons.SELF_LOCKING),
+    ({"friction": 1.2}, reasons.NOT_UNIQUE),
+    ({"friction": 1.5, "kinematics": "polar"}, reasons.SELF_LOCKING),
+    ({"friction": 1.2, "kinematics": "polar"}, reasons.UNSOLVED),
+    ({"scheme": "central_difference", "step": 1e-4}, reasons.TOO_LARGE),  # unstable
+    ({"friction": 0.6, "bump_height": 3e-3}, reasons.TOO_LARGE),  # flutter
+]
+
+
+@pytest.mark.parametrize(("changes", "reason"), FAILING)
+def test_a_history_fails_where_the_sweep_does(problem, modes, changes, reason):
+    scene, speeds = problem.scene._replace(**changes), [34.0, 34.2]
+    result = run_sweep(modes, scene, speeds)
+    assert (result.point_status == DIVERGED).all()
+    *_, last = history.march(modes, scene, speeds, 0.3)
+    assert last.reason.tolist() == [reason] * 2  # a sweep, looking later, may find NOT_FINITE
+    assert np.isin(result.point_reason, (reason, reasons.NOT_FINITE)).all()
+    *_, sound = history.march(modes, problem.scene, speeds, 0.3)
+    assert not sound.reason.any()
+
+
+def test_a_failure_stays():
+    """A lane that has been larger than the disk has failed, even when it is small again."""
+    cfg = Config.from_yaml(TINY)
+    problem = build_problem(cfg)
+    modes = mistuned_modes(problem.reduced, np.zeros(12))
+    scene = problem.scene._replace(bump_height=0.0, damping_ratio=0.5)
+    motion = Motion.at_rest(2, len(modes.omega))
+    tips = modes.tangential[:, 0]
+    motion.position[0, 0] = 1.1 * scene.contact_radius / np.abs(tips).max()
+    first, *_, last = history.march(modes, scene, [34.0, 34.2], 0.1, motion)
+    end = np.abs(modes.tangential @ last.position[-1, :, 0]).max()
+    assert end < 0.01 * scene.contact_radius
+    assert first.reason.tolist() == last.reason.tolist() == [reasons.TOO_LARGE, reasons.NONE]
+
+
+def test_points_that_fail_when_marched_on_have_no_result():
+    nan = np.nan
+    result = SweepResult.empty(3)._replace(
+        amplitude=np.array([1.0, 2.0, nan]),
+        localisation=np.array([0.1, 0.2, nan]),
+        point_status=np.array([STEADY, STEADY, DIVERGED], np.uint8),
+        point_reason=np.array([reasons.UNPROVEN, 0, reasons.SELF_LOCKING], np.uint8),
+    )
+    later = result.marched_on(np.array([0, reasons.UNSOLVED, reasons.NOT_FINITE]))
+    np.testing.assert_array_equal(later.amplitude, [1.0, nan, nan])
+    np.testing.assert_array_equal(later.localisation, [0.1, nan, nan])
+    assert later.point_status.tolist() == [STEADY, DIVERGED, DIVERGED]
+    expected = [reasons.UNPROVEN, reasons.UNSOLVED, reasons.SELF_LOCKING]
+    assert later.point_reason.tolist() == expected
+
+
+@pytest.mark.parametrize("changes", [changes for changes, _ in FAILING])
+def test_diverged_points_have_no_energies_and_no_windows(problem, modes, changes):
+    model = problem._replace(scene=problem.scene._replace(**changes))
+    speeds = np.array([34.0, 34.2])
+    found, result = energy.energies(model, modes, np.zeros(12), speeds)
+    assert np.isnan(found).all()
+    assert (result.point_status == DIVERGED).all()
+    cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))
+    values = branches.compute(branches.Problem(cfg, model.scene, modes), 0, None)
+    values = {name: value for name, _, value in values}
+    assert reasons.are_fatal(values["point_reason"]).all()
+    for name in ("amplitude_m", "localisation", "mean_amplitude_m", "mean_localisation"):
+        assert np.isnan(values[name]).all()
 
 
 def test_spectrum_of_a_known_signal():

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from conftest import ROOT, run
 
-from hpcrub import cli, config, inspect, plot, studies
+from hpcrub import cli, config, inspect, plot, reasons, studies
+from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot.__main__ import main as plot_main
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
+from hpcrub.studies.time_response import first_steady
 from hpcrub.study import build_model
 
 
@@ -150,6 +152,9 @@ def test_time_response(folder):
     assert file.read("gap_m").min() > -1e-6
     assert file.read("check_s")[0] == pytest.approx(0.5, abs=0.01)
     assert np.isfinite(file.read("correlation")).all()
+    expected = [NOT_STEADY if first_steady(file, d) is None else STEADY for d in range(2)]
+    assert file.read("point_status").tolist() == expected
+    assert not file.read("point_reason").any()
     assert (folder / "time_response.png").stat().st_size > 10_000
     assert "one speed" in refusal("study: time_response")
 
@@ -165,6 +170,45 @@ def test_interaction_map(folder):
         assert frequencies[spectrum[0, s].argmax()] == pytest.approx(4 * speed, abs=3)
     assert file.read("natural_frequencies_hz")[0, 0] == pytest.approx(90.12, abs=0.1)
     assert (folder / "interaction_map.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("failing", "words"),
+    [
+        (("contact.friction=1.5",), "diverged: self-locking"),
+        (("disk.spoke_thickness_mm=0.001", "contact.friction=0.5"), "diverged: displacements"),
+    ],
+)
+def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
+    spans = "history.duration_s=0.6", "spectrum.window_s=0.2"
+    file = compute("time_response", *QUICK, *failing, *spans)
+    out = capfd.readouterr().out
+    assert f"tuned disk: {words}" in out
+    assert "steady" not in out
+    assert file.read("point_status").tolist() == [DIVERGED]
+    assert reasons.words(file.read("point_reason", 0)).startswith(words)
+    assert np.isfinite(file.read("time_s")).all()
+    for name in ("radial_m", "tangential_m", "gap_m", "force_n", "correlation"):
+        assert np.isnan(file.read(name)).all()
+    assert (folder / "time_response.png").stat().st_size > 10_000
+
+    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=1"
+    file = compute("interaction_map", *QUICK, *failing, *spans, *speeds)
+    out = capfd.readouterr().out
+    assert f"pattern: 3 of 3 points: {words}" in out
+    assert "mm" not in out
+    assert reasons.are_fatal(file.read("point_reason")).all()
+    assert np.isnan(file.read("spectrum_m")).all()
+    assert np.isnan(file.read("amplitude_m")).all()
+    assert (folder / "interaction_map.png").stat().st_size > 10_000
+
+
+def test_a_map_of_a_disk_at_rest_is_drawn(folder):
+    spans = "history.duration_s=0.2", "spectrum.window_s=0.1"
+    speeds = "speeds.from_hz=30", "speeds.to_hz=31", "speeds.step_hz=1"
+    file = compute("interaction_map", *QUICK, *spans, *speeds, "casing.bump_height_mm=0.1")
+    assert not file.read("amplitude_m").any()
+    assert not file.read("point_reason").any()
 
 
 def refusal(text):

@@ -4,7 +4,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from hpcrub.layout import DIVERGED, NOT_STEADY
-from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PINK, SKY, YELLOW, legend_below
+from hpcrub.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PINK,
+    SKY,
+    YELLOW,
+    legend_below,
+    say,
+)
 from hpcrub.studies.branches import N_WINDOWS, coexisting, label_file, starts
 
 MOST = 6  # branches with a colour of their own
@@ -16,7 +27,8 @@ def branches(files):
     speeds, amplitude = file.read("speeds_hz"), 1e3 * file.read("amplitude_m")
     status, local = file.read("point_status"), 100 * file.read("localisation")
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(10, 9), sharex=True, sharey=True)
-    limits = {"vmin": np.nanmin(local), "vmax": np.nanmax(local)}
+    shown = local[np.isfinite(local)] if np.isfinite(local).any() else np.array([0.0, 100.0])
+    limits = {"vmin": shown.min(), "vmax": shown.max()}
     names = starts(file.config)
     for start, name in enumerate(names):
         marker = MARKERS[min(start, len(MARKERS) - 1)]
@@ -30,11 +42,15 @@ def branches(files):
         top.plot(speeds[rough], amplitude[start, rough], marker, mfc="none", mec="0.6", ms=4)
         top.plot([], [], marker, color="0.3", ls="", label=name)
     top.plot([], [], "o", mfc="none", mec="0.6", ls="", label="not steady")
+    if n_lost := np.count_nonzero(status == DIVERGED):
+        top.set_title(f"{n_lost} of {status.size} points diverged, not shown", fontsize=11)
     figure.colorbar(image, ax=top, label="localisation factor [%]")
     top.legend(ncols=2, fontsize=10)
     _draw_branches(bottom, file)
     for panel in (top, bottom):
         panel.set_ylabel("blade-tip amplitude [mm]")
+    margin = 0.04 * np.ptp(speeds) or 1.0
+    bottom.set_xlim(speeds[0] - margin, speeds[-1] + margin)  # all speeds, those not shown too
     bottom.set_xlabel("speed of rotation [Hz]")
     return figure
 
@@ -63,4 +79,7 @@ def _draw_branches(axes, file):
         f"means and standard deviations of {N_WINDOWS} windows, by branch; grey where branches "
         "coexist", fontsize=11,
     )  # fmt: skip
+    if found.max() < 0:
+        say(axes, "no point is steady")
+        return
     legend_below(axes)

@@ -21,9 +21,10 @@ def energy(files):
                 sigma + shift, values, marker, color=colour, alpha=0.5, ms=6,
                 label=f"$n_d$ = {file.config.casing.n_bumps}, {len(values)} samples",
             )  # fmt: skip
-            at = np.unique(sigma)
+            known = np.isfinite(values)
+            at = np.unique(sigma[known])
             for bound in (np.min, np.max):
-                edge = [bound(values[sigma == s]) for s in at]
+                edge = [bound(values[known & (sigma == s)]) for s in at]
                 panel.plot(at + shift, edge, color=colour, lw=1)
     left.set(xlabel="mistuning σ [%]", ylabel="$A_{nl}$ by displacement [-]")
     right.set(xlabel="mistuning σ [%]", ylabel="$A_{nl}(E)$ by strain energy [-]")

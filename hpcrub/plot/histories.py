@@ -5,7 +5,9 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 
-from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
+from hpcrub import reasons
+from hpcrub.layout import DIVERGED
+from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK, say
 from hpcrub.studies.time_response import first_steady
 
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
@@ -38,10 +40,16 @@ def time(files):
                 colour, width = (BLACK, 1.4) if top and panel is right else (colours[blade], 0.7)
                 panel.plot(t[part], values[part, blade], color=colour, lw=width, rasterized=True)
         left.set_ylabel(label)
-    _draw_windows(axes[0, 0], file, disk)
-    axes[0, 1].set_title(f"last {CLOSE_REVOLUTIONS} revolutions (black: blade {largest + 1})")
-    for panel in axes[-1]:
-        panel.set_xlabel("time [s]")
+    title = f"last {CLOSE_REVOLUTIONS} revolutions"
+    if file.read("point_status", disk) == DIVERGED:
+        for panel in axes[:, 0]:
+            say(panel, reasons.words(file.read("point_reason", disk)))
+    else:
+        _draw_windows(axes[0, 0], file, disk)
+        title += f" (black: blade {largest + 1})"
+    axes[0, 1].set_title(title)
+    for panel, shown in zip(axes[-1], (t, t[close]), strict=True):
+        panel.set(xlabel="time [s]", xlim=(shown[0], shown[-1]))
     _add_blade_key(figure, axes, colours)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.suptitle(f"{DISKS[disk]}, {config.casing.n_bumps} bumps, {config.speeds.from_hz:g} Hz")
@@ -85,12 +93,16 @@ def interaction(files):
     n_disks = len(file.read("deviation"))
     figure, axes = plt.subplots(1, n_disks, figsize=(6.5 * n_disks, 6), sharey=True, squeeze=False)
     spectra = 1e3 * file.read("spectrum_m")
-    top = np.nanmax(spectra) if np.isfinite(spectra).any() else 1.0
+    # with a scale that has a top even where nothing moves
+    top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
+    lost = reasons.are_fatal(file.read("point_reason"))
     for disk, panel in enumerate(axes[0]):
         image = panel.pcolormesh(
             speeds, frequencies, spectra[disk].T, norm=LogNorm(top / 3000, top), cmap="Greys",
             shading="nearest", rasterized=True,
         )  # fmt: skip
+        for speed in speeds[lost[disk]]:
+            panel.axvline(speed, color=PINK, lw=2)
         for order in range(1, 3 * config.casing.n_bumps + 1):
             main = order % config.casing.n_bumps == 0
             style = {"color": ORANGE, "lw": 1.2} if main else {"color": ORANGE, "lw": 0.4}
@@ -114,6 +126,8 @@ def interaction(files):
     axes[0, 0].set_ylabel("frequency [Hz]")
     axes[0, 0].plot([], [], color=ORANGE, label="engine orders")
     axes[0, 0].plot([], [], color=BLUE, label="natural frequencies")
-    figure.legend(loc="outside lower center", ncols=2)
+    if lost.any():
+        axes[0, 0].plot([], [], color=PINK, label="diverged")
+    figure.legend(loc="outside lower center", ncols=3)
     figure.colorbar(image, ax=axes, label="tangential amplitude, largest of all tips [mm]")
     return figure

@@ -21,6 +21,12 @@ STYLE = {
 }
 
 
+def say(axes, text):
+    """Words in the middle of axes that have nothing to show."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)
+    axes.tick_params(left=False, labelleft=False)
+
+
 def legend_below(axes, columns=2, drop=0.15):
     """Legend under the axes, where it hides nothing."""
     axes.legend(ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -drop))

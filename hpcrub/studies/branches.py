@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from hpcrub import history, steady
+from hpcrub import history, reasons, steady
 from hpcrub.config import Config
-from hpcrub.layout import DIVERGED, STEADY, Dataset
+from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
 from hpcrub.reduction import Modes
 from hpcrub.studies.sources import disks
 from hpcrub.study import build_problem, modes_of
@@ -35,7 +35,8 @@ LAYOUT = (
     Dataset("mean_localisation", _SS, "1", "mean of the localisation factors of these windows"),
     Dataset("localisation_scatter", _SS, "1", "their standard deviation"),
     Dataset("time_s", _SS, "s", "simulated time until steady or given up"),
-    Dataset("point_status", _SS, "1", "0 none, 1 steady, 2 not steady, 3 diverged", "u1"),
+    Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
+    Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
 SCALES = {"speed": "speeds_hz"}
 N_WINDOWS = 12
@@ -100,15 +101,19 @@ def compute(problem, task, poll):
             size = config.branches.perturbation
             motion.position[:] = deflection(modes, config.mistuning.seed + task, size)
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
+    amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
+    result = result.marched_on(reason)
+    amplitude[:, result.point_status == DIVERGED] = np.nan
+    local[:, result.point_status == DIVERGED] = np.nan
     yield "amplitude_m", task, result.amplitude
     yield "localisation", task, result.localisation
-    amplitude, local = windows(modes, scene, speeds, motion, poll)
     yield "mean_amplitude_m", task, amplitude.mean(axis=0)
     yield "amplitude_scatter_m", task, amplitude.std(axis=0, ddof=1)
     yield "mean_localisation", task, local.mean(axis=0)
     yield "localisation_scatter", task, local.std(axis=0, ddof=1)
     yield "time_s", task, result.time
     yield "point_status", task, result.point_status
+    yield "point_reason", task, result.point_reason
 
 
 def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
@@ -129,20 +134,28 @@ def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
 def windows(modes, scene, speeds_hz, motion, poll=None):
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (N_WINDOWS, S) each.
 
-    motion: Motion of all speeds (modified); where it has diverged the results are NaN.
+    motion: Motion of all speeds. Returns the codes of ``reasons`` (S,), too; those of speeds whose
+    motion was lost before mean nothing.
     """
-    found = np.full((2, N_WINDOWS, len(speeds_hz)), np.nan)
+    found = np.zeros((2, N_WINDOWS, len(speeds_hz)))
+    reason = np.zeros(len(speeds_hz), dtype=np.uint8)
     for group in history.groups(speeds_hz):
         part = Motion(*(values[group] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
-            tips = [
-                np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position)).max(axis=0)
-                for piece in history.march(modes, scene, speeds_hz[group], duration, part, poll)
-            ]
+            march = history.march(modes, scene, speeds_hz[group], duration, part, poll)
+            tips, codes = zip(*((_largest(modes, p), p.reason) for p in march), strict=True)
             largest = np.max(tips, axis=0)  # (speeds of the group, tips)
-            found[:, window, group] = largest.max(axis=1), steady.localisation(largest)
-    return found
+            well = ~reasons.are_fatal(codes[-1])
+            at, largest = group[well], largest[well]
+            found[:, window, at] = largest.max(axis=1), steady.localisation(largest)
+            reason[group] = np.where(reasons.are_fatal(reason[group]), reason[group], codes[-1])
+    return *found, reason
+
+
+def _largest(modes, piece):
+    """Largest |u_t| of every tip in a history.Piece, (S, n_c) [m]."""
+    return np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position)).max(axis=0)
 
 
 def deflection(modes, seed, size):
@@ -194,10 +207,12 @@ def coexisting(found):
 
 
 def report(file):
-    """Where several branches coexist."""
+    """Where several branches coexist, and what went wrong."""
     found = label_file(file)
     several = coexisting(found) > 1
     speeds, local = file.read("speeds_hz"), file.read("mean_localisation")
+    reason = file.read("point_reason")
+    yield from reasons.lines(reasons.count(reason), reason.size)
     share = np.mean(file.read("point_status") == STEADY)
     yield f"{100 * share:.0f} % of the points are steady, {found.max() + 1} branches"
     if several.any():

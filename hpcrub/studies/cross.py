@@ -11,8 +11,8 @@ N_GRID = 80  # points of the density along each axis
 _LEVEL, _BOUNDS = ("level",), ("level", "bound")
 LAYOUT = (
     Dataset("sigma", _LEVEL, "1", "standard deviation of a blade's stiffness"),
-    Dataset("contact", ("level", "sample"), "1", "contact amplification A_nl"),
-    Dataset("linear", ("level", "sample"), "1", "linear amplification A_lin"),
+    Dataset("contact", ("level", "sample"), "1", "contact amplification A_nl; NaN: none"),
+    Dataset("linear", ("level", "sample"), "1", "linear amplification A_lin; NaN: none"),
     Dataset("share", _LEVEL, "1", "share of the samples with A_nl > A_lin"),
     Dataset("share_interval", _BOUNDS, "1", "its 95 % interval (Wilson)"),
     Dataset("rank_correlation", _LEVEL, "1", "Spearman's rank correlation of A_nl and A_lin"),

@@ -2,12 +2,17 @@
 
 import numpy as np
 
+from hpcrub.config import differences
+from hpcrub.errors import InputError
 from hpcrub.layout import Dataset
 from hpcrub.statistics import Z_95, percentile_interval
-from hpcrub.studies.sources import amplifications, complete
+from hpcrub.studies.sources import PHYSICS, amplifications, complete
 
 KERNEL = False
 KINDS = ("contact", "linear")
+FREE = "material.damping_ratio"
+# what, besides the physics, sets one population of disks apart from another
+SAME = (*PHYSICS, "mistuning.half_range_percent", "mistuning.pattern_gpa")
 _CLP = ("case", "level", "percentile")
 LAYOUT = (
     Dataset("damping_ratio", ("case",), "1", "damping ratio of every mode"),
@@ -40,17 +45,34 @@ def sizes(config):
 
 
 def constants(config):
-    """Damping of the sources and their levels. Raises InputError when these differ."""
+    """Damping of the sources and their levels.
+
+    Raises InputError when they differ in their levels or in other physics than the damping; they
+    may have other samples and seeds.
+    """
     files = [complete(path) for path in config.sources]
-    sigma = [file.read("sigma") for file in files]
+    for file in files[1:]:
+        _compare(files[0], file)
     values = {
         "damping_ratio": [file.config.material.damping_ratio for file in files],
         "tuned_amplitude_m": [file.read("tuned/reference_amplitude_m") for file in files],
-        "sigma": sigma[0],
+        "sigma": files[0].read("sigma"),
     }
     for file in files:
         file.close()
     return values
+
+
+def _compare(first, other):
+    found = differences(first.config, other.config, ("in the first", "in the second"))
+    keys = (line.partition(":")[0] for line in found)
+    wrong = [
+        line
+        for key, line in zip(keys, found, strict=True)
+        if key != FREE and any(key == same or key.startswith(f"{same}.") for same in SAME)
+    ]
+    if wrong:
+        raise InputError(f"sources: {first.path} and {other.path} differ in {'; '.join(wrong)}")
 
 
 def n_tasks(config):
@@ -64,7 +86,8 @@ def cost(config):
 
 
 def prepare(config):
-    """Configuration and amplifications of all sources."""
+    """Configuration and amplifications of all sources. Raises InputError as `constants`."""
+    constants(config)
     return config, [amplifications(path) for path in config.sources]
 
 

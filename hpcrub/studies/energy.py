@@ -8,16 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import history
+from hpcrub import history, reasons
 from hpcrub.config import Config
-from hpcrub.layout import DIVERGED, Dataset
+from hpcrub.errors import InputError
+from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.studies.sources import complete
 from hpcrub.study import Problem as Model
 from hpcrub.study import build_problem, modes_of
 from hpcrub.sweep import Motion, run_sweep
 
 KERNEL = True
-_SAMPLE = ("sample",)
+_SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
     Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
     Dataset("level", _SAMPLE, "1", "mistuning level of a sample in the source", "i8"),
@@ -26,7 +27,11 @@ LAYOUT = (
     Dataset("deviation", ("sample", "blade"), "1", "its stiffness deviations"),
     Dataset("amplification", _SAMPLE, "1", "its A_nl by displacements, from the source"),
     Dataset("tuned/energy_j", ("speed", "blade"), "J", "largest strain energy of the tuned disk"),
-    Dataset("energy_j", ("sample", "speed", "blade"), "J", "largest strain energy of a blade"),
+    Dataset("tuned/point_status", ("speed",), "1", POINT_STATUS, "u1"),
+    Dataset("tuned/point_reason", ("speed",), "1", POINT_REASON, "u1"),
+    Dataset("energy_j", (*_SS, "blade"), "J", "largest strain energy of a blade"),
+    Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
+    Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
 SCALES = {"speed": "speeds_hz"}
 
@@ -54,7 +59,13 @@ def constants(config):
     Raises InputError when it has too few of them or other physics.
     """
     file = complete(config.sources[0], config)
-    values = np.nan_to_num(file.read("samples/amplification"), nan=-np.inf)
+    values = file.read("samples/amplification")
+    n_known = np.count_nonzero(np.isfinite(values))
+    if n_known < config.energy.samples:
+        raise InputError(
+            f"energy.samples: {config.energy.samples} asked for, but {config.sources[0]} has "
+            f"{n_known} samples with an amplification"
+        )
     order = np.argsort(-values, axis=None, kind="stable")[: config.energy.samples]
     level, number = np.unravel_index(order, values.shape)
     found = {
@@ -89,19 +100,23 @@ def compute(problem, task, poll):
     config, model = problem.config, problem.model
     deviation = problem.deviation[task - 1] if task else np.zeros(config.disk.n_blades)
     modes = modes_of(config, model, deviation)
-    found = energies(model, modes, deviation, config.speeds.values_hz, poll)
-    if task:
-        yield "energy_j", task - 1, found
-    else:
-        yield "tuned/energy_j", (), found
+    found, result = energies(model, modes, deviation, config.speeds.values_hz, poll)
+    group, where = ("", task - 1) if task else ("tuned/", ())
+    yield f"{group}energy_j", where, found
+    yield f"{group}point_status", where, result.point_status
+    yield f"{group}point_reason", where, result.point_reason
 
 
 def energies(model, modes, deviation, speeds_hz, poll=None):
-    """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged."""
+    """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
+
+    Returns the sweep.SweepResult, too.
+    """
     scene, reduced = model.scene, model.reduced
     motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
     result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
     energy = np.full((len(speeds_hz), len(deviation)), np.nan)
+    reason = np.zeros(len(speeds_hz), dtype=np.uint8)
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     modal = np.swapaxes(modes.shapes, 0, 1) @ stiffness @ modes.shapes  # (N, K, K)
     for group in history.groups(speeds_hz):
@@ -110,10 +125,14 @@ def energies(model, modes, deviation, speeds_hz, poll=None):
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].min()
-        pieces = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
-        found = [strain_energy(modal, piece.position).max(axis=0) for piece in pieces]
-        energy[usable] = np.max(found, axis=0)
-    return energy
+        march = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
+        found, codes = zip(
+            *((strain_energy(modal, p.position).max(axis=0), p.reason) for p in march), strict=True
+        )
+        energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]
+    result = result.marched_on(reason)
+    energy[result.point_status == DIVERGED] = np.nan
+    return energy, result
 
 
 def strain_energy(stiffness, position):
@@ -124,14 +143,28 @@ def strain_energy(stiffness, position):
 
 
 def amplification(file):
-    """A_nl(E) of every sample: its largest energy over the tuned disk's, (n,)."""
-    tuned = np.nanmax(file.read("tuned/energy_j"))
-    energy = file.read("energy_j")
-    return np.where(np.isfinite(energy), energy, -np.inf).max(axis=(1, 2)) / tuned
+    """A_nl(E) of every sample: its largest energy over the tuned disk's, (n,).
+
+    NaN where all points of the sample have diverged, or of the tuned disk.
+    """
+    tuned, found = _largest(file.read("tuned/energy_j")), map(_largest, file.read("energy_j"))
+    return np.array(list(found)) / (tuned if tuned > 0.0 else np.nan)
+
+
+def _largest(energy):
+    """Largest finite one of some energies [J], NaN when there is none."""
+    known = energy[np.isfinite(energy)]
+    return known.max() if len(known) else np.nan
 
 
 def report(file):
-    """Ranges of both amplifications."""
+    """Ranges of both amplifications, and what went wrong."""
+    reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
+    yield from reasons.lines(reasons.count(reason), reason.size)
     found, known = amplification(file), file.read("amplification")
     yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
+    found = found[np.isfinite(found)]
+    if not len(found):
+        yield "by strain energy: not known, all points of the tuned disk or of the samples diverged"
+        return
     yield f"by strain energy: {found.min():.3f} to {found.max():.3f}, median {np.median(found):.3f}"

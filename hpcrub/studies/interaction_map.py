@@ -4,8 +4,8 @@ import numpy as np
 from scipy.signal import zoom_fft
 from scipy.signal.windows import hann
 
-from hpcrub import history
-from hpcrub.layout import Dataset
+from hpcrub import history, reasons
+from hpcrub.layout import POINT_REASON, Dataset
 from hpcrub.studies.sources import disks, prepare_disks
 
 KERNEL = True
@@ -17,6 +17,7 @@ LAYOUT = (
     Dataset("natural_frequencies_hz", ("disk", "mode"), "Hz", "frequencies without contact"),
     Dataset("spectrum_m", (*_DS, "frequency"), "m", "tangential amplitude, largest of all tips"),
     Dataset("amplitude_m", _DS, "m", "largest tangential displacement within the window"),
+    Dataset("point_reason", _DS, "1", f"{POINT_REASON}; where diverged, values are NaN", "u1"),
 )
 SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
 
@@ -55,20 +56,24 @@ def cost(config):
 
 
 def compute(problem, task, poll):
-    """Spectra of one group of speeds of one disk."""
+    """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
     config, scene = problem.config, problem.scene
     groups = history.groups(config.speeds.values_hz)
     disk, group = divmod(task, len(groups))
     modes, group = problem.modes[disk], groups[group]
     speeds = config.speeds.values_hz[group]
     parts = [
-        (piece.time, np.einsum("ck,rks->rcs", modes.tangential, piece.position))
+        (piece.time, np.einsum("ck,rks->rcs", modes.tangential, piece.position), piece.reason)
         for piece in history.march(modes, scene, speeds, config.history.duration_s, poll=poll)
     ]
-    time, tips = (np.concatenate(values) for values in zip(*parts, strict=True))
+    *values, reason = zip(*parts, strict=True)
+    time, tips = map(np.concatenate, values)
     if group[0] == groups[0][0]:
         yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
     for lane, speed in enumerate(group):
+        yield "point_reason", (disk, speed), reason[-1][lane]
+        if reasons.are_fatal(reason[-1][lane]):
+            continue
         interval = time[1, lane] - time[0, lane]
         window = tips[-round(config.spectrum.window_s / interval) :, :, lane]
         yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
@@ -93,15 +98,18 @@ def spectrum(signals, interval, wanted):
 
 
 def report(file):
-    """The strongest interactions of every disk."""
+    """The strongest interactions of every disk, and what went wrong."""
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     for disk in range(len(file.read("deviation"))):
-        amplitude = file.read("amplitude_m", disk)
+        amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
+        name = ("tuned disk", "pattern")[disk]
+        for line in reasons.lines(reasons.count(reason), len(reason)):
+            yield f"{name}: {line}"
         if not np.isfinite(amplitude).any():
             continue
         best = int(np.nanargmax(amplitude))
         line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
         yield (
-            f"{('tuned disk', 'pattern')[disk]}: largest amplitude {1e3 * amplitude[best]:.1f} mm "
+            f"{name}: largest amplitude {1e3 * amplitude[best]:.1f} mm "
             f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
         )

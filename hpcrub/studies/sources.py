@@ -72,5 +72,5 @@ def complete(path, config=None):
     if config is not None:
         other = [d for d in differences(file.config, config) if d.split(".")[0] in PHYSICS]
         if other:
-            raise InputError(f"sources: {path} has {other[0]}")
+            raise InputError(f"sources: {path} has {'; '.join(other)}")
     return file

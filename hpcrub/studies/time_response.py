@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from hpcrub import history
+from hpcrub import history, reasons
 from hpcrub.casing import bump_height, growth
-from hpcrub.layout import Dataset
+from hpcrub.layout import DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY, Dataset
 from hpcrub.steady import correlation
 from hpcrub.studies.sources import disks, prepare_disks, time_grid
 from hpcrub.sweep import cut_revolution
@@ -25,7 +25,9 @@ LAYOUT = (
     Dataset("window_s", (), "s", "length of each of its two windows"),
     Dataset("correlation", _DC, "1", "correlation of the two windows at a check"),
     Dataset("amplitude_change", _DC, "1", "relative change of the amplitude at a check"),
-    Dataset("tip", _DC, "1", "tip that was looked at", "i8"),
+    Dataset("tip", _DC, "1", "tip that was looked at; means nothing where diverged", "i8"),
+    Dataset("point_status", ("disk",), "1", POINT_STATUS, "u1"),
+    Dataset("point_reason", ("disk",), "1", POINT_REASON, "u1"),
 )
 SCALES = {"time": "time_s", "check": "check_s"}
 
@@ -77,20 +79,30 @@ def cost(config):
 
 
 def compute(problem, task, poll):
-    """March one disk and test its steady state."""
+    """March one disk and test its steady state; of one that diverges, say why."""
     config, scene, modes = problem.config, problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
     pieces = list(history.march(modes, scene, [speed], duration, poll=poll))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
-    position = np.concatenate([piece.position[:, :, 0] for piece in pieces])
-    radial, tangential = position @ modes.radial.T, position @ modes.tangential.T
+    reason = pieces[-1].reason[0]
     if task == 0:
         yield "time_s", (), time
+    yield "point_reason", task, reason
+    if reasons.are_fatal(reason):
+        yield "point_status", task, DIVERGED
+        return
+    position = np.concatenate([piece.position[:, :, 0] for piece in pieces])
+    radial, tangential = position @ modes.radial.T, position @ modes.tangential.T
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial, tangential)
     yield "force_n", task, np.concatenate([piece.radial_force[:, :, 0] for piece in pieces])
-    yield from _tests(config, tangential, task, len(time) // len(pieces))
+    tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
+    yield "tip", task, tip
+    yield "correlation", task, correlated
+    yield "amplitude_change", task, change
+    steady = first_passed(correlated, change, config.steady_state) is not None
+    yield "point_status", task, STEADY if steady else NOT_STEADY
 
 
 def gap(scene, speed_hz, time, radial, tangential):
@@ -105,33 +117,50 @@ def gap(scene, speed_hz, time, radial, tangential):
     return scene.clearance - grown * bump - outward
 
 
-def _tests(config, tangential, task, per_block):
-    """The steady-state test at every check."""
+def _tests(config, tangential, per_block):
+    """The steady-state test at every check: tips, correlations, changes of amplitude, (C,) each."""
+    checks = _checks(config)
+    tips, correlated, change = np.zeros(len(checks), dtype=int), *np.zeros((2, len(checks)))
     grid = cut_revolution(config.speeds.from_hz, time_grid(config))
     window = config.steady_state.window_revolutions * grid.blocks_per_revolution * per_block
-    for check, block in enumerate(_checks(config)):
+    for check, block in enumerate(checks):
         end = block * per_block
         before, last = (tangential[end - k * window :][:window] for k in (2, 1))
-        tip = int(np.abs(last).max(axis=0).argmax())
+        tip = tips[check] = np.abs(last).max(axis=0).argmax()
         size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
-        yield "tip", (task, check), tip
-        yield "correlation", (task, check), correlation(before[:, tip], last[:, tip])
-        yield "amplitude_change", (task, check), abs(size - size_before) / size if size else 0.0
+        correlated[check] = correlation(before[:, tip], last[:, tip])
+        change[check] = abs(size - size_before) / size if size else 0.0
+    return tips, correlated, change
 
 
-def first_steady(file, disk):
-    """Number of the first check that was passed, None if none was."""
-    steady = file.config.steady_state
-    passed = file.read("correlation", disk) > steady.min_correlation
-    passed &= file.read("amplitude_change", disk) <= steady.max_amplitude_change
+def first_passed(correlated, change, steady):
+    """Number of the first check that was passed, None if none was.
+
+    correlated, change: correlation and relative change of amplitude at the checks (C,);
+    steady: section `steady_state` of the configuration.
+    """
+    passed = (correlated > steady.min_correlation) & (change <= steady.max_amplitude_change)
     return int(np.argmax(passed)) if passed.any() else None
 
 
+def first_steady(file, disk):
+    """`first_passed` of a disk of a result file."""
+    correlated, change = file.read("correlation", disk), file.read("amplitude_change", disk)
+    return first_passed(correlated, change, file.config.steady_state)
+
+
 def report(file):
-    """Amplitudes and the time of the steady state."""
-    for disk, name in enumerate(("tuned disk", "pattern")[: len(file.read("deviation"))]):
+    """Amplitudes and the time of the steady state, or why there are none."""
+    status, reason = file.read("point_status"), file.read("point_reason")
+    for disk, name in enumerate(("tuned disk", "pattern")[: len(status)]):
+        if status[disk] == DIVERGED:
+            yield f"{name}: {reasons.words(reason[disk])}"
+            continue
         check = first_steady(file, disk)
         steady = "not steady" if check is None else f"steady at {file.read('check_s')[check]:.3f} s"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
         force = file.read("force_n", disk).max()
-        yield f"{name}: {steady}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N"
+        care = f"; {reasons.words(reason[disk])}" if reason[disk] else ""
+        yield (
+            f"{name}: {steady}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
+        )
