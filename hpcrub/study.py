@@ -10,7 +10,7 @@ from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
 from hpcrub.linear import linear_peak
 from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import ReducedModel, craig_bampton, mistuned_modes, per_sample_modes
+from hpcrub.reduction import ReducedModel, craig_bampton, mistune, mistuned_modes
 from hpcrub.steady import SteadyCriteria
 
 
@@ -103,11 +103,21 @@ def deviation(config, level, sample):
     )
 
 
-def modes_of(config, problem, deviation):
-    """Modes of one disk (deviation (N,) of its blades) on the basis that the input asks for."""
+def basis_of(config, model, deviation):
+    """Reduced model of one disk on the basis that the input asks for.
+
+    model: whatever has the tuned `disk` and `reduced`; deviation: (N,) of the blades [-].
+    Returns a ReducedModel and the deviation (N,) that is not yet in it.
+    """
     if config.reduction.basis == "per_sample":
-        return per_sample_modes(problem.disk, config.reduction.n_modes, deviation)
-    return mistuned_modes(problem.reduced, deviation)
+        own = craig_bampton(mistune(model.disk, deviation), config.reduction.n_modes)
+        return own, np.zeros(len(deviation))
+    return model.reduced, deviation
+
+
+def modes_of(config, model, deviation):
+    """Modes of one disk; arguments as `basis_of`."""
+    return mistuned_modes(*basis_of(config, model, deviation))
 
 
 def linear_amplitude(config, problem, modes):

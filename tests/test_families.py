@@ -1,7 +1,7 @@
 """Sweeps of an input, and the studies that start from the results of others.
 
-Truth: Wilson's interval and Spearman's correlation as scipy has them, the strain energy of a blade
-on the full finite-element model, and branches that were made by hand.
+Truth: Wilson's interval and Spearman's correlation as scipy has them, and branches that were made
+by hand.
 """
 
 from pathlib import Path
@@ -16,7 +16,7 @@ from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
-from hpcrub.studies import branches, cross, energy
+from hpcrub.studies import branches, cross
 from hpcrub.study import build_problem
 from hpcrub.sweep import Motion, run_sweep
 
@@ -152,22 +152,6 @@ def test_energy(folder):
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
     assert (file.read("energy_j") > 0.0).all()
     assert (folder / "energy.png").stat().st_size > 10_000
-
-
-def test_strain_energy_is_that_of_the_full_model():
-    problem = build_problem(config.Config.from_yaml(TINY))
-    deviation = np.linspace(-0.03, 0.03, 12)
-    modes = mistuned_modes(problem.reduced, deviation)
-    q = np.random.default_rng(0).standard_normal((1, len(modes.omega), 1))
-    u = problem.reduced.basis @ modes.shapes @ q[0, :, 0]
-    disk = problem.disk
-    expected = [
-        0.5 * (1 + d) * u[dof] @ k @ u[dof]
-        for d, dof, k in zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)
-    ]
-    stiffness = (1 + deviation)[:, None, None] * problem.reduced.blade_stiffness
-    modal = modes.shapes.T @ stiffness @ modes.shapes
-    assert energy.strain_energy(modal, q)[0, 0] == pytest.approx(expected)
 
 
 def test_branches_made_by_hand():

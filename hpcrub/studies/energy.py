@@ -11,9 +11,10 @@ import numpy as np
 from hpcrub import history
 from hpcrub.config import Config
 from hpcrub.layout import DIVERGED, Dataset
+from hpcrub.reduction import blade_stiffness, mistuned_modes
 from hpcrub.studies.sources import complete
 from hpcrub.study import Problem as Model
-from hpcrub.study import build_problem, modes_of
+from hpcrub.study import basis_of, build_problem
 from hpcrub.sweep import Motion, run_sweep
 
 KERNEL = True
@@ -88,22 +89,24 @@ def compute(problem, task, poll):
     """Energies of one disk."""
     config, model = problem.config, problem.model
     deviation = problem.deviation[task - 1] if task else np.zeros(config.disk.n_blades)
-    modes = modes_of(config, model, deviation)
-    found = energies(model, modes, deviation, config.speeds.values_hz, poll)
+    reduced, left = basis_of(config, model, deviation)
+    modes = mistuned_modes(reduced, left)
+    stiffness = blade_stiffness(reduced, left, modes)
+    found = energies(modes, stiffness, model.scene, config.speeds.values_hz, poll)
     if task:
         yield "energy_j", task - 1, found
     else:
         yield "tuned/energy_j", (), found
 
 
-def energies(model, modes, deviation, speeds_hz, poll=None):
-    """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged."""
-    scene, reduced = model.scene, model.reduced
+def energies(modes, stiffness, scene, speeds_hz, poll=None):
+    """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
+
+    stiffness: of the blades, in these modes (N, K, K) [rad2/s2].
+    """
     motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
     result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
-    energy = np.full((len(speeds_hz), len(deviation)), np.nan)
-    stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
-    modal = np.swapaxes(modes.shapes, 0, 1) @ stiffness @ modes.shapes  # (N, K, K)
+    energy = np.full((len(speeds_hz), len(stiffness)), np.nan)
     for group in history.groups(speeds_hz):
         usable = group[result.point_status[group] != DIVERGED]
         if not len(usable):
@@ -111,7 +114,7 @@ def energies(model, modes, deviation, speeds_hz, poll=None):
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].min()
         pieces = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
-        found = [strain_energy(modal, piece.position).max(axis=0) for piece in pieces]
+        found = [strain_energy(stiffness, piece.position).max(axis=0) for piece in pieces]
         energy[usable] = np.max(found, axis=0)
     return energy
 
