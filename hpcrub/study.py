@@ -14,6 +14,13 @@ from hpcrub.reduction import ReducedModel, craig_bampton, mistune, mistuned_mode
 from hpcrub.steady import SteadyCriteria
 
 
+class Model(NamedTuple):
+    """The tuned disk, full and reduced."""
+
+    disk: Disk
+    reduced: ReducedModel
+
+
 class Problem(NamedTuple):
     """What every rank needs in order to compute any sample."""
 
@@ -24,13 +31,10 @@ class Problem(NamedTuple):
 
 
 def build_model(config):
-    """Tuned Disk and ReducedModel of a configuration.
-
-    Raises InputError for an impossible geometry.
-    """
+    """Model of a configuration. Raises InputError for an impossible geometry."""
     try:
         disk = build_disk(config.disk, config.material)
-        return disk, craig_bampton(disk, config.reduction.n_modes)
+        return Model(disk, craig_bampton(disk, config.reduction.n_modes))
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"disk: {error}") from None
 
@@ -106,13 +110,24 @@ def deviation(config, level, sample):
 def basis_of(config, model, deviation):
     """Reduced model of one disk on the basis that the input asks for.
 
-    model: whatever has the tuned `disk` and `reduced`; deviation: (N,) of the blades [-].
+    model: Model or Problem; deviation: (N,) of the blades [-].
     Returns a ReducedModel and the deviation (N,) that is not yet in it.
     """
     if config.reduction.basis == "per_sample":
         own = craig_bampton(mistune(model.disk, deviation), config.reduction.n_modes)
         return own, np.zeros(len(deviation))
     return model.reduced, deviation
+
+
+def sigma_of(config):
+    """Standard deviation of a blade's stiffness at every level of the file (V,) [-].
+
+    Of the random draws, or of the blades of an explicit pattern.
+    Source: Joachim, Nyssen, Batailly 2020, equation (4).
+    """
+    if config.pattern_deviation is not None:
+        return np.array([np.std(config.pattern_deviation)])
+    return config.mistuning.half_range[list(config.levels)] / np.sqrt(3)
 
 
 def modes_of(config, model, deviation):
