@@ -3,12 +3,19 @@
 Truth: the strain energy of every blade on the full finite-element model.
 """
 
+import json
+import shutil
+from pathlib import Path
+
+import h5py
 import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import config, history
+from hpcrub import cli, config, history, yaml_text
+from hpcrub.layout import FAILED
 from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.storage import ResultFile
 from hpcrub.studies import energy
 from hpcrub.study import build_problem
 from hpcrub.sweep import Motion, run_sweep
@@ -40,3 +47,72 @@ def test_strain_energy_is_that_of_the_full_model(basis):
     ]
     assert min(expected) > 0.0
     assert found[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
+    """At every speed, whatever its neighbours: a longer look would find a larger energy."""
+    spans, march = [], history.march
+
+    def watched(modes, scene, speeds_hz, *arguments):
+        pieces = list(march(modes, scene, speeds_hz, *arguments))
+        step = pieces[0].time[1] - pieces[0].time[0]
+        spans.append((pieces[-1].time[-1] - pieces[0].time[0] + step) * speeds_hz)
+        return pieces
+
+    monkeypatch.setattr(history, "march", watched)
+    cfg = config.replaced(
+        config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
+    )
+    problem = energy.Problem(cfg, build_problem(cfg), np.zeros((1, 12)))
+    list(energy.compute(problem, 0, lambda: None))
+    assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def origin(tmp_path_factory):
+    """A contact study of 6 samples on two levels."""
+    path = tmp_path_factory.mktemp("origin") / "source.h5"
+    text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2")
+    path.with_suffix(".yaml").write_text(text)
+    arguments = str(path.with_suffix(".yaml")), "--output", str(path), "--no-figures"
+    assert cli.main(arguments) == 0
+    return path
+
+
+@pytest.fixture
+def folder(origin, tmp_path, monkeypatch):
+    """A working folder with source.h5."""
+    shutil.copy(origin, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(study, *options, sources=("source.h5",), **sections):
+    """Exit code of a study that starts from source.h5, into STUDY.h5."""
+    physics = yaml_text.parse(TINY) | {"mistuning": {}, "convergence": {}}
+    keys = physics | {"study": study, "sources": list(sources), "output": f"{study}.h5"} | sections
+    Path(f"{study}.yaml").write_text(json.dumps(keys))
+    return cli.main([f"{study}.yaml", *options])
+
+
+def change(path, dataset, where, value):
+    with h5py.File(path, "r+", locking=False) as file:
+        file[dataset][where] = value
+
+
+def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
+    assert run("energy", "--dry-run", energy={"samples": 12}) == 0
+    largest = ResultFile.open("source.h5").read("samples/amplification").argmax()
+    where = tuple(map(int, np.unravel_index(largest, (2, 6))))
+    change("source.h5", "samples/status", where, FAILED)
+    for samples in (12, 100):
+        capfd.readouterr()
+        assert run("energy", energy={"samples": samples}) == 2
+        expected = f"energy.samples: {samples} is more than the 11 finished samples of source.h5"
+        assert expected in capfd.readouterr().err
+    keys = {"study": "energy", "sources": ["source.h5"], "energy.samples": 11}
+    found = energy.constants(config.replaced(config.Config.from_yaml(TINY), keys))
+    places = list(zip(found["level"], found["number"], strict=True))
+    assert len(set(places)) == 11
+    assert where not in places
+    assert (np.diff(found["amplification"]) <= 0.0).all()

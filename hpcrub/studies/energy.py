@@ -10,7 +10,8 @@ import numpy as np
 
 from hpcrub import history
 from hpcrub.config import Config
-from hpcrub.layout import DIVERGED, Dataset
+from hpcrub.errors import InputError
+from hpcrub.layout import DIVERGED, DONE, Dataset
 from hpcrub.reduction import blade_stiffness, mistuned_modes
 from hpcrub.studies.sources import complete
 from hpcrub.study import Problem as Model
@@ -52,12 +53,17 @@ def sizes(config):
 def constants(config):
     """The samples with the largest A_nl of the source.
 
-    Raises InputError when it has too few of them or other physics.
+    Raises InputError when it has too few finished samples or other physics.
     """
-    file = complete(config.sources[0], config)
-    values = np.nan_to_num(file.read("samples/amplification"), nan=-np.inf)
-    order = np.argsort(-values, axis=None, kind="stable")[: config.energy.samples]
-    level, number = np.unravel_index(order, values.shape)
+    file, n_wanted = complete(config.sources[0], config), config.energy.samples
+    values, done = file.read("samples/amplification"), file.status() == DONE
+    if np.count_nonzero(done) < n_wanted:
+        raise InputError(
+            f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} finished "
+            f"samples of {file.path}"
+        )
+    largest = np.argsort(-values[done], kind="stable")[:n_wanted]
+    level, number = (places[largest] for places in np.nonzero(done))
     found = {
         "speeds_hz": config.speeds.values_hz,
         "level": level,
@@ -112,7 +118,7 @@ def energies(modes, stiffness, scene, speeds_hz, poll=None):
         if not len(usable):
             continue
         part = Motion(*(values[usable] for values in motion))
-        duration = scene.steady.window_revolutions / speeds_hz[usable].min()
+        duration = scene.steady.window_revolutions / speeds_hz[usable].max()
         pieces = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
         found = [strain_energy(stiffness, piece.position).max(axis=0) for piece in pieces]
         energy[usable] = np.max(found, axis=0)
