@@ -168,6 +168,7 @@ def prepare(cfg, options, holder):
     holder.lock = ownership.Lock(path)
     if exists and options.resume:
         storage.check(path, cfg)
+        storage.check_sources(path, cfg)
     else:
         storage.lay_out(path, cfg)
 

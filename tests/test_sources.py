@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import cli, config, history, yaml_text
+from hpcrub import cli, config, history, inspect, plot, yaml_text
 from hpcrub.layout import FAILED
 from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.storage import ResultFile
@@ -116,3 +116,33 @@ def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
     assert len(set(places)) == 11
     assert where not in places
     assert (np.diff(found["amplification"]) <= 0.0).all()
+
+
+CASES = [
+    ("energy", ("source.h5",), {"energy": {"samples": 2}}),
+    ("cross", ("source.h5",), {}),
+    ("damping", ("source.h5", "source.h5"), {}),
+]
+
+
+@pytest.mark.parametrize(("study", "sources", "sections"), CASES)
+def test_a_result_file_alone_is_enough(folder, capfd, study, sources, sections):
+    """Figures, --status and inspect need no source; to go on needs the sources as they were."""
+    assert run(study, "--no-figures", sources=sources, **sections) == 0
+    before = Path(f"{study}.h5").read_bytes()
+    Path("source.h5").rename("elsewhere.h5")
+    (picture,) = plot.draw_study([f"{study}.h5"])
+    assert picture.stat().st_size > 10_000
+    assert inspect.main([f"{study}.h5"]) == 0
+    assert run(study, "--status", sources=sources, **sections) == 0
+    capfd.readouterr()
+    assert run(study, "--resume", sources=sources, **sections) == 2
+    assert "source.h5 does not exist" in capfd.readouterr().err
+
+    Path("elsewhere.h5").rename("source.h5")
+    assert run(study, "--resume", "--no-figures", sources=sources, **sections) == 0
+    change("source.h5", "samples/linear_amplification", (1, 2), 1.25)
+    capfd.readouterr()
+    assert run(study, "--resume", sources=sources, **sections) == 2
+    assert f"sources: source.h5 has changed since {study}.h5" in capfd.readouterr().err
+    assert Path(f"{study}.h5").read_bytes() == before
