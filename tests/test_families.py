@@ -14,6 +14,7 @@ from scipy import stats
 from hpcrub import cli, config, plot
 from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.plot import families
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross
@@ -201,3 +202,42 @@ def test_a_continued_steady_motion_stays(folder):
     second = run_sweep(modes, problem.scene, [33.3], motion=motion)
     assert first.point_status == second.point_status == STEADY
     assert second.amplitude == pytest.approx(first.amplitude, rel=0.01)
+
+
+def test_figures_of_files_with_other_levels_and_percentiles(folder):
+    """Twelve percentiles, more than there are markers; a colour is the same σ in every panel."""
+    at = [float(p) for p in range(5, 65, 5)]
+    text = TINY.replace("[2, 4], samples: 2", "[4], samples: 4")
+    text = text.replace("step: 1", f"step: 2, percentiles: {at}")
+    Path("wide.yaml").write_text(text)
+    assert cli.main(["wide.yaml", "--output", "wide.h5", "--overwrite"]) == 0
+    for paths in (["wide.h5"], [HIGH, "wide.h5"], ["wide.h5", HIGH]):
+        (picture,) = plot.draw(paths, "amplitudes", "wide")
+        assert picture.stat().st_size > 10_000
+    plot.draw([HIGH, "wide.h5"], "errors", "wide")
+    files = [ResultFile.open(path) for path in (HIGH, "wide.h5")]
+    first, second = families.running(files).axes
+    colours = [{tuple(line.get_color()) for line in panel.get_lines()} for panel in (first, second)]
+    assert [len(c) for c in colours] == [2, 1]
+    assert colours[1] == {tuple(first.get_lines()[-1].get_color())}  # ±4 %
+    (axes,) = families.amplitudes(files).axes
+    drawn = {len(bars.lines[0].get_xdata()) for bars in axes.containers}
+    assert drawn == {1, 2}  # ±2 % is in one of the files only
+
+
+def test_energies_of_more_files_than_markers(folder):
+    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
+    text = f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 1}}\n{physics}"
+    compute(text, "energies").close()
+    (picture,) = plot.draw(["energies.h5"] * 11, "energies")
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("fault", [TypeError, KeyError, AttributeError])
+def test_a_fault_of_the_program_is_not_told_as_odd_numbers(folder, monkeypatch, fault):
+    def faulty(files):
+        raise fault("wrong")
+
+    monkeypatch.setattr(families, "running", faulty)
+    with pytest.raises(fault, match="wrong"):
+        plot.draw([HIGH], "running")
