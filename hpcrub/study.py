@@ -61,7 +61,7 @@ def _scene(config, reduced):
     steady = config.steady_state
     return sweep.Scene(
         contact_angle=reduced.contact_angle,
-        contact_radius=float(reduced.contact_radius[0]),
+        contact_radius=reduced.contact_radius,
         damping_ratio=config.material.damping_ratio,
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,

@@ -30,7 +30,7 @@ class Scene(NamedTuple):
     """Everything about a contact run that is the same for all samples and speeds."""
 
     contact_angle: np.ndarray  # (n_c,) [rad]
-    contact_radius: float  # [m]
+    contact_radius: float | np.ndarray  # of all, or of every point (n_c,) [m]
     damping_ratio: float
     n_bumps: int
     bump_height: float  # [m]
