@@ -14,8 +14,9 @@ from scipy import stats
 from hpcrub import cli, config, plot
 from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot import families
-from hpcrub.reduction import mistuned_modes
+from hpcrub.reduction import Modes, mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross
 from hpcrub.study import build_problem
@@ -188,9 +189,22 @@ def test_branches(folder):
     mean, scatter = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
     assert np.abs(mean - amplitude).max() < 0.2 * amplitude.max()
     assert (scatter < 0.2 * mean).all()
-    start = branches.deflection(modes, 1, 0.02)
+    start = branches.deflection(modes, 1, 3, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert (folder / "branches.png").stat().st_size > 10_000
+
+
+def test_initial_states_share_no_random_number():
+    """Neither with one another, of whatever seed and number, nor with the deviations of blades."""
+    tips = np.eye(12)
+    modes = Modes(np.ones(12), tips, tips, tips)
+    places = [(seed, task) for seed in range(6) for task in range(6)]
+    drawn = [branches.deflection(modes, *place, 0.02) for place in places]
+    assert np.abs(drawn).max(axis=1) == pytest.approx(0.02)
+    drawn += [stiffness_deviation(seed, 0, sample, 12, 1.0) for seed, sample in places]
+    drawn += [stiffness_deviation(seed, 1 + level, 0, 12, 1.0) for seed, level in places]
+    shapes = np.divide(drawn, np.array(drawn)[:, :1])[:, 1:]  # whatever their sizes
+    assert len(np.unique(shapes)) == shapes.size
 
 
 def test_a_continued_steady_motion_stays(folder):
