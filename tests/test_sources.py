@@ -102,6 +102,7 @@ def change(path, dataset, where, value):
 
 def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
     assert run("energy", "--dry-run", energy={"samples": 12}) == 0
+    assert "stability limit" in capfd.readouterr().out
     largest = ResultFile.open("source.h5").read("samples/amplification").argmax()
     where = tuple(map(int, np.unravel_index(largest, (2, 6))))
     change("source.h5", "samples/status", where, FAILED)

@@ -106,6 +106,29 @@ def test_sigma_of_a_pattern_is_that_of_its_blades():
         assert studies.find(cfg).constants(cfg)["sigma"] == pytest.approx(np.std(moduli) / 210)
 
 
+@pytest.mark.parametrize(
+    ("name", "disk", "marches"),
+    [
+        ("modal", True, False),
+        ("casing", False, False),
+        ("linear", True, False),
+        ("time_response", True, True),
+        ("interaction_map", True, True),
+        ("branches", True, True),
+    ],
+)
+def test_dry_run_tells_of_the_model(folder, capfd, name, disk, marches):
+    keys = "time.step_s=2e-5", "steady_state.first_check_s=0.2", "steady_state.max_time_s=0.2"
+    options = [word for key in keys for word in ("--set", key)]
+    assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
+    out = capfd.readouterr().out
+    assert ("first frequencies:    90.12" in out) == disk  # [Hz], the paper
+    assert ("stability limit:" in out) == ("estimated run time:" in out) == marches
+    assert "tasks:" in out
+    assert "output:" in out
+    assert not any(folder.iterdir())
+
+
 @pytest.mark.mpi
 def test_tasks_on_several_ranks_are_the_same_bits(folder):
     overrides = "--set", "mistuning.samples=60", "--set", "linear.n_diameters=[4]"

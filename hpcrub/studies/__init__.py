@@ -34,6 +34,7 @@ class Entry(NamedTuple):
     figures: str  # of the paper
     what: str
     has_sources: bool = False
+    has_disk: bool = True  # of its own
 
 
 STUDIES = {
@@ -41,14 +42,16 @@ STUDIES = {
         "contact", "7 to 13", "frequency response in contact, Monte-Carlo percentiles"
     ),
     "modal": Entry("modal", "1, 2", "the disk, its mode shapes, SAFE diagram"),
-    "casing": Entry("casing", "1, 3", "casing, clearance and bumps"),
+    "casing": Entry("casing", "1, 3", "casing, clearance and bumps", has_disk=False),
     "linear": Entry("linear", "4", "linear amplification, percentiles over σ and n_d"),
     "time_response": Entry("time_response", "5", "one simulation in full"),
     "interaction_map": Entry("interaction_map", "6", "spectra over a wide range of speeds"),
     "energy": Entry("energy", "14", "amplification of the blades' strain energy", True),
-    "cross": Entry("cross", "15", "contact beside linear amplification, sample by sample", True),
+    "cross": Entry(
+        "cross", "15", "contact beside linear amplification, sample by sample", True, False
+    ),
     "damping": Entry(
-        "damping", "16", "percentiles of contact studies with different damping", True
+        "damping", "16", "percentiles of contact studies with different damping", True, False
     ),
     "branches": Entry("branches", "17", "coexisting stable motions, from several initial states"),
 }
