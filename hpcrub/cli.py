@@ -168,6 +168,7 @@ def prepare(cfg, options, holder):
     holder.lock = ownership.Lock(path)
     if exists and options.resume:
         storage.check(path, cfg)
+        storage.check_sources(path, cfg)
     else:
         storage.lay_out(path, cfg)
 
@@ -261,18 +262,11 @@ def dry_run(cfg, n_ranks):
         return
     out = progress.console()
     problem = study.build_problem(cfg)
-    omega = np.sqrt(problem.reduced.tuned_eigenvalues)
-    first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
     levels, samples, speeds = len(cfg.levels), len(cfg.samples), cfg.speeds
     n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
     seconds = n_points * simulated / cfg.time.step / rate
-    out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
-    out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
-    out.print(
-        f"stability limit:      {problem.stability_limit:.4g} s for central_difference; "
-        f"time.step_s is {cfg.time.step:.4g} s ({cfg.time.scheme})"
-    )
+    print_model(out, cfg, problem)
     out.print(
         f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + "
         f"{cfg.mistuning.tuned_runs} tuned) x {speeds.n_values} speeds"
@@ -286,16 +280,32 @@ def dry_run(cfg, n_ranks):
     )
 
 
+def print_model(out, cfg, model):
+    """Frequencies of a Model or Problem, and the stability limit of the latter's time step."""
+    omega = np.sqrt(model.reduced.tuned_eigenvalues)
+    first = ", ".join(f"{f:.4f}" for f in omega[: cfg.disk.n_blades + 2] / (2 * np.pi))
+    out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
+    out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
+    if isinstance(model, study.Problem):
+        out.print(
+            f"stability limit:      {model.stability_limit:.4g} s for central_difference; "
+            f"time.step_s is {cfg.time.step:.4g} s ({cfg.time.scheme})"
+        )
+
+
 def dry_run_tasks(cfg, n_ranks):
     """The same for a study of independent tasks."""
     out, module = progress.console(), studies.find(cfg)
     module.prepare(cfg)
+    problem = study.build_problem(cfg) if module.KERNEL else None
+    if studies.STUDIES[cfg.study].has_disk:
+        print_model(out, cfg, problem or study.build_model(cfg))
     out.print(f"tasks:                {module.n_tasks(cfg):,}")
     out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     n_steps = module.cost(cfg)
     if n_steps:
         usual = cfg.model_copy(update={"speeds": config.Speeds()})  # enough for all lanes
-        rate, _ = measure(usual, study.build_problem(cfg))
+        rate, _ = measure(usual, problem)
         seconds = n_steps / rate
         n_ranks = min(n_ranks, module.n_tasks(cfg))
         out.print(

@@ -34,7 +34,7 @@ def description(path):
     """Lines about one result file. Raises InputError when it is not sound."""
     file = storage.ResultFile.open(path)
     config = file.config
-    yield f"{path}: sound, study {config.study}, {studies.file_size(config) / 1e6:.4g} MB"
+    yield f"{path}: sound, study {config.study}, {file.path.stat().st_size / 1e6:.4g} MB"
     for name, value in sorted(file.attributes().items()):
         if name != "config":
             yield f"  {name}: {value}"
@@ -52,8 +52,7 @@ def description(path):
 
 
 def _dataset_line(file, line):
-    length = studies.sizes(file.config)
-    shape = tuple(length[d] for d in line.dimensions)
+    shape = file.shape(line.name)
     n_known, smallest, largest = 0, np.inf, -np.inf
     for values in _pieces(file, line.name, shape):
         known = values[np.isfinite(values)]

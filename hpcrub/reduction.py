@@ -74,14 +74,14 @@ def mistuned_modes(reduced, deviation):
     )
 
 
-def per_sample_modes(disk, n_modes, deviation):
-    """Modes of one mistuned sample on a Craig-Bampton basis of its own.
+def blade_stiffness(reduced, deviation, modes):
+    """Stiffness of every blade of one mistuned sample in its modes.
 
-    disk: the tuned Disk; n_modes: fixed-interface modes kept; deviation: (N,) relative change of
-    each blade's stiffness [-]. Returns Modes. Raises ValueError as `craig_bampton`.
+    reduced, deviation: what its modes were made of, by `mistuned_modes`; modes: these Modes.
+    Returns (N, K, K) [rad2/s2].
     """
-    reduced = craig_bampton(mistune(disk, deviation), n_modes)
-    return mistuned_modes(reduced, np.zeros(len(deviation)))
+    stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
+    return _project(stiffness, modes.shapes)
 
 
 def mistune(disk, deviation):

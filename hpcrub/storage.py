@@ -14,6 +14,7 @@ How a file survives a kill at any moment:
 import contextlib
 import datetime
 import importlib.metadata
+import itertools
 import os
 import subprocess
 from pathlib import Path
@@ -91,6 +92,8 @@ def _write_attributes(file, config, origin):
     file.attrs["created"] = now.isoformat(timespec="seconds")
     file.attrs["config"] = config.to_yaml()
     file.attrs["seed"] = np.uint64(config.mistuning.seed)
+    if found := studies.fingerprints(config):
+        file.attrs["sources_sha256"] = " ".join(found.values())
     file.attrs.update(origin)
 
 
@@ -175,6 +178,21 @@ def check(path, config=None):
         raise InputError(f"{path} is damaged ({reason(error)})") from None
 
 
+def check_sources(path, config):
+    """Refuse to go on with a sound result file whose sources have changed since it was begun.
+
+    Raises InputError that names the source.
+    """
+    found = studies.fingerprints(config)
+    with h5py.File(path, "r", **SERIAL) as file:
+        stored = str(file.attrs.get("sources_sha256", "")).split()
+    for source, before in itertools.zip_longest(found, stored):
+        if before != found.get(source):
+            raise InputError(
+                f"sources: {source} has changed since {path} was begun; --overwrite begins anew"
+            )
+
+
 def _check_config(path, stored, config):
     differences = configuration.differences(stored, config)
     if differences:
@@ -194,12 +212,14 @@ def _stored_config(path, file):
 
 
 def _check_layout(path, file, config):
-    length = studies.sizes(config)
+    length = studies.known_sizes(config)
     for line in studies.layout(config):
         dataset = _dataset(file, line.name)
         if dataset is None:
             raise _other_state(path, file, f"it has no dataset {line.name}")
-        shape = tuple(length[d] for d in line.dimensions)
+        # what only the sources told is here the same in all datasets
+        length = dict(zip(line.dimensions, dataset.shape, strict=False)) | length
+        shape = tuple(length.get(d) for d in line.dimensions)
         plist = dataset.id.get_create_plist()
         plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
         if dataset.shape != shape or dataset.dtype != np.dtype(line.dtype) or not plain:
@@ -271,6 +291,10 @@ class ResultFile:
     def read(self, name, where=()):
         """Values of a dataset, or of the part `where`, as a numpy array or scalar."""
         return self._datasets[name][where]
+
+    def shape(self, name):
+        """Length of every dimension of a dataset."""
+        return self._datasets[name].shape
 
     def status(self):
         """Status of every sample, (V, n) uint8, or of every task, (T,)."""

@@ -10,8 +10,15 @@ from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
 from hpcrub.linear import linear_peak
 from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import ReducedModel, craig_bampton, mistuned_modes, per_sample_modes
+from hpcrub.reduction import ReducedModel, craig_bampton, mistune, mistuned_modes
 from hpcrub.steady import SteadyCriteria
+
+
+class Model(NamedTuple):
+    """The tuned disk, full and reduced."""
+
+    disk: Disk
+    reduced: ReducedModel
 
 
 class Problem(NamedTuple):
@@ -24,13 +31,10 @@ class Problem(NamedTuple):
 
 
 def build_model(config):
-    """Tuned Disk and ReducedModel of a configuration.
-
-    Raises InputError for an impossible geometry.
-    """
+    """Model of a configuration. Raises InputError for an impossible geometry."""
     try:
         disk = build_disk(config.disk, config.material)
-        return disk, craig_bampton(disk, config.reduction.n_modes)
+        return Model(disk, craig_bampton(disk, config.reduction.n_modes))
     except (ValueError, np.linalg.LinAlgError) as error:
         raise InputError(f"disk: {error}") from None
 
@@ -57,7 +61,7 @@ def _scene(config, reduced):
     steady = config.steady_state
     return sweep.Scene(
         contact_angle=reduced.contact_angle,
-        contact_radius=float(reduced.contact_radius[0]),
+        contact_radius=reduced.contact_radius,
         damping_ratio=config.material.damping_ratio,
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,
@@ -103,11 +107,32 @@ def deviation(config, level, sample):
     )
 
 
-def modes_of(config, problem, deviation):
-    """Modes of one disk (deviation (N,) of its blades) on the basis that the input asks for."""
+def basis_of(config, model, deviation):
+    """Reduced model of one disk on the basis that the input asks for.
+
+    model: Model or Problem; deviation: (N,) of the blades [-].
+    Returns a ReducedModel and the deviation (N,) that is not yet in it.
+    """
     if config.reduction.basis == "per_sample":
-        return per_sample_modes(problem.disk, config.reduction.n_modes, deviation)
-    return mistuned_modes(problem.reduced, deviation)
+        own = craig_bampton(mistune(model.disk, deviation), config.reduction.n_modes)
+        return own, np.zeros(len(deviation))
+    return model.reduced, deviation
+
+
+def sigma_of(config):
+    """Standard deviation of a blade's stiffness at every level of the file (V,) [-].
+
+    Of the random draws, or of the blades of an explicit pattern.
+    Source: Joachim, Nyssen, Batailly 2020, equation (4).
+    """
+    if config.pattern_deviation is not None:
+        return np.array([np.std(config.pattern_deviation)])
+    return config.mistuning.half_range[list(config.levels)] / np.sqrt(3)
+
+
+def modes_of(config, model, deviation):
+    """Modes of one disk; arguments as `basis_of`."""
+    return mistuned_modes(*basis_of(config, model, deviation))
 
 
 def linear_amplitude(config, problem, modes):

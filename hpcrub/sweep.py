@@ -30,7 +30,7 @@ class Scene(NamedTuple):
     """Everything about a contact run that is the same for all samples and speeds."""
 
     contact_angle: np.ndarray  # (n_c,) [rad]
-    contact_radius: float  # [m]
+    contact_radius: float | np.ndarray  # of all, or of every point (n_c,) [m]
     damping_ratio: float
     n_bumps: int
     bump_height: float  # [m]
@@ -347,24 +347,6 @@ class _Band:
                 values[index] = end
         return True
 
-<<<<<<< HEAD
-    def _reason(self, lane, peak):
-        """Code of ``reasons`` for what is wrong with a lane; a flaw counts once it has touched."""
-        state = self.bank.state
-        touched = state.report[SWEEPS, lane] > 0.0
-        flaw = int(state.report[FLAW, lane]) if touched else reasons.NONE
-        if flaw in reasons.FATAL:
-            return flaw
-        if state.report[UNSOLVED, lane] > 0.0:
-            return reasons.UNSOLVED
-        if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(peak).all()):
-            return reasons.NOT_FINITE
-        if peak.max() >= np.max(self.scene.contact_radius):
-            return reasons.TOO_LARGE
-        if self.books and not energy.is_balanced(self.books, lane, not self.bank.polar.enabled):
-            return reasons.UNBALANCED
-        return flaw
-
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.
 
@@ -374,10 +356,6 @@ class _Band:
 
     def _signal(self, lane, tip, window):
         """Displacement of one contact point over a window, places in the ring."""
-=======
-    def _signal(self, lane, tip, now):
-        """Displacement of one contact point over both windows, oldest first."""
->>>>>>> history
         n_points = len(self.bank.contact.stiffness)
         history = self.bank.record.history.reshape(2 * self.window, -1, n_points, len(self.speed))
         return history[window, :, tip, lane].ravel()

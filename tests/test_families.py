@@ -1,7 +1,7 @@
 """Sweeps of an input, and the studies that start from the results of others.
 
-Truth: Wilson's interval and Spearman's correlation as scipy has them, the strain energy of a blade
-on the full finite-element model, and branches that were made by hand.
+Truth: Wilson's interval and Spearman's correlation as scipy has them, and branches that were made
+by hand.
 """
 
 import re
@@ -17,7 +17,9 @@ from scipy import stats
 from hpcrub import cli, config, plot, reasons, storage
 from hpcrub.errors import InputError
 from hpcrub.layout import DONE, NOT_STEADY, STEADY
-from hpcrub.reduction import mistuned_modes
+from hpcrub.mistuning import stiffness_deviation
+from hpcrub.plot import families
+from hpcrub.reduction import Modes, mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
 from hpcrub.study import build_problem
@@ -194,22 +196,6 @@ def test_energy(folder):
     file.close()
 
 
-def test_strain_energy_is_that_of_the_full_model():
-    problem = build_problem(config.Config.from_yaml(TINY))
-    deviation = np.linspace(-0.03, 0.03, 12)
-    modes = mistuned_modes(problem.reduced, deviation)
-    q = np.random.default_rng(0).standard_normal((1, len(modes.omega), 1))
-    u = problem.reduced.basis @ modes.shapes @ q[0, :, 0]
-    disk = problem.disk
-    expected = [
-        0.5 * (1 + d) * u[dof] @ k @ u[dof]
-        for d, dof, k in zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)
-    ]
-    stiffness = (1 + deviation)[:, None, None] * problem.reduced.blade_stiffness
-    modal = modes.shapes.T @ stiffness @ modes.shapes
-    assert energy.strain_energy(modal, q)[0, 0] == pytest.approx(expected)
-
-
 def test_branches_made_by_hand():
     speeds = np.arange(10)
     amplitude = np.array([1.0 + 0.01 * speeds, 1.5 + 0.01 * speeds, 1.0 + 0.01 * speeds])
@@ -243,9 +229,22 @@ def test_branches(folder):
     mean, scatter = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
     assert np.abs(mean - amplitude).max() < 0.2 * amplitude.max()
     assert (scatter < 0.2 * mean).all()
-    start = branches.deflection(modes, 1, 0.02)
+    start = branches.deflection(modes, 1, 3, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert (folder / "branches.png").stat().st_size > 10_000
+
+
+def test_initial_states_share_no_random_number():
+    """Neither with one another, of whatever seed and number, nor with the deviations of blades."""
+    tips = np.eye(12)
+    modes = Modes(np.ones(12), tips, tips, tips)
+    places = [(seed, task) for seed in range(6) for task in range(6)]
+    drawn = [branches.deflection(modes, *place, 0.02) for place in places]
+    assert np.abs(drawn).max(axis=1) == pytest.approx(0.02)
+    drawn += [stiffness_deviation(seed, 0, sample, 12, 1.0) for seed, sample in places]
+    drawn += [stiffness_deviation(seed, 1 + level, 0, 12, 1.0) for seed, level in places]
+    shapes = np.divide(drawn, np.array(drawn)[:, :1])[:, 1:]  # whatever their sizes
+    assert len(np.unique(shapes)) == shapes.size
 
 
 def test_a_continued_steady_motion_stays(folder):
@@ -257,3 +256,42 @@ def test_a_continued_steady_motion_stays(folder):
     second = run_sweep(modes, problem.scene, [33.3], motion=motion)
     assert first.point_status == second.point_status == STEADY
     assert second.amplitude == pytest.approx(first.amplitude, rel=0.01)
+
+
+def test_figures_of_files_with_other_levels_and_percentiles(folder):
+    """Twelve percentiles, more than there are markers; a colour is the same σ in every panel."""
+    at = [float(p) for p in range(5, 65, 5)]
+    text = TINY.replace("[2, 4], samples: 2", "[4], samples: 4")
+    text = text.replace("step: 1", f"step: 2, percentiles: {at}")
+    Path("wide.yaml").write_text(text)
+    assert cli.main(["wide.yaml", "--output", "wide.h5", "--overwrite"]) == 0
+    for paths in (["wide.h5"], [HIGH, "wide.h5"], ["wide.h5", HIGH]):
+        (picture,) = plot.draw(paths, "amplitudes", "wide")
+        assert picture.stat().st_size > 10_000
+    plot.draw([HIGH, "wide.h5"], "errors", "wide")
+    files = [ResultFile.open(path) for path in (HIGH, "wide.h5")]
+    first, second = families.running(files).axes
+    colours = [{tuple(line.get_color()) for line in panel.get_lines()} for panel in (first, second)]
+    assert [len(c) for c in colours] == [2, 1]
+    assert colours[1] == {tuple(first.get_lines()[-1].get_color())}  # ±4 %
+    (axes,) = families.amplitudes(files).axes
+    drawn = {len(bars.lines[0].get_xdata()) for bars in axes.containers}
+    assert drawn == {1, 2}  # ±2 % is in one of the files only
+
+
+def test_energies_of_more_files_than_markers(folder):
+    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
+    text = f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 1}}\n{physics}"
+    compute(text, "energies").close()
+    (picture,) = plot.draw(["energies.h5"] * 11, "energies")
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("fault", [TypeError, KeyError, AttributeError])
+def test_a_fault_of_the_program_is_not_told_as_odd_numbers(folder, monkeypatch, fault):
+    def faulty(files):
+        raise fault("wrong")
+
+    monkeypatch.setattr(families, "running", faulty)
+    with pytest.raises(fault, match="wrong"):
+        plot.draw([HIGH], "running")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from hpcrub.mistuning import pattern_deviation, stiffness_deviation
+from hpcrub.mistuning import pattern_deviation, stiffness_deviation, uniform
 
 N_BLADES = 12
 
@@ -51,6 +51,12 @@ def test_draws_do_not_depend_on_order_or_company():
 def test_no_two_places_share_a_draw():
     places = [(s, v, n) for s in (0, 1, 2**64) for v in range(4) for n in range(40)]
     values = [stiffness_deviation(*p, n_blades=96, half_range=1) for p in places]
+    assert len(np.unique(values)) == len(places) * 96
+
+
+def test_streams_share_no_draw():
+    places = [(stream, v, n) for stream in range(3) for v in range(4) for n in range(10)]
+    values = [uniform(2020, *place, 96) for place in places]
     assert len(np.unique(values)) == len(places) * 96
 
 

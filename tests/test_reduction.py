@@ -11,7 +11,7 @@ from reference import make_disk, reference_disk, reference_reduced
 from scipy.linalg import eigh
 
 from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes, per_sample_modes
+from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
 
 ALL_MODES = 216
 DEVIATION = stiffness_deviation(2020, 3, 0, 12, 0.04)
@@ -19,6 +19,11 @@ DEVIATION = stiffness_deviation(2020, 3, 0, 12, 0.04)
 
 def full_frequencies(disk):
     return np.sqrt(eigh(disk.stiffness, disk.mass, eigvals_only=True))
+
+
+def own_frequencies(disk, n_modes, deviation):
+    """On the basis of the mistuned disk itself."""
+    return craig_bampton(mistune(disk, deviation), n_modes).tuned_eigenvalues ** 0.5
 
 
 def test_published_frequencies_of_the_reduced_model():
@@ -35,7 +40,7 @@ def test_all_modes_make_the_reduction_exact(deviation):
     np.testing.assert_allclose(
         mistuned_modes(reference_reduced(ALL_MODES), deviation).omega, exact, rtol=1e-8
     )
-    np.testing.assert_allclose(per_sample_modes(disk, ALL_MODES, deviation).omega, exact, rtol=1e-8)
+    np.testing.assert_allclose(own_frequencies(disk, ALL_MODES, deviation), exact, rtol=1e-8)
 
 
 def test_frequencies_fall_to_the_full_ones_with_every_mode():
@@ -101,15 +106,15 @@ def test_basis_of_the_tuned_disk_is_enough():
     for sample in range(5):
         deviation = stiffness_deviation(1, 0, sample, 12, 0.04)
         tuned_basis = mistuned_modes(reduced, deviation).omega[:12]
-        own_basis = per_sample_modes(disk, 60, deviation).omega[:12]
+        own_basis = own_frequencies(disk, 60, deviation)[:12]
         changes.append(np.abs(tuned_basis / own_basis - 1).max())
     assert 1e-6 < max(changes) < 5e-5
 
 
 def test_tuned_modes_are_the_same_on_either_basis():
     tuned = mistuned_modes(reference_reduced(60), np.zeros(12))
-    own = per_sample_modes(reference_disk(), 60, np.zeros(12))
-    np.testing.assert_allclose(own.omega, tuned.omega, rtol=1e-9)
+    own = own_frequencies(reference_disk(), 60, np.zeros(12))
+    np.testing.assert_allclose(own, tuned.omega, rtol=1e-9)
 
 
 def test_uniform_deviation_scales_blade_stiffness_only():

@@ -14,7 +14,7 @@ from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot.__main__ import main as plot_main
-from hpcrub.reduction import mistuned_modes
+from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies.time_response import first_steady
 from hpcrub.study import build_model
@@ -93,25 +93,59 @@ def test_casing(folder):
     assert (folder / "pictures" / "casing.svg").exists()
 
 
-def test_linear_amplification_is_that_of_a_fine_search(folder):
+@pytest.mark.parametrize(("basis", "n_modes"), [("tuned", 60), ("per_sample", 4)])
+def test_linear_amplification_is_that_of_a_fine_search(folder, basis, n_modes):
     overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
+    overrides += f"reduction.basis={basis}", f"reduction.n_modes={n_modes}"
     file = compute("linear", *overrides, "mistuning.samples=3")
     amplification = file.read("amplification")
     assert amplification[0] == pytest.approx(1.0, abs=1e-12)  # no mistuning
-    cfg = file.config
-    reduced = build_model(cfg)[1]
+    disk, tuned = build_model(file.config)
+    deviation = stiffness_deviation(2020, 1, 2, 12, 0.03)
+    own = craig_bampton(mistune(disk, deviation), n_modes)
+    mistuned = (tuned, deviation) if basis == "tuned" else (own, np.zeros(12))
     for d, n_diameters in enumerate((2, 5)):
         speeds = np.linspace(85, 99, 70001) / n_diameters
         peak = [
             np.abs(
                 travelling_load_response(
-                    mistuned_modes(reduced, deviation), 0.005, 1.0, n_diameters,
-                    reduced.contact_angle, speeds,
+                    mistuned_modes(*made_of), 0.005, 1.0, n_diameters, disk.contact_angle, speeds
                 )
             ).max()
-            for deviation in (np.zeros(12), stiffness_deviation(2020, 1, 2, 12, 0.03))
+            for made_of in ((tuned, np.zeros(12)), mistuned)
         ]  # fmt: skip
         assert amplification[1, d, 2] == pytest.approx(peak[1] / peak[0], rel=1e-4)
+
+
+def test_sigma_of_a_pattern_is_that_of_its_blades():
+    moduli = [205.0, 215.0, 211.0] * 4
+    for name in ("contact", "linear"):
+        text = f"study: {name}\nmistuning: {{pattern_gpa: {moduli}}}"
+        cfg = config.Config.from_yaml(text)
+        assert studies.find(cfg).constants(cfg)["sigma"] == pytest.approx(np.std(moduli) / 210)
+
+
+@pytest.mark.parametrize(
+    ("name", "disk", "marches"),
+    [
+        ("modal", True, False),
+        ("casing", False, False),
+        ("linear", True, False),
+        ("time_response", True, True),
+        ("interaction_map", True, True),
+        ("branches", True, True),
+    ],
+)
+def test_dry_run_tells_of_the_model(folder, capfd, name, disk, marches):
+    keys = "time.step_s=2e-5", "steady_state.first_check_s=0.2", "steady_state.max_time_s=0.2"
+    options = [word for key in keys for word in ("--set", key)]
+    assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
+    out = capfd.readouterr().out
+    assert ("first frequencies:    90.12" in out) == disk  # [Hz], the paper
+    assert ("stability limit:" in out) == ("estimated run time:" in out) == marches
+    assert "tasks:" in out
+    assert "output:" in out
+    assert not any(folder.iterdir())
 
 
 @pytest.mark.mpi

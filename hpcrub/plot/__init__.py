@@ -14,8 +14,9 @@ from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.storage import ResultFile
 
-# what numbers that no study computes make of a drawing: nothing guards the data of a file
-ODD_NUMBERS = ArithmeticError, LookupError, MemoryError, TypeError, ValueError
+# What numbers that no study computes make of a drawing: nothing guards the data of a file, among
+# them numbers of nodes. All else is a fault of the program, and is to be seen as one.
+ODD_NUMBERS = ArithmeticError, IndexError, MemoryError, ValueError
 
 
 class Entry(NamedTuple):

@@ -14,7 +14,7 @@ def energy(files):
     figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.2))
     for i, file in enumerate(files):
         sigma = 100 * file.read("sigma")
-        colour, marker = COLOURS[i % len(COLOURS)], MARKERS[i]
+        colour, marker = COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)]
         shift = 0.04 * (i - (len(files) - 1) / 2)
         for panel, values in ((left, file.read("amplification")), (right, amplification(file))):
             panel.plot(

@@ -58,6 +58,12 @@ def _panels(files, height=4.2):
     return figure, list(axes.flat[: len(files)])
 
 
+def _colours(files):
+    """{σ: colour} of all levels, of which a file may have only some."""
+    sigma = np.unique(np.concatenate([file.read("sigma") for file in files]))
+    return dict(zip(sigma, plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma))), strict=True))
+
+
 def _done(file, name):
     """Values of the finished samples of every level."""
     status, values = file.status(), file.read(f"samples/{name}")
@@ -92,18 +98,22 @@ def amplitudes(files):
         x, tuned, yerr=np.nan_to_num(spread), fmt="s-", color=BLACK, capsize=3,
         label="tuned disk, range of its runs",
     )  # fmt: skip
-    sigma = 100 * files[0].read("sigma")
-    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
-    for level in range(len(sigma)):
-        values = [1e3 * _done(file, "peak_amplitude_m")[level] for file in files]
-        if not all(map(len, values)):
+    colours = _colours(files)
+    done = [
+        dict(zip(file.read("sigma"), _done(file, "peak_amplitude_m"), strict=True))
+        for file in files
+    ]
+    for level, (sigma, colour) in enumerate(colours.items()):
+        have = [i for i in x if len(done[i].get(sigma, ()))]
+        if not have:
             continue
+        values = [1e3 * done[i][sigma] for i in have]
         top = np.array([np.percentile(v, 99) for v in values])
         ends = np.array([np.ravel(percentile_interval(v, [99], Z_95)) for v in values]).T
         spread = np.nan_to_num(np.abs(ends - top))  # an end that is not known is not drawn
         axes.errorbar(
-            x + 0.04 * (level + 1), top, yerr=spread, color=colours[level], capsize=3,
-            marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {sigma[level]:.1f} %",
+            np.add(have, 0.04 * (level + 1)), top, yerr=spread, color=colour, capsize=3,
+            marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {100 * sigma:.1f} %",
         )  # fmt: skip
     names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
     long = max(map(len, names)) > 10
@@ -140,30 +150,31 @@ def errors(files):
 def _convergence(files, name, scale, more_handles=()):
     """A statistic of the contact amplifications: colours tell σ, markers the percentile."""
     figure, axes = _panels(files)
+    colours = _colours(files)
+    at = sorted({p for file in files for p in file.config.convergence.percentiles})
+    markers = {p: MARKERS[i % len(MARKERS)] for i, p in enumerate(at)}
     for file, panel in zip(files, axes, strict=True):
         seen = file.read("statistics/contact/samples_seen")
         values = scale * file.read(f"statistics/contact/{name}")
-        colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(values)))
         marks = np.unique(np.geomspace(1, max(len(seen), 1), 8).astype(int) - 1)
-        for level, colour in enumerate(colours):
-            for p in range(values.shape[1]):
+        for sigma, of_level in zip(file.read("sigma"), values, strict=True):
+            for p, curve in zip(file.config.convergence.percentiles, of_level, strict=True):
                 panel.plot(
-                    seen, values[level, p], color=colour, lw=1.5, ms=6,
-                    marker=MARKERS[p % len(MARKERS)], markevery=[m for m in marks if m < len(seen)],
+                    seen, curve, color=colours[sigma], lw=1.5, ms=6, marker=markers[p],
+                    markevery=[m for m in marks if m < len(seen)],
                 )  # fmt: skip
         panel.set(xscale="log", xlabel="samples")
         panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         panel.xaxis.set_major_formatter("{x:,.0f}")
         panel.xaxis.set_minor_formatter("")
-    sigma, at = 100 * files[0].read("sigma"), files[0].config.convergence.percentiles
-    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma)))
     handles = [
-        Line2D([], [], color=c, label=f"σ = {s:.1f} %") for c, s in zip(colours, sigma, strict=True)
+        Line2D([], [], color=colour, label=f"σ = {100 * sigma:.1f} %")
+        for sigma, colour in colours.items()
     ]
     handles += [
-        Line2D([], [], color=BLACK, ls="", marker=MARKERS[p], label=f"percentile {v:g}")
-        for p, v in enumerate(at)
+        Line2D([], [], color=BLACK, ls="", marker=marker, label=f"percentile {p:g}")
+        for p, marker in markers.items()
     ]
     handles += more_handles
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(sigma))
+    figure.legend(handles=handles, loc="outside lower center", ncols=max(4, len(colours)))
     return figure, axes

@@ -1,7 +1,8 @@
 """Every study in one place. `STUDIES` names them; each is a module with the same few members.
 
 - LAYOUT, SCALES: datasets of its result file and the scales of their dimensions, as data
-- sizes(config): length of every dimension
+- sizes(config): length of every dimension, as far as the configuration tells it
+- source_sizes(config): of the others, which `cross` and `damping` have from their sources
 - constants(config): {dataset: values} known before any computation
 - prepare(config): what every rank needs, made once on rank 0
 
@@ -32,6 +33,8 @@ class Entry(NamedTuple):
     module: str
     figures: str  # of the paper
     what: str
+    has_sources: bool = False
+    has_disk: bool = True  # of its own
 
 
 STUDIES = {
@@ -39,13 +42,17 @@ STUDIES = {
         "contact", "7 to 13", "frequency response in contact, Monte-Carlo percentiles"
     ),
     "modal": Entry("modal", "1, 2", "the disk, its mode shapes, SAFE diagram"),
-    "casing": Entry("casing", "1, 3", "casing, clearance and bumps"),
+    "casing": Entry("casing", "1, 3", "casing, clearance and bumps", has_disk=False),
     "linear": Entry("linear", "4", "linear amplification, percentiles over σ and n_d"),
     "time_response": Entry("time_response", "5", "one simulation in full"),
     "interaction_map": Entry("interaction_map", "6", "spectra over a wide range of speeds"),
-    "energy": Entry("energy", "14", "amplification of the blades' strain energy"),
-    "cross": Entry("cross", "15", "contact beside linear amplification, sample by sample"),
-    "damping": Entry("damping", "16", "percentiles of contact studies with different damping"),
+    "energy": Entry("energy", "14", "amplification of the blades' strain energy", True),
+    "cross": Entry(
+        "cross", "15", "contact beside linear amplification, sample by sample", True, False
+    ),
+    "damping": Entry(
+        "damping", "16", "percentiles of contact studies with different damping", True, False
+    ),
     "branches": Entry("branches", "17", "coexisting stable motions, from several initial states"),
 }
 
@@ -68,9 +75,24 @@ def layout(config):
 
 
 def sizes(config):
-    """Length of every dimension of the layout."""
+    """Length of every dimension of the layout; for this it may have to look into the sources."""
+    module = find(config)
+    found = module.source_sizes(config) if hasattr(module, "source_sizes") else {}
+    return known_sizes(config) | found
+
+
+def known_sizes(config):
+    """Length of every dimension that the configuration alone tells."""
     module = find(config)
     return module.sizes(config) | ({"task": module.n_tasks(config)} if is_tasks(config) else {})
+
+
+def fingerprints(config):
+    """{path: hexadecimal digits} of what the study has from its sources."""
+    if not STUDIES[config.study].has_sources:
+        return {}
+    fingerprint = import_module("hpcrub.studies.sources").fingerprint
+    return {path: fingerprint(path) for path in config.sources}
 
 
 def file_size(config):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from hpcrub import history, reasons, steady
+from hpcrub import history, mistuning, reasons, steady
 from hpcrub.config import Config
 from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
 from hpcrub.reduction import Modes
@@ -99,7 +99,7 @@ def compute(problem, task, poll):
     else:
         if name != "rest":
             size = config.branches.perturbation
-            motion.position[:] = deflection(modes, config.mistuning.seed + task, size)
+            motion.position[:] = deflection(modes, config.mistuning.seed, task, size)
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
     amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
     result = result.marched_on(reason)
@@ -158,10 +158,10 @@ def _largest(modes, piece):
     return np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position)).max(axis=0)
 
 
-def deflection(modes, seed, size):
+def deflection(modes, seed, task, size):
     """Random modal coordinates (K,) in the first family, largest |u_t| of a tip = size [m]."""
     n_family = len(modes.tangential)
-    random = np.random.Generator(np.random.Philox(seed)).standard_normal(n_family)
+    random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
     tips = modes.tangential[:, :n_family] @ random
     return np.concatenate([random, np.zeros(len(modes.omega) - n_family)]) * (
         size / np.abs(tips).max()

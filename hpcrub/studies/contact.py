@@ -5,6 +5,7 @@ import numpy as np
 from hpcrub.energy import ACCOUNTS
 from hpcrub.layout import KINDS, LAYOUT, SCALES
 from hpcrub.study import build_problem as prepare
+from hpcrub.study import sigma_of
 
 __all__ = ["LAYOUT", "SCALES", "constants", "prepare", "sizes"]
 
@@ -26,12 +27,10 @@ def sizes(config):
 
 def constants(config):
     """What is known before any computation."""
-    half_range = config.mistuning.half_range[list(config.levels)]
-    pattern = config.pattern_deviation
     n_blocks = sizes(config)["block"]
     seen = config.convergence.step * np.arange(1, n_blocks + 1)
     return {
         "speeds_hz": config.speeds.values_hz,
-        "half_range": half_range,
-        "sigma": half_range / np.sqrt(3) if pattern is None else np.std(pattern),
+        "half_range": config.mistuning.half_range[list(config.levels)],
+        "sigma": sigma_of(config),
     } | {f"statistics/{kind}/samples_seen": seen for kind in KINDS}

@@ -29,11 +29,16 @@ def _source(config):
 
 
 def sizes(config):
-    """Length of every dimension, as in the source."""
+    """Length of every dimension that the source does not tell."""
+    return {"bound": 2, "x": N_GRID, "y": N_GRID}
+
+
+def source_sizes(config):
+    """Length of the others, as in the source."""
     file = complete(_source(config))
     n_levels, n_samples = file.status().shape
     file.close()
-    return {"level": n_levels, "sample": n_samples, "bound": 2, "x": N_GRID, "y": N_GRID}
+    return {"level": n_levels, "sample": n_samples}
 
 
 def constants(config):

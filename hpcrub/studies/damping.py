@@ -31,17 +31,17 @@ SCALES = {"case": "damping_ratio", "level": "sigma"}
 
 
 def sizes(config):
-    """Length of every dimension."""
+    """Length of every dimension that the sources do not tell."""
+    n_percentiles = len(config.convergence.percentiles)
+    return {"case": len(config.sources), "percentile": n_percentiles, "bound": 2}
+
+
+def source_sizes(config):
+    """Length of the other one."""
     file = complete(config.sources[0])
     n_levels = len(file.read("sigma"))
     file.close()
-    n_percentiles = len(config.convergence.percentiles)
-    return {
-        "case": len(config.sources),
-        "level": n_levels,
-        "percentile": n_percentiles,
-        "bound": 2,
-    }
+    return {"level": n_levels}
 
 
 def constants(config):

@@ -11,10 +11,11 @@ import numpy as np
 from hpcrub import history, reasons
 from hpcrub.config import Config
 from hpcrub.errors import InputError
-from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.layout import DIVERGED, DONE, POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.reduction import blade_stiffness, mistuned_modes
 from hpcrub.studies.sources import complete
 from hpcrub.study import Problem as Model
-from hpcrub.study import build_problem, modes_of
+from hpcrub.study import basis_of, build_problem
 from hpcrub.sweep import Motion, run_sweep
 
 KERNEL = True
@@ -56,18 +57,17 @@ def sizes(config):
 def constants(config):
     """The samples with the largest A_nl of the source.
 
-    Raises InputError when it has too few of them or other physics.
+    Raises InputError when it has too few finished samples or other physics.
     """
-    file = complete(config.sources[0], config)
-    values = file.read("samples/amplification")
-    n_known = np.count_nonzero(np.isfinite(values))
-    if n_known < config.energy.samples:
+    file, n_wanted = complete(config.sources[0], config), config.energy.samples
+    values, done = file.read("samples/amplification"), file.status() == DONE
+    if np.count_nonzero(done) < n_wanted:
         raise InputError(
-            f"energy.samples: {config.energy.samples} asked for, but {config.sources[0]} has "
-            f"{n_known} samples with an amplification"
+            f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} finished "
+            f"samples of {file.path}"
         )
-    order = np.argsort(-values, axis=None, kind="stable")[: config.energy.samples]
-    level, number = np.unravel_index(order, values.shape)
+    largest = np.argsort(-values[done], kind="stable")[:n_wanted]
+    level, number = (places[largest] for places in np.nonzero(done))
     found = {
         "speeds_hz": config.speeds.values_hz,
         "level": level,
@@ -99,35 +99,36 @@ def compute(problem, task, poll):
     """Energies of one disk."""
     config, model = problem.config, problem.model
     deviation = problem.deviation[task - 1] if task else np.zeros(config.disk.n_blades)
-    modes = modes_of(config, model, deviation)
-    found, result = energies(model, modes, deviation, config.speeds.values_hz, poll)
+    reduced, left = basis_of(config, model, deviation)
+    modes = mistuned_modes(reduced, left)
+    stiffness = blade_stiffness(reduced, left, modes)
+    found, result = energies(modes, stiffness, model.scene, config.speeds.values_hz, poll)
     group, where = ("", task - 1) if task else ("tuned/", ())
     yield f"{group}energy_j", where, found
     yield f"{group}point_status", where, result.point_status
     yield f"{group}point_reason", where, result.point_reason
 
 
-def energies(model, modes, deviation, speeds_hz, poll=None):
+def energies(modes, stiffness, scene, speeds_hz, poll=None):
     """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
 
+    stiffness: of the blades, in these modes (N, K, K) [rad2/s2].
     Returns the sweep.SweepResult, too.
     """
-    scene, reduced = model.scene, model.reduced
     motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
     result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
-    energy = np.full((len(speeds_hz), len(deviation)), np.nan)
+    energy = np.full((len(speeds_hz), len(stiffness)), np.nan)
     reason = np.zeros(len(speeds_hz), dtype=np.uint8)
-    stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
-    modal = np.swapaxes(modes.shapes, 0, 1) @ stiffness @ modes.shapes  # (N, K, K)
     for group in history.groups(speeds_hz):
         usable = group[result.point_status[group] != DIVERGED]
         if not len(usable):
             continue
         part = Motion(*(values[usable] for values in motion))
-        duration = scene.steady.window_revolutions / speeds_hz[usable].min()
+        duration = scene.steady.window_revolutions / speeds_hz[usable].max()
         march = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
         found, codes = zip(
-            *((strain_energy(modal, p.position).max(axis=0), p.reason) for p in march), strict=True
+            *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in march),
+            strict=True,
         )
         energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]
     result = result.marched_on(reason)

@@ -11,9 +11,8 @@ import numpy as np
 from hpcrub.config import Config
 from hpcrub.layout import Dataset
 from hpcrub.linear import linear_peak
-from hpcrub.reduction import ReducedModel, mistuned_modes
 from hpcrub.statistics import Z_95, percentile_interval
-from hpcrub.study import build_model, deviation
+from hpcrub.study import Model, build_model, deviation, modes_of, sigma_of
 
 KERNEL = False
 CHUNK = 50  # samples of a level that make a task
@@ -33,7 +32,7 @@ class Problem(NamedTuple):
     """The model and the response of the tuned disk."""
 
     config: Config
-    reduced: ReducedModel
+    model: Model
     tuned: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
 
 
@@ -48,10 +47,9 @@ def sizes(config):
 
 def constants(config):
     """The levels and the loads."""
-    half_range = config.mistuning.half_range
     return {
-        "half_range": half_range,
-        "sigma": half_range / np.sqrt(3),
+        "half_range": config.mistuning.half_range,
+        "sigma": sigma_of(config),
         "n_diameters": config.linear.n_diameters,
     }
 
@@ -72,18 +70,18 @@ def cost(config):
 
 def prepare(config):
     """Problem of a configuration."""
-    reduced = build_model(config)[1]
-    tuned = _peaks(config, reduced, np.zeros(config.disk.n_blades))
-    return Problem(config, reduced, tuned)
+    model = build_model(config)
+    tuned = _peaks(config, model, np.zeros(config.disk.n_blades))
+    return Problem(config, model, tuned)
 
 
-def _peaks(config, reduced, blade_deviation):
+def _peaks(config, model, blade_deviation):
     """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
-    modes = mistuned_modes(reduced, blade_deviation)
+    modes = modes_of(config, model, blade_deviation)
     return np.array([
         linear_peak(
             modes, config.material.damping_ratio, config.forcing.amplitude, n_diameters,
-            reduced.contact_angle, config.disk.n_blades,
+            model.reduced.contact_angle, config.disk.n_blades,
         )
         for n_diameters in config.linear.n_diameters
     ])  # fmt: skip
@@ -91,12 +89,12 @@ def _peaks(config, reduced, blade_deviation):
 
 def compute(problem, task, poll):
     """Amplifications of a chunk of samples of one level."""
-    config, reduced, tuned = problem
+    config, model, tuned = problem
     level, chunk = divmod(task, _chunks(config))
     samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
     amplification = np.empty((len(tuned), len(samples)))
     for i, sample in enumerate(samples):
-        peaks = _peaks(config, reduced, deviation(config, level, sample))
+        peaks = _peaks(config, model, deviation(config, level, sample))
         amplification[:, i] = peaks[:, 0] / tuned[:, 0]
         poll()
     if task == 0:

@@ -1,13 +1,9 @@
 """Modes of the tuned disk: full model beside the reduced one, shapes to draw."""
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.linalg import eigh
 
-from hpcrub.disk import Disk
 from hpcrub.layout import Dataset
-from hpcrub.reduction import ReducedModel
 from hpcrub.study import build_model
 
 KERNEL = False
@@ -29,11 +25,7 @@ LAYOUT = (
 SCALES = {}
 
 
-class Problem(NamedTuple):
-    """The disk and its reduced model."""
-
-    disk: Disk
-    reduced: ReducedModel
+prepare = build_model
 
 
 def sizes(config):
@@ -65,11 +57,6 @@ def n_tasks(config):
 def cost(config):
     """No time steps."""
     return 0
-
-
-def prepare(config):
-    """Problem of a configuration."""
-    return Problem(*build_model(config))
 
 
 def compute(problem, task, poll):

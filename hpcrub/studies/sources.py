@@ -1,5 +1,6 @@
 """Where the samples of a study come from: the disks of its input, or an earlier result file."""
 
+import hashlib
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -14,6 +15,14 @@ from hpcrub.study import build_problem, modes_of
 from hpcrub.sweep import Scene
 
 PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
+USED = (
+    "sigma",
+    "tuned/reference_amplitude_m",
+    "samples/status",
+    "samples/deviation",
+    "samples/amplification",
+    "samples/linear_amplification",
+)
 
 
 def disks(config):
@@ -54,6 +63,19 @@ def amplifications(path):
     values = [np.where(done, file.read(name), np.nan) for name in names]
     file.close()
     return values
+
+
+def fingerprint(path):
+    """Checksum of all that a study may have from a contact study, in hexadecimal digits.
+
+    Raises InputError as `complete`.
+    """
+    file = complete(path)
+    digest = hashlib.sha256(str(file.config.material.damping_ratio).encode())
+    for name in USED:
+        digest.update(np.ascontiguousarray(file.read(name)).tobytes())
+    file.close()
+    return digest.hexdigest()
 
 
 def complete(path, config=None):
