@@ -13,12 +13,12 @@ from scipy import stats
 
 from hpcrub import cli, config, plot
 from hpcrub.errors import InputError
-from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
 from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, run_sweep
+from hpcrub.sweep import Motion, SweepResult, run_sweep
 
 SWEEP = "sweep: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
 
@@ -208,12 +208,30 @@ def test_branches(folder):
     assert (folder / "branches.png").stat().st_size > 10_000
 
 
-def test_a_continued_steady_motion_stays(folder):
-    cfg = config.Config.from_yaml(TINY.replace("max_time_s: 0.5", "max_time_s: 3.0"))
-    problem = build_problem(cfg)
-    modes = mistuned_modes(problem.reduced, np.zeros(12))
-    motion = Motion.at_rest(1, len(modes.omega))
-    first = run_sweep(modes, problem.scene, [33.3], motion=motion)
-    second = run_sweep(modes, problem.scene, [33.3], motion=motion)
-    assert first.point_status == second.point_status == STEADY
-    assert second.amplitude == pytest.approx(first.amplitude, rel=0.01)
+@pytest.mark.parametrize("downwards", [False, True])
+def test_every_speed_follows_the_one_before(monkeypatch, downwards):
+    """From where that has ended; beside a diverged one, from the motion that was given."""
+    begun = {}
+
+    def fake(modes, scene, speeds_hz, poll, selection, motion, width):
+        (i,) = selection
+        begun[i] = [float(values[i].flat[0]) for values in motion]
+        for number, values in enumerate(motion):
+            values[i] = 10 * (i + 1) + number
+        result = SweepResult.empty(len(speeds_hz))
+        result.point_status[i] = DIVERGED if i == 2 else STEADY
+        result.amplitude[i] = speeds_hz[i]
+        return result
+
+    monkeypatch.setattr(branches, "run_sweep", fake)
+    given = Motion(np.full((5, 3), -1.0), np.full((5, 3), -2.0), np.full(5, -3.0))
+    speeds = np.linspace(30.0, 34.0, 5)
+    result = branches.follow(None, None, speeds, given, downwards)
+    order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
+    assert list(begun) == order
+    for i in order:
+        first = i == order[0] or i + step == 2
+        expected = [-1.0, -2.0, -3.0] if first else [10 * (i + step + 1) + n for n in range(3)]
+        assert begun[i] == expected
+    np.testing.assert_array_equal(result.amplitude, speeds)
+    np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)

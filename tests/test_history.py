@@ -11,6 +11,7 @@ from conftest import TINY
 
 from hpcrub import history
 from hpcrub.config import Config
+from hpcrub.mistuning import stiffness_deviation
 from hpcrub.reduction import mistuned_modes
 from hpcrub.studies import interaction_map, time_response
 from hpcrub.study import build_problem
@@ -25,6 +26,11 @@ def problem():
 @pytest.fixture(scope="module")
 def modes(problem):
     return mistuned_modes(problem.reduced, np.zeros(12))
+
+
+@pytest.fixture(scope="module")
+def mistuned(problem):
+    return mistuned_modes(problem.reduced, stiffness_deviation(5, 0, 0, 12, 0.04))
 
 
 def whole(modes, scene, speeds, duration, motion=None):
@@ -50,6 +56,23 @@ def test_same_steps_as_the_sweep(problem, modes):
         at_end = q[np.flatnonzero(last)[-1], :, s]
         np.testing.assert_allclose(motion.position[s], at_end, atol=1e-9 * np.abs(q).max())
     assert len(time) == history.n_records(34.2, result.time[1], problem.scene)
+
+
+def test_a_continued_sweep_is_the_march_from_the_same_motion(problem, mistuned):
+    """In the transient: from rest, the amplitude at the same time would be another one."""
+    speeds = np.array([34.0, 34.3])
+    motion = Motion.at_rest(2, len(mistuned.omega))
+    first = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    start = Motion(*(values.copy() for values in motion))
+    result = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    for s, speed in enumerate(speeds):
+        one = Motion(*(values[s : s + 1].copy() for values in start))
+        time, q, _ = whole(mistuned, problem.scene, [speed], result.time[s], one)
+        tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, 0])
+        window = time[:, 0] > time[-1, 0] - 3 / speed * (1 - 1e-9)
+        assert np.abs(tips[window]).max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert motion.time[s] == pytest.approx(first.time[s] + result.time[s])
+        np.testing.assert_allclose(motion.position[s], q[-1, :, 0], atol=1e-9 * np.abs(q).max())
 
 
 def test_a_march_can_be_continued(problem, modes):
