@@ -34,6 +34,14 @@ def modes():
     return mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
 
 
+def one_blade(**changes):
+    """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
+    ones = np.ones((1, 1))
+    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
+    return modes, scene._replace(**changes)
+
+
 @pytest.mark.parametrize("n_bumps", [1, 4, 6, 97])
 @pytest.mark.parametrize("step", [1e-3, 3e-5, 1e-6, 1e-7])
 @pytest.mark.parametrize("speed", [0.5, 33.5, 900.0])
@@ -89,19 +97,27 @@ def test_times_follow_the_criteria(modes):
 
 def test_confirmations_are_successive_checks():
     """A periodic motion passes every check: n confirmations take n − 1 extensions more."""
-    ones, speeds = np.ones((1, 1)), np.array([15.0, 15.5])
-    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    speeds = np.array([15.0, 15.5])
     results = []
     for confirmations, max_time in ((1, 9.0), (3, 9.0), (3, 3.5)):
         steady = SteadyCriteria(3.0, max_time=max_time, confirmations=confirmations)
-        scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4, steady=steady)
-        results.append(run_sweep(modes, scene, speeds))
+        results.append(run_sweep(*one_blade(steady=steady), speeds))
     once, thrice, never = results
     assert once.amplitude.min() > 1e-4
     assert (once.point_status == STEADY).all()
     assert (thrice.point_status == STEADY).all()
     assert (never.point_status == NOT_STEADY).all()
     np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
+
+
+def test_a_check_that_fails_takes_back_those_passed_before(monkeypatch):
+    """Passed, failed, passed, passed: two in succession only at the fourth check."""
+    verdicts = iter([True, False, True, True])
+    monkeypatch.setattr(sweep, "is_steady", lambda *signals: next(verdicts))
+    modes, scene = one_blade(steady=SteadyCriteria(3.0, max_time=9.0, confirmations=2))
+    result = run_sweep(modes, scene, np.array([15.0]))
+    assert result.point_status[0] == STEADY
+    assert result.time[0] == pytest.approx(3.0 + 3 * 10 / 15.0)
 
 
 def test_unstable_step_is_diverged_and_has_no_amplitude(modes):
