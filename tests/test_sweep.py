@@ -20,6 +20,8 @@ from hpcrub.sweep import (
     run_sweep,
     speed_bands,
 )
+from validation.events import Reference, Wall
+from validation.motion import Structure
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 
@@ -162,14 +164,35 @@ def test_published_tuned_amplitudes():
     assert np.all(result.localisation < 1e-3)  # all blades of the tuned disk move alike
 
 
-def test_single_mode_disk_of_one_blade():
-    """A mass on a soft spring pushed away by one bump per turn: it must touch and stay bounded."""
-    ones = np.ones((1, 1))
-    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
-    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4, steady=SHORT)
-    result = run_sweep(modes, scene, np.array([15.0]))
+def passing_bump(scene, speed_hz):
+    """Place of the casing over a tip that starts opposite to the only bump, and its derivatives."""
+    width, rate = 0.1 * 2.0 * np.pi, 2.0 * np.pi * speed_hz
+
+    def x(t):
+        return (np.mod(rate * t, 2.0 * np.pi) - np.pi) / width
+
+    def bump(t):
+        return scene.bump_height * np.exp(-(x(t) ** 2))
+
+    return Wall(
+        lambda t: scene.clearance - bump(t),
+        lambda t: 2.0 * x(t) * rate / width * bump(t),
+        lambda t: (2.0 - 4.0 * x(t) ** 2) * (rate / width) ** 2 * bump(t),
+    )
+
+
+def test_one_blade_moves_as_between_exact_events():
+    """The amplitude is that of the event-driven motion over the same three revolutions."""
+    speed, dt = 15.0, 1e-4
+    modes, scene = one_blade(contact_angle=np.full(1, np.pi), growth_time=0.0, step=1e-5)
+    result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
     assert result.point_status[0] == STEADY
-    assert 1e-4 < result.amplitude[0] < 0.1
+    blade = Structure(modes.omega, np.ones(1), np.ones(1), scene.damping_ratio, 0.0)
+    n_steps = round(result.time[0] / dt)
+    motion = Reference(blade, passing_bump(scene, speed), dt).run(np.zeros(1), np.zeros(1), n_steps)
+    assert len(motion.impacts) >= 3
+    amplitude = np.abs(motion.position[-round(3 / speed / dt) :]).max()
+    assert result.amplitude[0] == pytest.approx(amplitude, rel=1e-4)
 
 
 SWITCHES = Shortcuts._fields
