@@ -114,6 +114,23 @@ def test_no_tip_is_inside_the_casing(problem, modes):
     assert gap[touching].mean() < 0.1 * gap[~touching].mean()
 
 
+def test_gap_of_a_tip_at_its_place(problem):
+    """Polar: the tip's place in space is a complex number, its angle and radius meet the casing."""
+    scene = problem.scene._replace(kinematics="polar", growth_time=0.0)
+    random = np.random.default_rng(4)
+    time = random.uniform(0.0, 0.1, 50)
+    radial, tangential = random.uniform(-0.02, 0.02, (2, 50, 12))
+    turned = 2j * np.pi * 34.0 * time[:, None] + 1j * scene.contact_angle
+    place = (scene.contact_radius + radial + 1j * tangential) * np.exp(turned)
+    pitch = 2 * np.pi / 4
+    off = np.mod(np.angle(place) + pitch / 2, pitch) - pitch / 2
+    inward = scene.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
+    expected = scene.contact_radius + scene.clearance - inward - np.abs(place)
+    found = time_response.gap(scene, 34.0, time, radial, tangential)
+    assert np.abs(inward).max() > 0.9 * scene.bump_height
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
 def test_spectrum_of_a_known_signal():
     spectrum = Config.from_yaml("spectrum: {max_frequency_hz: 100, step_hz: 0.5}").spectrum
     t = 1e-4 * np.arange(20000)
