@@ -5,13 +5,14 @@ on the full finite-element model, and branches that were made by hand.
 """
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import TINY
 from scipy import stats
 
-from hpcrub import cli, config, plot
+from hpcrub import cli, config, history, plot
 from hpcrub.errors import InputError
 from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
@@ -150,8 +151,39 @@ def test_energy(folder):
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
-    assert (file.read("energy_j") > 0.0).all()
+    deviations = file.read("deviation")
+    assert (deviations[1] != deviations[2]).all()
+    for sample in (1, 2):
+        expected = largest_energies(file.config, deviations[sample])
+        np.testing.assert_allclose(file.read("energy_j", sample), expected, rtol=1e-9)
+    expected = largest_energies(file.config, np.zeros(12))
+    np.testing.assert_allclose(file.read("tuned/energy_j"), expected, rtol=1e-9)
     assert (folder / "energy.png").stat().st_size > 10_000
+
+
+def largest_energies(config, deviation):
+    """Energies [J] on the full model, over the window after the steady state, (speeds, blades)."""
+    problem, speeds = build_problem(config), config.speeds.values_hz
+    modes = mistuned_modes(problem.reduced, deviation)
+    motion = Motion.at_rest(len(speeds), len(modes.omega))
+    run_sweep(modes, problem.scene, speeds, motion=motion)
+    pieces = history.march(modes, problem.scene, speeds, 3 / speeds.min(), motion)
+    q = np.concatenate([piece.position for piece in pieces])
+    u = np.einsum("nk,rks->rsn", problem.reduced.basis @ modes.shapes, q)
+    disk = problem.disk
+    blades = zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)
+    found = [(1 + d) / 2 * np.einsum("rsi,ij,rsj->rs", u[:, :, n], k, u[:, :, n])
+             for d, n, k in blades]  # fmt: skip
+    return np.max(found, axis=1).T
+
+
+def test_amplification_of_the_energy_is_largest_over_largest():
+    values = {
+        "tuned/energy_j": np.array([[1.0, 4.0], [np.nan, 3.0]]),
+        "energy_j": np.array([[[2.0, 5.0], [6.0, 1.0]], [[0.5, np.nan], [1.0, 0.2]]]),
+    }
+    found = energy.amplification(SimpleNamespace(read=values.get))
+    np.testing.assert_array_equal(found, [6.0 / 4.0, 1.0 / 4.0])
 
 
 def test_strain_energy_is_that_of_the_full_model():
