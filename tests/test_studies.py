@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 from conftest import ROOT, run
 
-from hpcrub import cli, config, inspect, plot, studies
+from hpcrub import cli, config, history, inspect, plot, studies
+from hpcrub.layout import STEADY
 from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot.__main__ import main as plot_main
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
-from hpcrub.study import build_model
+from hpcrub.studies import time_response
+from hpcrub.study import build_model, build_problem
+from hpcrub.sweep import run_sweep
 
 
 @pytest.fixture
@@ -75,24 +78,25 @@ def test_casing(folder):
 
 
 def test_linear_amplification_is_that_of_a_fine_search(folder):
+    """Sample 55 is of the second chunk."""
     overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
-    file = compute("linear", *overrides, "mistuning.samples=3")
+    file = compute("linear", *overrides, "mistuning.samples=56")
     amplification = file.read("amplification")
     assert amplification[0] == pytest.approx(1.0, abs=1e-12)  # no mistuning
     cfg = file.config
     reduced = build_model(cfg)[1]
+
+    def peak(n_diameters, deviation):
+        modes, speeds = mistuned_modes(reduced, deviation), np.linspace(85, 99, 7001) / n_diameters
+        load = 0.005, 1.0, n_diameters, reduced.contact_angle, speeds
+        return np.abs(travelling_load_response(modes, *load)).max()
+
     for d, n_diameters in enumerate((2, 5)):
-        speeds = np.linspace(85, 99, 70001) / n_diameters
-        peak = [
-            np.abs(
-                travelling_load_response(
-                    mistuned_modes(reduced, deviation), 0.005, 1.0, n_diameters,
-                    reduced.contact_angle, speeds,
-                )
-            ).max()
-            for deviation in (np.zeros(12), stiffness_deviation(2020, 1, 2, 12, 0.03))
-        ]  # fmt: skip
-        assert amplification[1, d, 2] == pytest.approx(peak[1] / peak[0], rel=1e-4)
+        tuned = peak(n_diameters, np.zeros(12))
+        for sample in (2, 55):
+            deviation = stiffness_deviation(2020, 1, sample, 12, 0.03)
+            expected = peak(n_diameters, deviation) / tuned
+            assert amplification[1, d, sample] == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.mpi
@@ -127,25 +131,55 @@ QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
 
 def test_time_response(folder):
     pattern = "mistuning.pattern_gpa=[205,215,205,215,205,215,205,215,205,215,205,215]"
-    file = compute("time_response", *QUICK, pattern, "history.duration_s=0.6")
+    speed = "speeds.from_hz=33.8", "speeds.to_hz=33.8"
+    file = compute("time_response", *QUICK, *speed, pattern, "history.duration_s=0.9")
     assert len(file.read("deviation")) == 2
     assert np.abs(file.read("tangential_m")).max() > 1e-3
     assert file.read("gap_m").min() > -1e-6
-    assert file.read("check_s")[0] == pytest.approx(0.5, abs=0.01)
-    assert np.isfinite(file.read("correlation")).all()
+    problem, speed = build_problem(file.config), file.config.speeds.from_hz
+    time, window, checks = (file.read(name) for name in ("time_s", "window_s", "check_s"))
+    assert window == pytest.approx(3 / speed)
+    for disk, deviation in enumerate(file.read("deviation")):
+        u = file.read("tangential_m", disk)
+        for check, end in enumerate(checks):
+            place = (end - time) / window + 1e-9  # how many windows before the check
+            before, last = u[(place > 1) & (place < 2)], u[(place > 0) & (place < 1)]
+            tip = np.abs(last).max(axis=0).argmax()
+            size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
+            change = abs(size - size_before) / size
+            assert file.read("tip", (disk, check)) == tip
+            assert file.read("amplitude_change", (disk, check)) == pytest.approx(change)
+            correlation = np.corrcoef(before[:, tip], last[:, tip])[0, 1]
+            assert file.read("correlation", (disk, check)) == pytest.approx(correlation)
+        sweep = run_sweep(mistuned_modes(problem.reduced, deviation), problem.scene, [speed])
+        assert sweep.point_status[0] == STEADY
+        found = time_response.first_steady(file, disk)
+        assert found == disk  # the tuned disk at the first check, the pattern at the second
+        assert checks[found] == pytest.approx(sweep.time[0])
     assert (folder / "time_response.png").stat().st_size > 10_000
     assert "one speed" in refusal("study: time_response")
 
 
 def test_interaction_map(folder):
-    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=1"
+    """Nine speeds: the tasks are a group of eight and one alone."""
+    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=0.25"
     spans = "history.duration_s=0.4", "spectrum.window_s=0.2", "spectrum.max_frequency_hz=150"
     file = compute("interaction_map", *QUICK, *speeds, *spans)
     spectrum, frequencies = file.read("spectrum_m"), file.read("frequencies_hz")
     assert np.isfinite(spectrum).all()
+    speeds = file.read("speeds_hz")
     # the tuned disk moves with the passing of the bumps, 4 per revolution
-    for s, speed in enumerate((29, 30, 31)):
+    for s, speed in enumerate(speeds):
         assert frequencies[spectrum[0, s].argmax()] == pytest.approx(4 * speed, abs=3)
+    problem = build_problem(file.config)
+    for disk, deviation in enumerate(file.read("deviation")):
+        modes = mistuned_modes(problem.reduced, deviation)
+        for group in (slice(0, 8), slice(8, 9)):
+            pieces = list(history.march(modes, problem.scene, speeds[group], 0.4))
+            time, q = (np.concatenate([piece[n] for piece in pieces]) for n in (0, 1))
+            tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, q)).max(axis=2)
+            tips[time < time[-1] - 0.2] = 0.0
+            np.testing.assert_allclose(file.read("amplitude_m", disk)[group], tips.max(axis=0))
     assert file.read("natural_frequencies_hz")[0, 0] == pytest.approx(90.12, abs=0.1)
     assert (folder / "interaction_map.png").stat().st_size > 10_000
 
