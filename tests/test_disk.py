@@ -14,6 +14,7 @@ from reference import MATERIAL, disk_section, make_disk, reference_disk
 from scipy.linalg import eigh
 
 from hpcrub.disk import build_disk
+from hpcrub.studies.modal import displacements
 
 PUBLISHED_HZ = [90.1212, 90.5767, 90.5767, 91.5801, 91.5801, 91.6116, 92.5558, 92.5558]
 PUBLISHED_HZ += [93.2003, 93.2003, 93.2267, 93.2267]
@@ -41,6 +42,16 @@ def rigid_motions(disk, n_elements):
         motions[2, i, 6::3] = y * np.sin(tip) + x * np.cos(tip)
         motions[2, i, 7::3] = 1
     return motions.reshape(3, -1)
+
+
+def test_a_motion_to_draw_is_in_x_and_y():
+    """Clamped nodes stand still; the largest displacement is 1."""
+    disk = reference_disk()
+    moved = displacements(disk.points, rigid_motions(disk, 5).T)
+    free = (disk.points.dof[:, 0] >= 0)[:, None]
+    x, y = disk.points.position.T / 0.5
+    for found, expected in zip(moved, ([1, 0], [0, 1], np.column_stack([-y, x])), strict=True):
+        np.testing.assert_allclose(found, expected * free, atol=1e-12)
 
 
 def blade_masses(disk):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import TINY
+from conftest import TINY, error_lines
 from scipy import stats
 
 from hpcrub import cli, config, history, plot
@@ -49,6 +49,7 @@ def compute(text, name):
 
 
 HIGH = "results/input/damping_ratio=0.005.h5"
+TINY_PHYSICS = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
 
 
 def test_a_sweep_is_one_file_each(folder):
@@ -108,6 +109,22 @@ def test_cross(folder):
     assert (folder / "cross.png").stat().st_size > 10_000
 
 
+def test_density_lies_where_the_samples_are():
+    """Its mean and its moments about it, for skewed A_nl, are those of samples and kernel."""
+    random = np.random.default_rng(2)
+    linear = random.normal(1.2, 0.05, 300)
+    contact = linear + random.exponential(0.1, 300)
+    found = {name: values for name, _, values in cross._density(0, contact, linear)}
+    x, y, weight = found["grid_contact"][:, None], found["grid_linear"], found["density"]
+    weight = weight / weight.sum()
+    mean = np.sum(weight * x), np.sum(weight * y)
+    assert mean == pytest.approx([contact.mean(), linear.mean()], rel=1e-3)
+    spread = [np.sum(weight * a * b) for a, b in ((x - mean[0], x - mean[0]),
+              (x - mean[0], y - mean[1]), (y - mean[1], y - mean[1]))]  # fmt: skip
+    wider = np.cov(contact, linear)[[0, 0, 1], [0, 1, 1]] * (1 + 300 ** (-2 / 6))  # by the kernel
+    assert spread == pytest.approx(wider, rel=0.02)
+
+
 def test_rank_interval_covers_as_often_as_it_says():
     random = np.random.default_rng(3)
     true = 6 / np.pi * np.arcsin(0.6 / 2)  # Spearman's correlation of normal pairs
@@ -123,9 +140,12 @@ def test_damping(folder):
     file = compute(f"study: damping\nsources: [{HIGH}, low.h5]", "damping")
     np.testing.assert_array_equal(file.read("damping_ratio"), [0.005, 0.004])
     low = ResultFile.open("low.h5")
-    expected = np.percentile(low.read("samples/amplification", 1), 50)
+    values = low.read("samples/amplification", 1)
+    expected, ends = np.percentile(values, 50), [values.min(), values.max()]
     low.close()
     assert file.read("contact/percentile", (1, 1, 1)) == pytest.approx(expected)
+    # of six values, smallest and largest hold the median with 1 − 2·0.5⁶ = 96.9 %
+    assert file.read("contact/interval", (1, 1, 1)).tolist() == ends
     assert (folder / "damping.png").stat().st_size > 10_000
 
 
@@ -144,9 +164,31 @@ def test_sources_are_checked(folder, capfd, text, message):
     assert message in capfd.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        "disk.blade.thickness_mm=13.5",
+        "material.damping_ratio=0.004",
+        "reduction.n_modes=13",
+        "casing.n_bumps=3",
+        "contact.friction=0.1",
+        "speeds.to_hz=34.2",
+        "time.step_s=1e-05",
+        "steady_state.max_time_s=0.6",
+    ],
+)
+def test_a_source_of_other_physics_is_refused(folder, capfd, change):
+    (folder / "other.yaml").write_text(f"study: energy\nsources: [{HIGH}]\n{TINY_PHYSICS}")
+    assert cli.main(["other.yaml", "--set", change]) == 2
+    key, value = change.split("=")
+    (line,) = error_lines(capfd.readouterr().err)
+    assert f"{key}: " in line
+    assert f" in the file, {value} asked for" in line
+
+
 def test_energy(folder):
-    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
-    file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{physics}", "energy")
+    text = f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{TINY_PHYSICS}"
+    file = compute(text, "energy")
     source = ResultFile.open(HIGH)
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()

@@ -116,12 +116,16 @@ def test_tasks_on_several_ranks_are_the_same_bits(folder):
 
 
 def test_inspect(folder, capsys):
-    compute("casing", "casing.n_bumps=5").close()
+    file = compute("casing", "casing.n_bumps=5")
+    gap = file.read("gap_m")
+    file.close()
     capsys.readouterr()
     assert inspect.main(["casing.h5"]) == 0
     out = capsys.readouterr().out
     for text in ("sound, study casing", "casing.n_bumps: 5", "done: 1 of 1 tasks", "gap_m (angle"):
         assert text in out
+    (line,) = [line for line in out.splitlines() if line.strip().startswith("gap_m")]
+    assert f" [m] 100%, {gap.min():.6g} to {gap.max():.6g}: " in line
     (folder / "casing.h5").write_bytes(b"nothing")
     assert inspect.main(["casing.h5"]) == 2
 

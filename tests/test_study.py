@@ -7,7 +7,7 @@ from conftest import TINY, datasets, error_lines
 from hpcrub import cli, config, reasons, study, sweep
 from hpcrub.layout import DONE, FAILED
 from hpcrub.parallel import Team
-from hpcrub.progress import point_lines
+from hpcrub.progress import level_table, point_lines
 from hpcrub.reduction import per_sample_modes
 from hpcrub.statistics import running_intervals, running_percentiles
 from hpcrub.storage import ResultFile
@@ -56,6 +56,13 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
             for key in set(expected) - {"samples_seen"}:
                 stored = file.read(f"statistics/{kind}/{key}", level)
                 np.testing.assert_array_equal(stored, expected[key])
+    cells = [list(column.cells) for column in level_table(file).columns]
+    for level in range(2):
+        for column, name in ((3, "amplification"), (4, "linear_amplification")):
+            percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
+            assert [float(word) for word in cells[column][level].split("/")] == pytest.approx(
+                percentiles, abs=5.1e-4
+            )
     file.close()
 
     before = datasets("results/tiny.h5")
