@@ -154,8 +154,9 @@ def test_poll_can_stop_a_sweep(modes):
     assert len(calls) == 3
 
 
-def test_published_tuned_amplitudes():
-    """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic."""
+def test_tuned_amplitudes_are_the_reference_values():
+    """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic; reference
+    values of an independent implementation of the same model."""
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
     scene = scene_of(step=1e-6, steady=SteadyCriteria(), scheme="central_difference")
     result = run_sweep(modes, scene, np.array([33.25, 33.5]))
