@@ -7,9 +7,14 @@ from pathlib import Path
 
 import h5py
 import pytest
+from hypothesis import settings
 
 from hpcrub import config, storage
 from hpcrub.layout import LAYOUT
+
+# the same examples in every run; how long one takes is no result
+settings.register_profile("reproducible", derandomize=True, deadline=None)
+settings.load_profile("reproducible")
 
 ROOT = Path(__file__).resolve().parent.parent
 # two samples on two levels, three speeds, a fraction of a second

@@ -28,7 +28,7 @@ def refused_in_one_line(function, *args):
     assert message.isprintable()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(text=st.text(max_size=60))
 @example("? ")
 @example("<<: {a: 1}")
@@ -38,7 +38,7 @@ def test_any_text(text):
     refused_in_one_line(config.Config.from_yaml, text)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(keys=st.dictionaries(PATHS, VALUES, max_size=4), unknown=st.text(max_size=5))
 def test_any_values(keys, unknown):
     data = {unknown: 1} if unknown else {}
@@ -51,7 +51,7 @@ def test_any_values(keys, unknown):
     refused_in_one_line(config._validated, data)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(content=st.binary(max_size=80), overrides=st.lists(st.text(max_size=20), max_size=2))
 def test_any_file(tmp_path_factory, content, overrides):
     path = tmp_path_factory.mktemp("fuzz", numbered=True) / "a.yaml"
@@ -88,7 +88,7 @@ def mutilated(seed):
     return "\n".join(lines)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(seed=st.integers(0, 10**9))
 def test_a_real_input_mutilated(seed):
     refused_in_one_line(config.Config.from_yaml, mutilated(seed))
@@ -108,7 +108,7 @@ NUMBERS = {
 KINDS = ["contact", "modal", "casing", "linear", "time_response", "interaction_map", "branches"]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(study=st.sampled_from(KINDS), keys=st.fixed_dictionaries({}, optional=NUMBERS))
 def test_the_size_of_anything_allowed_is_known_without_work(study, keys):
     data = {"study": study, "speeds": {}, "reduction": {"n_modes": 4}}

@@ -6,24 +6,25 @@ by hand.
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 import yaml
-from conftest import TINY
+from conftest import TINY, error_lines
 from scipy import stats
 
-from hpcrub import cli, config, plot, reasons, storage
+from hpcrub import cli, config, history, plot, reasons, storage
 from hpcrub.errors import InputError
-from hpcrub.layout import DONE, NOT_STEADY, STEADY
+from hpcrub.layout import DIVERGED, DONE, NOT_STEADY, STEADY
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot import families
 from hpcrub.reduction import Modes, mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
 from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, run_sweep
+from hpcrub.sweep import Motion, SweepResult, run_sweep
 
 SWEEP = "sweep: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
 
@@ -113,6 +114,22 @@ def test_cross(folder):
     assert (folder / "cross.png").stat().st_size > 10_000
 
 
+def test_density_lies_where_the_samples_are():
+    """Its mean and its moments about it, for skewed A_nl, are those of samples and kernel."""
+    random = np.random.default_rng(2)
+    linear = random.normal(1.2, 0.05, 300)
+    contact = linear + random.exponential(0.1, 300)
+    found = {name: values for name, _, values in cross._density(0, contact, linear)}
+    x, y, weight = found["grid_contact"][:, None], found["grid_linear"], found["density"]
+    weight = weight / weight.sum()
+    mean = np.sum(weight * x), np.sum(weight * y)
+    assert mean == pytest.approx([contact.mean(), linear.mean()], rel=1e-3)
+    spread = [np.sum(weight * a * b) for a, b in ((x - mean[0], x - mean[0]),
+              (x - mean[0], y - mean[1]), (y - mean[1], y - mean[1]))]  # fmt: skip
+    wider = np.cov(contact, linear)[[0, 0, 1], [0, 1, 1]] * (1 + 300 ** (-2 / 6))  # by the kernel
+    assert spread == pytest.approx(wider, rel=0.02)
+
+
 def test_rank_interval_covers_as_often_as_it_says():
     random = np.random.default_rng(3)
     true = 6 / np.pi * np.arcsin(0.6 / 2)  # Spearman's correlation of normal pairs
@@ -128,9 +145,12 @@ def test_damping(folder):
     file = compute(f"study: damping\nsources: [{HIGH}, low.h5]", "damping")
     np.testing.assert_array_equal(file.read("damping_ratio"), [0.005, 0.004])
     low = ResultFile.open("low.h5")
-    expected = np.percentile(low.read("samples/amplification", 1), 50)
+    values = low.read("samples/amplification", 1)
+    expected, ends = np.percentile(values, 50), [values.min(), values.max()]
     low.close()
     assert file.read("contact/percentile", (1, 1, 1)) == pytest.approx(expected)
+    # of six values, smallest and largest hold the median with 1 − 2·0.5⁶ = 96.9 %
+    assert file.read("contact/interval", (1, 1, 1)).tolist() == ends
     assert (folder / "damping.png").stat().st_size > 10_000
 
 
@@ -173,14 +193,42 @@ def test_sources_are_checked(folder, capfd, text, message):
     assert message in capfd.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        "disk.blade.thickness_mm=13.5",
+        "material.damping_ratio=0.004",
+        "reduction.n_modes=13",
+        "casing.n_bumps=3",
+        "contact.friction=0.1",
+        "speeds.to_hz=34.2",
+        "time.step_s=1e-05",
+        "steady_state.max_time_s=0.6",
+    ],
+)
+def test_a_source_of_other_physics_is_refused(folder, capfd, change):
+    (folder / "other.yaml").write_text(f"study: energy\nsources: [{HIGH}]\n{PHYSICS}")
+    assert cli.main(["other.yaml", "--set", change]) == 2
+    key, value = change.split("=")
+    (line,) = error_lines(capfd.readouterr().err)
+    assert f"{key}: " in line
+    assert f" in the file, {value} asked for" in line
+
+
 def test_energy(folder):
     file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{PHYSICS}", "energy")
     source = ResultFile.open(HIGH)
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
-    assert (file.read("energy_j") > 0.0).all()
     assert (file.read("point_status") > 0).all()
+    deviations = file.read("deviation")
+    assert (deviations[1] != deviations[2]).all()
+    for sample in (1, 2):
+        expected = largest_energies(file.config, deviations[sample])
+        np.testing.assert_allclose(file.read("energy_j", sample), expected, rtol=1e-9)
+    expected = largest_energies(file.config, np.zeros(12))
+    np.testing.assert_allclose(file.read("tuned/energy_j"), expected, rtol=1e-9)
     assert (folder / "energy.png").stat().st_size > 10_000
     file.close()
 
@@ -194,6 +242,31 @@ def test_energy(folder):
     assert list(energy.report(file))[-1].startswith("by strain energy: not known")
     plot.draw(["energy.h5"], "energy")
     file.close()
+
+
+def largest_energies(config, deviation):
+    """Energies [J] on the full model, over the window after the steady state, (speeds, blades)."""
+    problem, speeds = build_problem(config), config.speeds.values_hz
+    modes = mistuned_modes(problem.reduced, deviation)
+    motion = Motion.at_rest(len(speeds), len(modes.omega))
+    run_sweep(modes, problem.scene, speeds, motion=motion)
+    pieces = history.march(modes, problem.scene, speeds, 3 / speeds.max(), motion)
+    q = np.concatenate([piece.position for piece in pieces])
+    u = np.einsum("nk,rks->rsn", problem.reduced.basis @ modes.shapes, q)
+    disk = problem.disk
+    blades = zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)
+    found = [(1 + d) / 2 * np.einsum("rsi,ij,rsj->rs", u[:, :, n], k, u[:, :, n])
+             for d, n, k in blades]  # fmt: skip
+    return np.max(found, axis=1).T
+
+
+def test_amplification_of_the_energy_is_largest_over_largest():
+    values = {
+        "tuned/energy_j": np.array([[1.0, 4.0], [np.nan, 3.0]]),
+        "energy_j": np.array([[[2.0, 5.0], [6.0, 1.0]], [[0.5, np.nan], [1.0, 0.2]]]),
+    }
+    found = energy.amplification(SimpleNamespace(read=values.get))
+    np.testing.assert_array_equal(found, [6.0 / 4.0, 1.0 / 4.0])
 
 
 def test_branches_made_by_hand():
@@ -247,17 +320,6 @@ def test_initial_states_share_no_random_number():
     assert len(np.unique(shapes)) == shapes.size
 
 
-def test_a_continued_steady_motion_stays(folder):
-    cfg = config.Config.from_yaml(TINY.replace("max_time_s: 0.5", "max_time_s: 3.0"))
-    problem = build_problem(cfg)
-    modes = mistuned_modes(problem.reduced, np.zeros(12))
-    motion = Motion.at_rest(1, len(modes.omega))
-    first = run_sweep(modes, problem.scene, [33.3], motion=motion)
-    second = run_sweep(modes, problem.scene, [33.3], motion=motion)
-    assert first.point_status == second.point_status == STEADY
-    assert second.amplitude == pytest.approx(first.amplitude, rel=0.01)
-
-
 def test_figures_of_files_with_other_levels_and_percentiles(folder):
     """Twelve percentiles, more than there are markers; a colour is the same σ in every panel."""
     at = [float(p) for p in range(5, 65, 5)]
@@ -295,3 +357,32 @@ def test_a_fault_of_the_program_is_not_told_as_odd_numbers(folder, monkeypatch, 
     monkeypatch.setattr(families, "running", faulty)
     with pytest.raises(fault, match="wrong"):
         plot.draw([HIGH], "running")
+
+
+@pytest.mark.parametrize("downwards", [False, True])
+def test_every_speed_follows_the_one_before(monkeypatch, downwards):
+    """From where that has ended; beside a diverged one, from the motion that was given."""
+    begun = {}
+
+    def fake(modes, scene, speeds_hz, poll, selection, motion, width):
+        (i,) = selection
+        begun[i] = [float(values[i].flat[0]) for values in motion]
+        for number, values in enumerate(motion):
+            values[i] = 10 * (i + 1) + number
+        result = SweepResult.empty(len(speeds_hz))
+        result.point_status[i] = DIVERGED if i == 2 else STEADY
+        result.amplitude[i] = speeds_hz[i]
+        return result
+
+    monkeypatch.setattr(branches, "run_sweep", fake)
+    given = Motion(np.full((5, 3), -1.0), np.full((5, 3), -2.0), np.full(5, -3.0))
+    speeds = np.linspace(30.0, 34.0, 5)
+    result = branches.follow(None, None, speeds, given, downwards)
+    order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
+    assert list(begun) == order
+    for i in order:
+        first = i == order[0] or i + step == 2
+        expected = [-1.0, -2.0, -3.0] if first else [10 * (i + step + 1) + n for n in range(3)]
+        assert begun[i] == expected
+    np.testing.assert_array_equal(result.amplitude, speeds)
+    np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)

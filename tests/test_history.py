@@ -11,7 +11,9 @@ from conftest import TINY
 
 from hpcrub import history, reasons
 from hpcrub.config import Config
-from hpcrub.reduction import mistuned_modes
+from hpcrub.mistuning import stiffness_deviation
+from hpcrub.reduction import blade_stiffness, mistuned_modes
+from hpcrub.steady import localisation
 from hpcrub.studies import branches, energy, interaction_map, time_response
 from hpcrub.study import build_problem
 from hpcrub.sweep import DIVERGED, STEADY, Motion, SweepResult, run_sweep
@@ -27,6 +29,11 @@ def modes(problem):
     return mistuned_modes(problem.reduced, np.zeros(12))
 
 
+@pytest.fixture(scope="module")
+def mistuned(problem):
+    return mistuned_modes(problem.reduced, stiffness_deviation(5, 0, 0, 12, 0.04))
+
+
 def whole(modes, scene, speeds, duration, motion=None):
     """Time, modal coordinates and radial forces of a march, (T, ..., S)."""
     pieces = list(history.march(modes, scene, speeds, duration, motion))
@@ -36,20 +43,39 @@ def whole(modes, scene, speeds, duration, motion=None):
     ]
 
 
-def test_same_steps_as_the_sweep(problem, modes):
+def test_same_steps_as_the_sweep(problem, mistuned):
     speeds = np.array([34.0, 34.2])
-    motion = Motion.at_rest(2, len(modes.omega))
-    result = run_sweep(modes, problem.scene, speeds, motion=motion)
+    motion = Motion.at_rest(2, len(mistuned.omega))
+    result = run_sweep(mistuned, problem.scene, speeds, motion=motion)
     for s in range(2):
-        time, q, _ = whole(modes, problem.scene, speeds, result.time[s])
-        tips = np.einsum("ck,rk->rc", modes.tangential, q[:, :, s])
+        time, q, _ = whole(mistuned, problem.scene, speeds, result.time[s])
+        tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, s])
         last = time[:, s] <= result.time[s] * (1 + 1e-9)
         first = time[:, s] > result.time[s] - 3 / speeds[s] * (1 + 1e-9)
-        assert np.abs(tips[last & first]).max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        largest = np.abs(tips[last & first]).max(axis=0)
+        assert largest.max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert localisation(largest) == pytest.approx(result.localisation[s], rel=1e-9)
         assert motion.time[s] == pytest.approx(result.time[s])
         at_end = q[np.flatnonzero(last)[-1], :, s]
         np.testing.assert_allclose(motion.position[s], at_end, atol=1e-9 * np.abs(q).max())
     assert len(time) == history.n_records(34.2, result.time[1], problem.scene)
+
+
+def test_a_continued_sweep_is_the_march_from_the_same_motion(problem, mistuned):
+    """In the transient: from rest, the amplitude at the same time would be another one."""
+    speeds = np.array([34.0, 34.3])
+    motion = Motion.at_rest(2, len(mistuned.omega))
+    first = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    start = Motion(*(values.copy() for values in motion))
+    result = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    for s, speed in enumerate(speeds):
+        one = Motion(*(values[s : s + 1].copy() for values in start))
+        time, q, _ = whole(mistuned, problem.scene, [speed], result.time[s], one)
+        tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, 0])
+        window = time[:, 0] > time[-1, 0] - 3 / speed * (1 - 1e-9)
+        assert np.abs(tips[window]).max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert motion.time[s] == pytest.approx(first.time[s] + result.time[s])
+        np.testing.assert_allclose(motion.position[s], q[-1, :, 0], atol=1e-9 * np.abs(q).max())
 
 
 def test_a_march_can_be_continued(problem, modes):
@@ -145,7 +171,8 @@ def test_points_that_fail_when_marched_on_have_no_result():
 def test_diverged_points_have_no_energies_and_no_windows(problem, modes, changes):
     model = problem._replace(scene=problem.scene._replace(**changes))
     speeds = np.array([34.0, 34.2])
-    found, result = energy.energies(model, modes, np.zeros(12), speeds)
+    stiffness = blade_stiffness(model.reduced, np.zeros(12), modes)
+    found, result = energy.energies(modes, stiffness, model.scene, speeds)
     assert np.isnan(found).all()
     assert (result.point_status == DIVERGED).all()
     cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))
@@ -154,6 +181,23 @@ def test_diverged_points_have_no_energies_and_no_windows(problem, modes, changes
     assert reasons.are_fatal(values["point_reason"]).all()
     for name in ("amplitude_m", "localisation", "mean_amplitude_m", "mean_localisation"):
         assert np.isnan(values[name]).all()
+
+
+def test_gap_of_a_tip_at_its_place(problem):
+    """Polar: the tip's place in space is a complex number, its angle and radius meet the casing."""
+    scene = problem.scene._replace(kinematics="polar", growth_time=0.0)
+    random = np.random.default_rng(4)
+    time = random.uniform(0.0, 0.1, 50)
+    radial, tangential = random.uniform(-0.02, 0.02, (2, 50, 12))
+    turned = 2j * np.pi * 34.0 * time[:, None] + 1j * scene.contact_angle
+    place = (scene.contact_radius + radial + 1j * tangential) * np.exp(turned)
+    pitch = 2 * np.pi / 4
+    off = np.mod(np.angle(place) + pitch / 2, pitch) - pitch / 2
+    inward = scene.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
+    expected = scene.contact_radius + scene.clearance - inward - np.abs(place)
+    found = time_response.gap(scene, 34.0, time, radial, tangential)
+    assert np.abs(inward).max() > 0.9 * scene.bump_height
+    np.testing.assert_allclose(found, expected, atol=1e-14)
 
 
 def test_spectrum_of_a_known_signal():

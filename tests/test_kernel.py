@@ -18,9 +18,10 @@ import pytest
 from reference import reference_reduced, reference_scene
 
 from hpcrub import casing, kernel, scheme
+from hpcrub import history as histories
 from hpcrub.lanes import aligned_zeros
 from hpcrub.reduction import Modes, mistuned_modes
-from hpcrub.sweep import Grid, Scene
+from hpcrub.sweep import Grid, Scene, cut_revolution
 
 SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
@@ -59,8 +60,30 @@ def all_contact_sets(W, depth):
     raise AssertionError("no contact set fits")
 
 
+def contact_of(scene, u, angle, grown):
+    """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force.
+
+    Polar: the tip is at (R + u_r, u_t) in the frame of its nominal place, its normal is along that.
+    """
+    n_c = len(scene.contact_angle)
+    outward, x, y = u[:n_c], np.ones(n_c), np.zeros(n_c)
+    if scene.kinematics == "polar":
+        x, y = scene.contact_radius + u[:n_c], u[n_c : 2 * n_c]
+        angle = angle + np.arctan2(y, x)
+        outward = np.hypot(x, y) - scene.contact_radius
+    depth = outward + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
+    cosine, sine = np.diag(x / np.hypot(x, y)), np.diag(y / np.hypot(x, y))
+    elsewhere = np.zeros((n_c, len(u) - 2 * n_c))
+    normal = np.hstack([cosine, sine, elsewhere])
+    along = np.hstack([-sine, cosine, elsewhere])
+    return depth - scene.clearance, normal, -(normal + scene.friction * along)
+
+
 def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
-    """Dense central differences with contact; u_t (steps, n_c) and contacts at each step."""
+    """Dense central differences with contact.
+
+    Returns u_t (steps, n_c) and the forces on the tips (steps, 2, n_c), outward and towards +θ.
+    """
     h = 1.0 / (speed * revolution)
     omega_bar = reduced.mass @ modes.shapes
     M = reduced.mass
@@ -68,24 +91,19 @@ def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
     D = omega_bar @ np.diag(2.0 * scene.damping_ratio * modes.omega) @ omega_bar.T
     A = np.linalg.inv(M / h**2 + D / (2.0 * h))
     n_c = len(scene.contact_angle)
-    normal = np.zeros((n_c, len(M)))
-    normal[np.arange(n_c), np.arange(n_c)] = 1.0
-    force = -normal.copy()
-    force[np.arange(n_c), n_c + np.arange(n_c)] = -scene.friction
-    W = -normal @ A @ force.T
-    u, u_before, tips, contacts = np.zeros(len(M)), np.zeros(len(M)), [], []
+    u, u_before, tips, forces = np.zeros(len(M)), np.zeros(len(M)), [], []
     for step in range(1, n_steps + 1):
-        t = step * h
         free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
-        phi = scene.contact_angle + 2.0 * np.pi * step / revolution
-        bump = casing.bump_height(phi, scene.n_bumps, scene.bump_height)
-        grown = casing.growth(t, scene.growth_time)
-        depth = normal @ free + grown * bump - scene.clearance
-        lam = all_contact_sets(W, depth) if depth.max() > 0.0 else np.zeros(n_c)
-        u, u_before = free + A @ force.T @ lam, u
+        angle = scene.contact_angle + 2.0 * np.pi * step / revolution
+        grown = casing.growth(step * h, scene.growth_time)
+        depth, normal, force = contact_of(scene, free, angle, grown)
+        f = np.zeros(len(M))
+        if depth.max() > 0.0:
+            f = force.T @ all_contact_sets(-normal @ A @ force.T, depth)
+        u, u_before = free + A @ f, u
         tips.append(u[n_c : 2 * n_c])
-        contacts.append(lam > 0.0)
-    return np.array(tips), np.array(contacts)
+        forces.append(f[: 2 * n_c].reshape(2, n_c))
+    return np.array(tips), np.array(forces)
 
 
 @pytest.fixture(scope="module")
@@ -99,14 +117,33 @@ def mistuned(reduced):
     return mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)[order])
 
 
-def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
-    scene = reference_scene()
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics):
+    scene = reference_scene(kinematics=kinematics)
     history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=8)
     for lane, speed in enumerate(SPEEDS):
-        tips, contacts = textbook(reduced, mistuned, scene, speed, len(history))
+        tips, forces = textbook(reduced, mistuned, scene, speed, len(history))
+        contacts = forces[:, 0] != 0.0
         assert contacts.any(axis=0).sum() >= 4
         assert contacts.sum(axis=1).max() >= 3
         assert np.abs(history[:, :, lane] - tips).max() < 1e-9 * np.abs(tips).max()
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned, kinematics):
+    scene = reference_scene(kinematics=kinematics, step=2e-5)
+    grid = cut_revolution(SPEEDS[0], scene)
+    pieces = list(histories.march(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
+    radial, tangential = (
+        np.concatenate([getattr(piece, f"{name}_force")[:, :, 0] for piece in pieces])
+        for name in ("radial", "tangential")
+    )
+    n_steps = len(radial) * grid.stride
+    _, forces = textbook(reduced, mistuned, scene, SPEEDS[0], n_steps, grid.steps_per_revolution)
+    mean = forces.reshape(len(radial), grid.stride, 2, -1).mean(axis=1)
+    assert radial.max() > 100.0  # [N]
+    for found, expected in ((radial, -mean[:, 0]), (tangential, -mean[:, 1])):
+        assert np.abs(found - expected).max() < 1e-7 * radial.max()
 
 
 TWIN = """

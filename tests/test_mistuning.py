@@ -1,7 +1,7 @@
 """Draws: uniform, and a function of (seed, level, sample) alone.
 
-The bits are those of Philox 4x64-10 (Salmon et al. 2011), checked by the known answer that its
-authors publish; sigma = 2 dE / sqrt(12) is equation (4).
+The bits are those of Philox 4x64-10 (Salmon et al. 2011), written here once more and checked by
+the known answer that its authors publish; sigma = 2 dE / sqrt(12) is equation (4).
 """
 
 import numpy as np
@@ -60,18 +60,34 @@ def test_streams_share_no_draw():
     assert len(np.unique(values)) == len(places) * 96
 
 
-def test_bits_are_those_of_philox():
-    """Known answer for counter 0 and key 0: numpy counts up first, hence all ones here."""
-    ones = np.full(4, 2**64 - 1, dtype=np.uint64)
-    bits = np.random.Philox(counter=ones, key=np.zeros(2, dtype=np.uint64)).random_raw(4)
+def philox(counter, key):
+    """Four words of 64 bits of Philox 4x64 with ten rounds, as its authors describe it."""
+    word = 2**64
+    for _ in range(10):
+        left, right = counter[0] * 0xD2E7470EE14C6C93, counter[2] * 0xCA5A826395121157
+        counter = [
+            (right // word) ^ counter[1] ^ key[0],
+            right % word,
+            (left // word) ^ counter[3] ^ key[1],
+            left % word,
+        ]
+        key = [(key[0] + 0x9E3779B97F4A7C15) % word, (key[1] + 0xBB67AE8584CAA73B) % word]
+    return counter
+
+
+def test_philox_here_has_the_known_answer():
     known = [0x16554D9ECA36314C, 0xDB20FE9D672D0FDC, 0xD7E772CEE186176B, 0x7E68B68AEC7BA23B]
-    assert bits.tolist() == known
+    assert philox([0] * 4, [0] * 2) == known
 
 
-def test_draws_stay_the_same_for_ever():
-    """Values of the first release: results of a finished study can always be redrawn."""
-    first = [0.8959191257024375, -0.3482816601690151, 0.8614755155960787, 0.3762235253938686]
-    np.testing.assert_array_equal(stiffness_deviation(2020, 3, 4999, 4, 1.0), first)
+@pytest.mark.parametrize("place", [(2020, 3, 4999), (2**64 + 5, 0, 2**64 - 1)])
+def test_a_draw_is_its_place_through_philox(place):
+    """Seed: key; level and sample: upper words of the counter, which counts from 1; 53 bits."""
+    seed, level, sample = place
+    key = [seed % 2**64, seed >> 64]
+    words = [w for n in (1, 2, 3) for w in philox([n, 0, sample, level], key)]
+    expected = [2 * (w >> 11) * 2.0**-53 - 1 for w in words]
+    np.testing.assert_array_equal(stiffness_deviation(*place, 12, 1.0), expected)
 
 
 def test_pattern_deviation():

@@ -7,7 +7,8 @@ from conftest import TINY, datasets, error_lines
 from hpcrub import cli, config, reasons, study, sweep
 from hpcrub.layout import DONE, FAILED
 from hpcrub.parallel import Team
-from hpcrub.progress import point_lines
+from hpcrub.progress import level_table, point_lines
+from hpcrub.reduction import per_sample_modes
 from hpcrub.statistics import running_intervals, running_percentiles
 from hpcrub.storage import ResultFile
 from hpcrub.sweep import SweepResult
@@ -55,12 +56,56 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
             for key in set(expected) - {"samples_seen"}:
                 stored = file.read(f"statistics/{kind}/{key}", level)
                 np.testing.assert_array_equal(stored, expected[key])
+    cells = [list(column.cells) for column in level_table(file).columns]
+    for level in range(2):
+        for column, name in ((3, "amplification"), (4, "linear_amplification")):
+            percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
+            assert [float(word) for word in cells[column][level].split("/")] == pytest.approx(
+                percentiles, abs=5.1e-4
+            )
     file.close()
 
     before = datasets("results/tiny.h5")
     assert main(tiny, "--resume") == 0  # complete: the summary again
     assert "A_nl" in capfd.readouterr().out
     assert datasets("results/tiny.h5") == before
+
+
+def test_peak_search_leaves_speeds_out(tiny, folder):
+    keys = "speeds.search=peak", "speeds.step_hz=0.02", "mistuning.samples=1"
+    keys += ("mistuning.tuned_runs=1",)
+    assert main(tiny, *(f"--set={key}" for key in keys)) == 0
+    file = ResultFile.open("results/tiny.h5")
+    problem, speeds = study.build_problem(file.config), file.config.speeds.values_hz
+    for level in range(2):
+        deviation = study.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
+        modes = study.mistuned_modes(problem.reduced, deviation)
+        found = sweep.find_peak(modes, problem.scene, speeds)
+        marched = found.point_status != sweep.NONE
+        assert 6 <= marched.sum() < 21
+        whole = sweep.run_sweep(modes, problem.scene, speeds).amplitude
+        amplitude = file.read("samples/amplitude_m", (level, 0))
+        np.testing.assert_array_equal(amplitude, np.where(marched, whole, np.nan))
+        status = file.read("samples/point_status", (level, 0))
+        np.testing.assert_array_equal(status, found.point_status)
+        peak = file.read("samples/peak_amplitude_m", (level, 0))
+        assert peak == whole[marched].max()
+        assert file.read("samples/peak_speed_hz", (level, 0)) == speeds[amplitude == peak]
+    assert (file.read("tuned/point_status") != sweep.NONE).all()
+    file.close()
+
+
+def test_samples_on_a_basis_of_their_own(tiny, folder):
+    assert main(tiny, "--set=reduction.basis=per_sample", "--set=mistuning.samples=1") == 0
+    file = ResultFile.open("results/tiny.h5")
+    problem, speeds = study.build_problem(file.config), file.config.speeds.values_hz
+    for level, deviation in enumerate(file.read("samples/deviation", (slice(None), 0))):
+        modes = per_sample_modes(problem.disk, 12, deviation)
+        amplitude = sweep.run_sweep(modes, problem.scene, speeds).amplitude
+        np.testing.assert_array_equal(file.read("samples/amplitude_m", (level, 0)), amplitude)
+        linear = study.linear_amplitude(file.config, problem, modes)
+        assert file.read("samples/linear_amplitude_m", (level, 0)) == linear
+    file.close()
 
 
 def test_without_mistuning_nothing_is_amplified(tiny, folder):

@@ -20,6 +20,8 @@ from hpcrub.sweep import (
     run_sweep,
     speed_bands,
 )
+from validation.events import Reference, Wall
+from validation.motion import Structure
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 
@@ -32,6 +34,14 @@ def scene_of(**changes):
 @pytest.fixture(scope="module")
 def modes():
     return mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+
+
+def one_blade(**changes):
+    """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
+    ones = np.ones((1, 1))
+    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
+    return modes, scene._replace(**changes)
 
 
 @pytest.mark.parametrize("n_bumps", [1, 4, 6, 97])
@@ -89,19 +99,27 @@ def test_times_follow_the_criteria(modes):
 
 def test_confirmations_are_successive_checks():
     """A periodic motion passes every check: n confirmations take n − 1 extensions more."""
-    ones, speeds = np.ones((1, 1)), np.array([15.0, 15.5])
-    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    speeds = np.array([15.0, 15.5])
     results = []
     for confirmations, max_time in ((1, 9.0), (3, 9.0), (3, 3.5)):
         steady = SteadyCriteria(3.0, max_time=max_time, confirmations=confirmations)
-        scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4, steady=steady)
-        results.append(run_sweep(modes, scene, speeds))
+        results.append(run_sweep(*one_blade(steady=steady), speeds))
     once, thrice, never = results
     assert once.amplitude.min() > 1e-4
     assert (once.point_status == STEADY).all()
     assert (thrice.point_status == STEADY).all()
     assert (never.point_status == NOT_STEADY).all()
     np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
+
+
+def test_a_check_that_fails_takes_back_those_passed_before(monkeypatch):
+    """Passed, failed, passed, passed: two in succession only at the fourth check."""
+    verdicts = iter([True, False, True, True])
+    monkeypatch.setattr(sweep, "is_steady", lambda *signals: next(verdicts))
+    modes, scene = one_blade(steady=SteadyCriteria(3.0, max_time=9.0, confirmations=2))
+    result = run_sweep(modes, scene, np.array([15.0]))
+    assert result.point_status[0] == STEADY
+    assert result.time[0] == pytest.approx(3.0 + 3 * 10 / 15.0)
 
 
 def test_unstable_step_is_diverged_and_has_no_amplitude(modes):
@@ -136,8 +154,9 @@ def test_poll_can_stop_a_sweep(modes):
     assert len(calls) == 3
 
 
-def test_published_tuned_amplitudes():
-    """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic."""
+def test_tuned_amplitudes_are_the_reference_values():
+    """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic; reference
+    values of an independent implementation of the same model."""
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
     scene = scene_of(step=1e-6, steady=SteadyCriteria(), scheme="central_difference")
     result = run_sweep(modes, scene, np.array([33.25, 33.5]))
@@ -146,14 +165,35 @@ def test_published_tuned_amplitudes():
     assert np.all(result.localisation < 1e-3)  # all blades of the tuned disk move alike
 
 
-def test_single_mode_disk_of_one_blade():
-    """A mass on a soft spring pushed away by one bump per turn: it must touch and stay bounded."""
-    ones = np.ones((1, 1))
-    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
-    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4, steady=SHORT)
-    result = run_sweep(modes, scene, np.array([15.0]))
+def passing_bump(scene, speed_hz):
+    """Place of the casing over a tip that starts opposite to the only bump, and its derivatives."""
+    width, rate = 0.1 * 2.0 * np.pi, 2.0 * np.pi * speed_hz
+
+    def x(t):
+        return (np.mod(rate * t, 2.0 * np.pi) - np.pi) / width
+
+    def bump(t):
+        return scene.bump_height * np.exp(-(x(t) ** 2))
+
+    return Wall(
+        lambda t: scene.clearance - bump(t),
+        lambda t: 2.0 * x(t) * rate / width * bump(t),
+        lambda t: (2.0 - 4.0 * x(t) ** 2) * (rate / width) ** 2 * bump(t),
+    )
+
+
+def test_one_blade_moves_as_between_exact_events():
+    """The amplitude is that of the event-driven motion over the same three revolutions."""
+    speed, dt = 15.0, 1e-4
+    modes, scene = one_blade(contact_angle=np.full(1, np.pi), growth_time=0.0, step=1e-5)
+    result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
     assert result.point_status[0] == STEADY
-    assert 1e-4 < result.amplitude[0] < 0.1
+    blade = Structure(modes.omega, np.ones(1), np.ones(1), scene.damping_ratio, 0.0)
+    n_steps = round(result.time[0] / dt)
+    motion = Reference(blade, passing_bump(scene, speed), dt).run(np.zeros(1), np.zeros(1), n_steps)
+    assert len(motion.impacts) >= 3
+    amplitude = np.abs(motion.position[-round(3 / speed / dt) :]).max()
+    assert result.amplitude[0] == pytest.approx(amplitude, rel=1e-4)
 
 
 SWITCHES = Shortcuts._fields

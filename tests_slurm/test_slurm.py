@@ -232,7 +232,9 @@ def test_after_a_failed_task_nothing_is_merged(works, single):
 def wait_for_samples(work, name="study"):
     deadline = time.monotonic() + 300
     path = work.folder / f"results/{name}.h5"
-    while n_done(path) < BEGUN and time.monotonic() < deadline:
+    while n_done(path) < BEGUN:
+        if time.monotonic() > deadline:
+            pytest.fail(f"{n_done(path)} samples in {path}, not {BEGUN}:\n{work.log()}")
         time.sleep(0.1)
 
 
