@@ -69,7 +69,7 @@ def coexistence(results):
     remark = (
         "Single windows of three revolutions differ from start to start at most speeds. Ours are "
         f"motions whose means over {n_windows} windows differ by more than chance (figure 17); one "
-        "that jumps to another within these differs from neither."
+        "that jumps between two within these counts with either."
     )
     inside, outside = np.mean(several[zone]), np.mean(several[~zone])
     rows = [
