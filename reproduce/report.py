@@ -5,7 +5,7 @@ from datetime import date
 
 from hpcrub import __version__, plot
 from hpcrub.config import Time
-from reproduce import numbers, plan, rows
+from reproduce import numbers, plan, rows, sensitivity
 
 DEFAULT = Time()
 HEAD = """# Reproduction of the paper
@@ -21,9 +21,11 @@ the tuned disk that hardly differ; the paper has one run.
 Intervals are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
 scatter of the samples; "–" is an end that so few samples do not bound. "Yes" means that the paper's
 number lies in the interval or, where there is none, within 1 % (a speed: 0.1 Hz), rounding allowed
-for; "near" means within 5 % (a speed: 1 %); "open" that there are too few samples to tell. The
-dimensions of the disk are not published: they were found by a search, and the rows marked *fitted*
-took part in it, so that their agreement proves nothing. The others are predictions.
+for; "near" means within 5 % (a speed: 1 %); "open" that there are too few samples to tell. Several
+numbers in a row are as good as the worst. A statement agrees or not; where that is no matter of
+plain order, the row says when. The dimensions of the disk are not published: they were found by a
+search, and the rows marked *fitted* took part in it, so that their agreement proves nothing. The
+others are predictions.
 
 """
 
@@ -44,7 +46,7 @@ def write(folder, scale, target):
         scheme=DEFAULT.scheme, step=DEFAULT.step_s, runs=plan.RUNS,
     )  # fmt: skip
     text += table(numbers.rows(results))
-    text += "\n## What it depends on\n\n" + sensitivity(results)
+    text += "\n## What it depends on\n\n" + sensitivity.table(results)
     text += "\n## Figures\n\n" + figures(folder, target)
     target.write_text(text, encoding="utf-8")
 
@@ -65,20 +67,6 @@ def table(rows):
             f"{row.agrees}{note} |"
         )
     lines += ["", *(f"{i}. {remark}" for i, remark in enumerate(remarks, 1))]
-    return "\n".join(lines) + "\n"
-
-
-def sensitivity(results):
-    """Table of the percentile 99 of A_nl against what the paper leaves open."""
-    lines = [
-        "Percentile 99 of A_nl for n_d = 4 and σ = 2.3 %, over 32.5 to 36.5 Hz, when one unknown",
-        "of the model is another. The order of the blades against the rotation is not here: a",
-        "reversed random sample is as likely as the sample.",
-        "",
-        "| changed | tuned peak | percentile 50 | percentile 99 | interval |",
-        "|---|---|---|---|---|",
-    ]
-    lines += [f"| {' | '.join(cells)} |" for cells in numbers.sensitivity(results)]
     return "\n".join(lines) + "\n"
 
 

@@ -48,22 +48,33 @@ class Results:
 
 def value_row(number, quantity, paper, ours, low=None, high=None, digits=2, **more):
     """Row of one value; without low and high the paper's rounding and 1 % decide."""
-    slack = 0.5 * 10.0**-digits
     paper_text, ours_text = f"{paper:.{digits}f}", f"{ours:.{digits + 1}f}"
-    is_speed = quantity.endswith("[Hz]")
+    slack = 0.5 * 10.0**-digits
+    agrees = verdict(paper, ours, slack, low, high, is_speed=quantity.endswith("[Hz]"))
+    interval = "" if low is None else bracket((low, high), digits + 1)
+    return Row(number, quantity, paper_text, ours_text, interval, agrees, **more)
+
+
+def verdict(paper, ours, slack, low=None, high=None, is_speed=False):
+    """Agreement in one word; slack: of the paper's rounding; low, high: ours, NaN if unknown."""
     yes, near = (0.1, 0.01 * paper) if is_speed else (0.01 * abs(paper), 0.05 * abs(paper))
-    near = abs(ours - paper) <= near
     if low is None:
         agrees = "yes" if abs(ours - paper) <= max(slack, yes) else ""
-        interval = ""
     else:
-        ends = (f"{end:.{digits + 1}f}" if np.isfinite(end) else "–" for end in (low, high))
-        interval = f"[{', '.join(ends)}]"
         outside = paper < low - slack or paper > high + slack  # an unknown end is never passed
         bounded = np.isfinite(low if paper < ours else high)
         agrees = "" if outside else ("yes" if bounded else "open")
-    agrees = agrees or ("near" if near else "no")
-    return Row(number, quantity, paper_text, ours_text, interval, agrees, **more)
+    return agrees or ("near" if abs(ours - paper) <= near else "no")
+
+
+def worst(verdicts):
+    """The least agreement of several."""
+    return max(verdicts, key=("yes", "open", "near", "no").index)
+
+
+def bracket(ends, digits):
+    """Interval as text; an end that is not known is a dash."""
+    return f"[{', '.join(f'{end:.{digits}f}' if np.isfinite(end) else '–' for end in ends)}]"
 
 
 def claim_row(number, quantity, paper, ours, holds, **more):
@@ -81,3 +92,9 @@ def percentile(file, level, at, name="amplification"):
     values = done(file, name, level)
     low, high = np.ravel(percentile_interval(values, [at], Z_95))
     return np.percentile(values, at), low, high
+
+
+def tuned_amplitudes(file):
+    """Reference, smallest and largest peak of the tuned disk's runs [mm]."""
+    reference, runs = file.read("tuned/reference_amplitude_m"), file.read("tuned/run_peaks_m")
+    return 1e3 * float(reference), 1e3 * np.nanmin(runs), 1e3 * np.nanmax(runs)

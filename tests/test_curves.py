@@ -291,10 +291,9 @@ def test_branches(random):
     file = File(
         f"study: branches\nbranches: {{perturbed: 1}}\n{TINY}",
         speeds_hz=np.array([34.0, 34.2, 34.4]), amplitude_m=amplitude,
-        mean_amplitude_m=amplitude * 0.9, amplitude_scatter_m=amplitude * 0.01,
+        window_amplitude_m=amplitude[..., None] * (0.9 + 0.01 / np.sqrt(2) * np.array([-1.0, 1.0])),
         localisation=random.uniform(0.1, 0.2, (n_starts, 3)),
-        mean_localisation=np.full((n_starts, 3), 0.15),
-        localisation_scatter=np.full((n_starts, 3), 0.1),
+        window_localisation=np.full((n_starts, 3, 2), 0.15) + [-0.1, 0.1],
         point_status=np.full((n_starts, 3), STEADY),
     )  # fmt: skip
     top, bottom = branches.branches([file]).axes[:2]

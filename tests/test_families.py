@@ -1,7 +1,7 @@
 """Sweeps of an input, and the studies that start from the results of others.
 
-Truth: Wilson's interval and Spearman's correlation as scipy has them, and branches that were made
-by hand.
+Truth: Wilson's interval and Spearman's correlation as scipy has them, the strain energy of a blade
+on the full finite-element model.
 """
 
 import re
@@ -17,7 +17,7 @@ from scipy import stats
 
 from hpcrub import cli, config, history, plot, reasons, storage
 from hpcrub.errors import InputError
-from hpcrub.layout import DIVERGED, DONE, NOT_STEADY, STEADY
+from hpcrub.layout import DIVERGED, DONE, STEADY
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot import families
 from hpcrub.reduction import Modes, mistuned_modes
@@ -184,7 +184,10 @@ def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, messa
         ("study: cross\nsources: [nothing.h5]", "nothing.h5 does not exist"),
         ("study: cross\nsources: [input.yaml]", "is not an HDF5 file"),
         (f"study: energy\nsources: [{HIGH}]", "reduction.n_modes: 12 in the file, 60 asked for; "),
-        (f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 13}}\n{PHYSICS}", "more than the 12 finished"),
+        (
+            f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 13}}\n{PHYSICS}",
+            "more than the 12 finished",
+        ),
     ],
 )
 def test_sources_are_checked(folder, capfd, text, message):
@@ -269,26 +272,8 @@ def test_amplification_of_the_energy_is_largest_over_largest():
     np.testing.assert_array_equal(found, [6.0 / 4.0, 1.0 / 4.0])
 
 
-def test_branches_made_by_hand():
-    speeds = np.arange(10)
-    amplitude = np.array([1.0 + 0.01 * speeds, 1.5 + 0.01 * speeds, 1.0 + 0.01 * speeds])
-    local = np.array([np.full(10, 0.2), np.full(10, 0.3), np.full(10, 0.2)])
-    status = np.full((3, 10), STEADY)
-    amplitude[1, 6:] = amplitude[0, 6:]  # the second start falls to the first branch
-    local[1, 6:] = 0.2
-    status[2, 0] = NOT_STEADY
-    none = np.zeros((3, 10))
-    found = branches.label((amplitude, none), (local, none), status)
-    np.testing.assert_array_equal(found[0], 0)
-    np.testing.assert_array_equal(found[1], [1] * 6 + [0] * 4)
-    assert found[2, 0] == -1
-    np.testing.assert_array_equal(branches.coexisting(found), [2] * 6 + [1] * 4)
-    scatter = np.full((3, 10), 0.5)  # of the windows: now the two may be one
-    found = branches.label((amplitude, scatter), (local, scatter), status)
-    assert found.max() == 0
-
-
-def test_branches(folder):
+def test_branches(folder, monkeypatch):
+    monkeypatch.setattr(branches, "N_WINDOWS", 12)  # 60 take longer
     file = compute(f"study: branches\nbranches: {{perturbed: 1}}\n{TINY}", "branches")
     amplitude = file.read("amplitude_m")
     assert amplitude.shape == (4, 3)
@@ -299,9 +284,13 @@ def test_branches(folder):
     np.testing.assert_array_equal(amplitude[0], rest.amplitude)
     assert amplitude[1, 0] == rest.amplitude[0]  # both chains begin at rest
     assert amplitude[2, -1] == rest.amplitude[-1]
-    mean, scatter = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
+    windows, local = file.read("window_amplitude_m"), file.read("window_localisation")
+    mean = windows.mean(axis=-1)
+    assert windows.shape == local.shape == (4, 3, 12)
     assert np.abs(mean - amplitude).max() < 0.2 * amplitude.max()
-    assert (scatter < 0.2 * mean).all()
+    assert (windows.std(axis=-1) < 0.2 * mean).all()
+    found = branches.label_file(file)
+    np.testing.assert_array_equal(found >= 0, file.read("point_status") == STEADY)
     start = branches.deflection(modes, 1, 3, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert (folder / "branches.png").stat().st_size > 10_000

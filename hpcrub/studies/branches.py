@@ -1,8 +1,8 @@
 """Coexisting stable motions: the same speeds marched from several initial states.
 
 A motion that passes the steady-state test is often not periodic, and its amplitude differs from
-window to window. So after the test it goes on for N_WINDOWS windows more, and two motions count as
-different only when their means over these differ by more than chance.
+window to window; some jump to another motion after a second or two. So after the test they go on
+for N_WINDOWS windows more, and `coexistence` tells from these which motions differ.
 
 - rest: as in every other study
 - up, down: every speed starts from where the one below, or above, has ended
@@ -12,10 +12,8 @@ different only when their means over these differ by more than chance.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from hpcrub import history, mistuning, reasons, steady
+from hpcrub import coexistence, history, mistuning, reasons, steady
 from hpcrub.config import Config
 from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
 from hpcrub.reduction import Modes
@@ -30,18 +28,14 @@ LAYOUT = (
     Dataset("deviation", ("blade",), "1", "stiffness deviations of the disk"),
     Dataset("amplitude_m", _SS, "m", "largest tangential displacement of any tip"),
     Dataset("localisation", _SS, "1", "localisation factor of the blade-tip amplitudes"),
-    Dataset("mean_amplitude_m", _SS, "m", "mean of the amplitudes of the windows that follow"),
-    Dataset("amplitude_scatter_m", _SS, "m", "their standard deviation"),
-    Dataset("mean_localisation", _SS, "1", "mean of the localisation factors of these windows"),
-    Dataset("localisation_scatter", _SS, "1", "their standard deviation"),
+    Dataset("window_amplitude_m", (*_SS, "window"), "m", "amplitudes of the windows that follow"),
+    Dataset("window_localisation", (*_SS, "window"), "1", "localisation factors of these windows"),
     Dataset("time_s", _SS, "s", "simulated time until steady or given up"),
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
 SCALES = {"speed": "speeds_hz"}
-N_WINDOWS = 12
-ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # of one branch, at the same and the next speed
-SURE = 3.0  # standard errors by which means differ that are different
+N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
 
 
 class Problem(NamedTuple):
@@ -62,6 +56,7 @@ def sizes(config):
     return {
         "start": len(starts(config)),
         "speed": config.speeds.n_values,
+        "window": N_WINDOWS,
         "blade": config.disk.n_blades,
     }
 
@@ -77,9 +72,11 @@ def n_tasks(config):
 
 
 def cost(config):
-    """Time steps, with two seconds for every speed; a continuation has seven idle lanes."""
-    n_wide = n_tasks(config) - 2
-    return int((2 * 8 + 2 * n_wide) * config.speeds.n_values / config.time.step)
+    """Time steps, two seconds for every speed until steady; a continuation has seven idle lanes."""
+    until_steady = 2 * (2 * 8 + n_tasks(config) - 2) * config.speeds.n_values
+    revolutions = N_WINDOWS * config.steady_state.window_revolutions
+    after = n_tasks(config) * revolutions * np.sum(1.0 / config.speeds.values_hz)
+    return int((until_steady + after) / config.time.step)
 
 
 def prepare(config):
@@ -103,14 +100,12 @@ def compute(problem, task, poll):
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
     amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
     result = result.marched_on(reason)
-    amplitude[:, result.point_status == DIVERGED] = np.nan
-    local[:, result.point_status == DIVERGED] = np.nan
+    amplitude[result.point_status == DIVERGED] = np.nan
+    local[result.point_status == DIVERGED] = np.nan
     yield "amplitude_m", task, result.amplitude
     yield "localisation", task, result.localisation
-    yield "mean_amplitude_m", task, amplitude.mean(axis=0)
-    yield "amplitude_scatter_m", task, amplitude.std(axis=0, ddof=1)
-    yield "mean_localisation", task, local.mean(axis=0)
-    yield "localisation_scatter", task, local.std(axis=0, ddof=1)
+    yield "window_amplitude_m", task, amplitude
+    yield "window_localisation", task, local
     yield "time_s", task, result.time
     yield "point_status", task, result.point_status
     yield "point_reason", task, result.point_reason
@@ -132,12 +127,12 @@ def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
 
 
 def windows(modes, scene, speeds_hz, motion, poll=None):
-    """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (N_WINDOWS, S) each.
+    """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
     motion: Motion of all speeds. Returns the codes of ``reasons`` (S,), too; those of speeds whose
     motion was lost before mean nothing.
     """
-    found = np.zeros((2, N_WINDOWS, len(speeds_hz)))
+    found = np.full((2, len(speeds_hz), N_WINDOWS), np.nan)
     reason = np.zeros(len(speeds_hz), dtype=np.uint8)
     for group in history.groups(speeds_hz):
         part = Motion(*(values[group] for values in motion))
@@ -148,7 +143,7 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
             largest = np.max(tips, axis=0)  # (speeds of the group, tips)
             well = ~reasons.are_fatal(codes[-1])
             at, largest = group[well], largest[well]
-            found[:, window, at] = largest.max(axis=1), steady.localisation(largest)
+            found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
             reason[group] = np.where(reasons.are_fatal(reason[group]), reason[group], codes[-1])
     return *found, reason
 
@@ -168,49 +163,17 @@ def deflection(modes, seed, task, size):
     )
 
 
-def label(amplitude, localisation, point_status):
-    """Number of the branch of every steady point, (starts, speeds) int, -1 elsewhere.
-
-    amplitude, localisation: (mean, standard deviation over N_WINDOWS windows), (starts, speeds)
-    each. Two points belong together when they are alike in both, at the same speed or at
-    neighbouring ones. Branches are numbered by size.
-    """
-    start, speed = np.nonzero((point_status == STEADY) & np.isfinite(amplitude[0]))
-    near = np.abs(speed[:, None] - speed) <= 1
-    for (mean, scatter), tolerance in (
-        (amplitude, ALIKE_AMPLITUDE * amplitude[0]),
-        (localisation, np.full(amplitude[0].shape, ALIKE_LOCALISATION)),
-    ):
-        value, spread, least = (v[start, speed] for v in (mean, scatter, tolerance))
-        chance = SURE * np.hypot(spread[:, None], spread) / np.sqrt(N_WINDOWS)
-        near &= np.abs(value[:, None] - value) <= np.maximum(chance, least[:, None])
-    _, part = connected_components(coo_array(near), directed=False)
-    order = np.argsort(-np.bincount(part), kind="stable") if len(part) else []
-    rank = np.empty(len(order), dtype=int)
-    rank[order] = np.arange(len(order))
-    found = np.full(point_status.shape, -1)
-    if len(part):
-        found[start, speed] = rank[part]
-    return found
-
-
 def label_file(file):
-    """Branches of all points of a result file, as `label` returns them."""
-    amplitude = file.read("mean_amplitude_m"), file.read("amplitude_scatter_m")
-    localisation = file.read("mean_localisation"), file.read("localisation_scatter")
-    return label(amplitude, localisation, file.read("point_status"))
-
-
-def coexisting(found):
-    """Number of different branches at every speed (S,); found: as `label` returns."""
-    return np.array([len(set(column[column >= 0])) for column in found.T])
+    """Branches of all points of a result file, as `coexistence.label` returns them."""
+    names = "window_amplitude_m", "window_localisation", "point_status"
+    return coexistence.label(*map(file.read, names))
 
 
 def report(file):
     """Where several branches coexist, and what went wrong."""
     found = label_file(file)
-    several = coexisting(found) > 1
-    speeds, local = file.read("speeds_hz"), file.read("mean_localisation")
+    several = coexistence.coexisting(found) > 1
+    speeds, local = file.read("speeds_hz"), file.read("window_localisation").mean(axis=-1)
     reason = file.read("point_reason")
     yield from reasons.lines(reasons.count(reason), reason.size)
     share = np.mean(file.read("point_status") == STEADY)
