@@ -9,7 +9,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, TINY, datasets, error_lines, run, start
+from conftest import TINY, datasets, error_lines, run, start
 
 pytestmark = pytest.mark.mpi
 
