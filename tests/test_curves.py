@@ -253,13 +253,14 @@ def test_time_response(random):
     file = File(
         "study: time_response\nspeeds: {from_hz: 30, to_hz: 30}",
         time_s=time, deviation=np.zeros((2, 12)), tangential_m=random.uniform(-1e-2, 1e-2, shape),
-        gap_m=random.uniform(0, 1e-3, shape), force_n=random.uniform(0, 1e4, shape),
+        radial_m=random.uniform(-1e-3, 1e-3, shape), gap_m=random.uniform(0, 1e-3, shape),
+        point_status=np.full(2, STEADY), force_n=random.uniform(0, 1e4, shape),
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
         amplitude_change=np.zeros((2, 2)),
     )  # fmt: skip
-    panels = np.reshape(histories.time([file]).axes, (3, 2))
+    panels = np.reshape(histories.time([file]).axes, (4, 2))
     close = time > 0.5 - 3 / 30
-    rows = ("tangential_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
+    rows = ("radial_m", 1e3), ("tangential_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
     for (name, scale), (left, right) in zip(rows, panels, strict=True):
         values = scale * file.read(name, 1)
         for blade in range(12):
@@ -278,6 +279,7 @@ def test_interaction_map(random):
     file = File(
         "study: interaction_map", speeds_hz=speeds, frequencies_hz=frequencies,
         deviation=np.zeros((1, 12)), spectrum_m=spectrum, natural_frequencies_hz=natural,
+        point_reason=np.zeros((1, 3), np.uint8),
     )  # fmt: skip
     axes = histories.interaction([file]).axes[0]
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum[0].T)

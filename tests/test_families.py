@@ -21,6 +21,7 @@ from hpcrub.layout import DIVERGED, DONE, STEADY
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot import families
 from hpcrub.reduction import Modes, mistuned_modes
+from hpcrub.steady import localisation
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
 from hpcrub.study import build_problem
@@ -291,6 +292,17 @@ def test_branches(folder, monkeypatch):
     assert (windows.std(axis=-1) < 0.2 * mean).all()
     found = branches.label_file(file)
     np.testing.assert_array_equal(found >= 0, file.read("point_status") == STEADY)
+    motion = Motion.at_rest(3, len(modes.omega))
+    speeds = file.config.speeds.values_hz
+    run_sweep(modes, problem.scene, speeds, motion=motion)
+    largest = np.zeros((12, 3, 12))  # windows of three revolutions, speeds, tips
+    for window in largest:
+        for piece in history.march(modes, problem.scene, speeds, 3 / speeds.max(), motion):
+            tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position))
+            np.maximum(window, tips.max(axis=0), out=window)
+    np.testing.assert_allclose(motion.time, rest.time + 12 * 3 / speeds)
+    np.testing.assert_allclose(windows[0].T, largest.max(axis=2), rtol=1e-9)
+    np.testing.assert_allclose(local[0].T, localisation(largest), rtol=1e-9)
     start = branches.deflection(modes, 1, 3, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert (folder / "branches.png").stat().st_size > 10_000

@@ -9,11 +9,12 @@ import time
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, TINY, datasets, error_lines, run, start
+from conftest import TINY, datasets, error_lines, run, start
 
 pytestmark = pytest.mark.mpi
 
-N_SAMPLES = 64  # on each of two levels: seconds, as mpirun waits 1 s before it passes SIGTERM on
+N_SAMPLES = 20  # on each of two levels
+MARCHED = 14  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}").replace("2e-5", "1e-5")
 WAIT = 60.0  # [s] for anything to happen
 
@@ -65,6 +66,26 @@ def program(team):
 sys.exit(parallel.run(program))
 """
 
+HELD = f"""\
+import sys, time
+from hpcrub import sweep
+from hpcrub.cli import main
+
+march, n_marched = sweep.run_sweep, 0
+
+def held(modes, scene, speeds_hz, poll=None, **options):
+    global n_marched
+    until = time.monotonic() + {WAIT}
+    while n_marched >= {MARCHED} and time.monotonic() < until:
+        poll()
+        time.sleep(0.001)
+    n_marched += poll is not None  # not of the warm-up
+    return march(modes, scene, speeds_hz, poll, **options)
+
+sweep.run_sweep = held
+sys.exit(main())
+"""
+
 BAD_INPUTS = """\
 import os, sys
 from hpcrub import cli, parallel
@@ -107,6 +128,14 @@ def study(tmp_path_factory):
     code, out, err = run(0, "study.yaml", "--output", "serial.h5", folder=folder)
     assert code == 0, out + err
     return folder, datasets(folder / "serial.h5")
+
+
+@pytest.fixture
+def held(tmp_path):
+    """The program, but every rank goes on to the end only when nobody stops it."""
+    path = tmp_path / "held.py"
+    path.write_text(HELD)
+    return path
 
 
 @pytest.fixture
@@ -162,12 +191,12 @@ def children(pid):
     ("ranks", "number", "resumed_on"),
     [(2, signal.SIGTERM, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGINT, 2)],
 )
-def test_stopped_and_resumed_gives_the_same_bits(study, ranks, number, resumed_on):
+def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, resumed_on):
     """mpirun passes SIGUSR1 on to its ranks; at SIGTERM it ends them and returns 1 by itself."""
     folder, expected = study
     arguments = ["study.yaml", "--output", f"{number.name}.h5"]
     path = folder / arguments[-1]
-    process = start(ranks, ROOT / "main.py", *arguments, folder=folder)
+    process = start(ranks, held, *arguments, folder=folder)
     wait_for_samples(process, path, 3)
     process.send_signal(number)
     out, err = process.communicate(timeout=WAIT)
@@ -199,9 +228,9 @@ def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
-def test_killed_and_resumed_gives_the_same_bits(study):
+def test_killed_and_resumed_gives_the_same_bits(study, held):
     folder, expected = study
-    process = start(2, ROOT / "main.py", "study.yaml", "--output", "killed.h5", folder=folder)
+    process = start(2, held, "study.yaml", "--output", "killed.h5", folder=folder)
     wait_for_samples(process, folder / "killed.h5", 3)
     for rank in children(process.pid):
         os.kill(rank, signal.SIGKILL)

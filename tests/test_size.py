@@ -1,14 +1,26 @@
 """What a study takes, and that this machine has it."""
 
 import os
+import shutil
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
 from hpcrub import config, size
 from hpcrub.errors import InputError
+from hpcrub.reduction import mistuned_modes
+from hpcrub.study import build_problem
+from hpcrub.sweep import run_sweep
 
 HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
+
+
+def laptop(monkeypatch):
+    """This machine has 16 GiB of memory and 100 GB of free disk."""
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=100e9))
 
 
 @pytest.mark.parametrize(
@@ -27,11 +39,28 @@ HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz:
     ],
 )
 def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypatch, text, what):
-    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+    laptop(monkeypatch)
     with pytest.raises(InputError, match=what):
         size.check(config.Config.from_yaml(text), tmp_path / "not yet" / "huge.h5")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_paper_fits_a_laptop(tmp_path):
+def test_the_paper_fits_a_laptop(tmp_path, monkeypatch):
+    laptop(monkeypatch)
     size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
+
+
+def test_estimated_time_is_that_of_the_steps_that_are_marched(tiny_config):
+    """Between the first check and the cap of a simulation, at some ten million steps a second."""
+    problem, speeds = build_problem(tiny_config), tiny_config.speeds.values_hz
+    n_steps = run_sweep(
+        mistuned_modes(problem.reduced, np.zeros(12)), problem.scene, speeds
+    ).n_steps
+    n_sweeps = 4 + 9  # samples and runs of the tuned disk
+    marched = n_sweeps * n_steps / 1e7
+    steady = tiny_config.steady_state
+    longest = steady.max_time / steady.first_check
+    assert 0.95 * marched / longest < size.size(tiny_config).time < 1.05 * marched
+    longer = tiny_config.model_copy(update={"study": "time_response"})
+    n_steps = 8 * longer.history.duration_s / 2e-5  # eight speeds march together
+    assert size.size(longer).time == pytest.approx(n_steps / 1e7, rel=1e-4)

@@ -115,7 +115,8 @@ def test_confirmations_are_successive_checks():
 def test_a_check_that_fails_takes_back_those_passed_before(monkeypatch):
     """Passed, failed, passed, passed: two in succession only at the fourth check."""
     verdicts = iter([True, False, True, True])
-    monkeypatch.setattr(sweep, "is_steady", lambda *signals: next(verdicts))
+    monkeypatch.setattr(sweep, "is_constant", lambda *sizes: next(verdicts))
+    monkeypatch.setattr(sweep, "is_repeated", lambda *signals: True)
     modes, scene = one_blade(steady=SteadyCriteria(3.0, max_time=9.0, confirmations=2))
     result = run_sweep(modes, scene, np.array([15.0]))
     assert result.point_status[0] == STEADY
