@@ -90,8 +90,9 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
             w_jj = contact.coupling[j * n_rows + j, lane]
             contact.stiffness[j, lane] = 1.0 / w_jj if w_jj > 0.0 else 0.0
             nearest = -contact.reach[0, lane] * polar.deepest[0, lane]
-            touches = polar.deepest[0, lane] > 0.0 and state.penetration[j, lane] > nearest
-            if touches and not w_jj > 0.0:
+            # a lane that has diverged before has no normals, and w_jj says nothing
+            deep = 0.0 < polar.deepest[0, lane] < np.inf
+            if deep and state.penetration[j, lane] > nearest and w_jj <= 0.0:
                 state.report[FLAW, lane] = SELF_LOCKING
         stiffness = load(lanes, contact.stiffness, j)
         for a in range(n_active):

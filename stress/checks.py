@@ -6,9 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import kernel, reasons, scheme
+from hpcrub.casing import bump_height, bump_table
 from hpcrub.lanes import aligned_zeros
 from hpcrub.sweep import DIVERGED, NOT_STEADY, STEADY, cut_revolution, run_sweep, speed_bands
+from stress import marches, operators
 from stress.corners import build
+from stress.marches import STEEPEST
 
 WIDTH = 8
 STEPWISE = 300  # time steps that are looked at one by one
@@ -17,6 +20,7 @@ TOO_EARLY = 0.01  # change of amplitude after acceptance that is counted
 LARGEST_FINE_STEP = 2e-5  # [s]: a point must not diverge below it if it does not at a quarter of it
 # The solver stops at 1e-12 of the deepest penetration, which may be some hundred units
 MOST_ROUND_OFF = 1000.0
+EVERY = 8  # cases of which one is audited, and another marched as a whole history
 
 
 class Findings(NamedTuple):
@@ -32,7 +36,12 @@ class Findings(NamedTuple):
     early: int  # of these, points whose amplitude changed by more than TOO_EARLY
     penetration: float  # largest after the corrector, in round-off units
     contacts: int  # forces looked at
+    left: float  # largest gap or penetration at a force after the corrector [m]
     unconfirmed: int  # diverged points that do not diverge with a quarter of the step
+    judged: int  # points whose Delassus operator was looked at again
+    audited: int  # points whose energy was
+    unbalanced: int  # of these, points whose audit does not close
+    histories: int  # speeds marched as whole histories
     faults: tuple  # texts; empty when all is well
 
 
@@ -46,13 +55,23 @@ def examine(case):
         faults = list(consistent(result, scene, speeds))
         followed, early, more = follow(modes, scene, speeds, result)
         faults += more
-        penetration, contacts, more = stepwise(modes, scene, speeds, result)
+        penetration, contacts, left, more = stepwise(modes, scene, speeds, result)
         faults += more
         unconfirmed, more = refine(modes, scene, speeds, result)
         faults += more
+        judged, more = operators.judge(case, modes, scene, speeds, result)
+        faults += more
+        audited, unbalanced, n_histories = 0, 0, 0
+        if case.number % EVERY == 0 and scene.kinematics == "small":
+            audited, unbalanced, more = marches.audited(modes, scene, speeds, result, WIDTH)
+            faults += more
+        if case.number % EVERY == 1:
+            n_histories, more = marches.whole(modes, scene, speeds, result, MOST_ROUND_OFF)
+            faults += more
     return Findings(
         case.corner, case.number, seconds, result.point_status, result.point_reason,
-        result.max_sweeps, followed, early, penetration, contacts, unconfirmed, tuple(faults),
+        result.max_sweeps, followed, early, penetration, contacts, left, unconfirmed, judged,
+        audited, unbalanced, n_histories, tuple(faults),
     )  # fmt: skip
 
 
@@ -136,39 +155,75 @@ def accepted(signal, before, last, steady):
 def stepwise(modes, scene, speeds, result):
     """λ ≥ 0, no penetration and λ·gap = 0 after every single step of a part of the run.
 
-    Returns the largest penetration in units of round-off, the number of contact forces seen, and
-    faults. Points that diverged are left out, and the displaced kinematics, whose correction is
-    linear and leaves a penetration of second order.
+    Returns the largest penetration, or gap at a force, in units of round-off, less what displaced
+    kinematics leave by their nature; the number of contact forces seen; the largest gap or
+    penetration at a force [m]; and faults. Points that diverged are left out.
     """
     fine = np.flatnonzero(result.point_status != DIVERGED)
-    if scene.kinematics == "polar" or not len(fine):
-        return 0.0, 0, []
+    if not len(fine):
+        return 0.0, 0, 0.0, []
     grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
     bank = _bank(modes, scene, speeds, grid)
     kernel.march((0,) * WIDTH, *bank, 1, -1, 1)
-    table, n = bank.scheme.bump.copy(), len(modes.radial)
+    table, angle = bank.scheme.bump.copy(), bank.polar.angle.copy()
+    shown = bump_table(
+        scene.contact_angle, scene.n_bumps, scene.bump_height, grid.steps_per_revolution, len(table)
+    )
     row = aligned_zeros((1, table.shape[1]))
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
-    worst, contacts, faults = 0.0, 0, []
-    for step in _busiest(table, STEPWISE):
-        row[0] = table[step]
+    worst, contacts, left, faults = 0.0, 0, 0.0, set()
+    for step in _busiest(shown, STEPWISE):
+        row[0], bank.polar.angle[:] = table[step], angle + step * bank.polar.turn
         bank.state.multiplier[:] = 0.0
         kernel.march((0,) * WIDTH, *one, 1, -1, 1)
-        size = np.abs(bank.scheme.radial[:, :n].T) @ np.abs(bank.state.position)
-        depth = bank.scheme.radial[:, :n].T @ bank.state.position
-        wall = bank.state.growth * table[step][:n, None]
-        depth, size = depth + wall - scene.clearance, size + wall + scene.clearance
-        force = bank.state.multiplier[:n]
-        depth, size, force = depth[:, fine], size[:, fine], force[:, fine]
+        look = _displaced if bank.polar.enabled else _undisplaced
+        depth, size, force, known = (v[:, fine] for v in look(bank, scene, shown[step]))
         # p and Wλ are sums over the modes; the solver stops at 1e-12 of the deepest penetration
         unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max(axis=0) + 5e-324
-        worst = max(worst, (depth / unit).max(), np.abs(depth / unit)[force > 0.0].max(initial=0.0))
+        gap = np.where(force > 0.0, np.abs(depth), depth)
+        worst = np.max([worst, ((gap - known) / unit).max()])  # NaN stays
+        left = np.max([left, np.abs(depth[force > 0.0]).max(initial=0.0)])
         contacts += int((force > 0.0).sum())
-        if force.min() < 0.0 and "tension in a contact" not in faults:
-            faults.append("tension in a contact")
+        if not force.min() >= 0.0:
+            faults.add("tension in a contact")
     if not worst <= MOST_ROUND_OFF:
-        faults.append(f"penetration or gap at a contact of {worst:.3g} units of round-off")
-    return worst, contacts, faults
+        faults.add(f"penetration or gap at a contact of {worst:.3g} units of round-off")
+    return float(worst), contacts, float(left), sorted(faults)
+
+
+def _undisplaced(bank, scene, bump):
+    """After a step, of every tip and lane (n, L): depth [m], the magnitudes it is the sum of,
+    normal force, and what may remain of the depth."""
+    n = len(bump)
+    radial, wall = bank.scheme.radial[:, :n].T, bank.state.growth * bump[:, None]
+    depth = radial @ bank.state.position + wall - scene.clearance
+    size = np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance
+    return depth, size, bank.state.multiplier[:n].copy(), np.zeros_like(depth)
+
+
+def _displaced(bank, scene, bump):
+    """The same for displaced kinematics, where forces are found along the radius of the predicted
+    position: what remains is the curvature of the tip's circle and the slope of the casing, times
+    the way from there to the corrected position."""
+    n, n_forces = len(bump), bank.scheme.load.shape[1] - 1
+    padded = n_forces // 2
+    radial, tangential = bank.scheme.radial[:, :n].T, bank.scheme.tangential[:, :n].T
+    kick = bank.scheme.push * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
+    R = bank.polar.radius[:, None]
+    r, t = R + radial @ bank.state.position, tangential @ bank.state.position
+    r_before, t_before = r - radial @ kick, t - tangential @ kick
+    rho, rho_before = np.hypot(r, t), np.hypot(r_before, t_before)
+    turned = bank.polar.angle[:, None] + bank.polar.turn + np.arctan2(t, r)
+    wall = bank.state.growth * bump_height(turned, scene.n_bumps, scene.bump_height)
+    depth = rho - R + wall - scene.clearance
+    size = np.abs(radial) @ np.abs(bank.state.position) + R + wall + scene.clearance
+    way = np.hypot(radial @ kick, tangential @ kick)
+    slope = STEEPEST * scene.n_bumps * scene.bump_height * bank.state.growth
+    nearest = np.minimum(rho, rho_before) - way
+    known = np.where(nearest > 0.0, way**2 / (2.0 * nearest) + slope * way / nearest, np.inf)
+    forces = bank.state.multiplier[:n], bank.state.multiplier[padded : padded + n]
+    force = (forces[0] * r_before + forces[1] * t_before) / rho_before
+    return depth, size, force, known
 
 
 def _busiest(table, n):

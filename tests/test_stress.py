@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from hpcrub import reasons
+from hpcrub import energy, reasons
 from hpcrub.reduction import mistuned_modes
 from hpcrub.steady import SteadyCriteria
 from hpcrub.sweep import DIVERGED, STEADY, cut_revolution
-from stress import checks, histories, steady_state
+from stress import checks, histories, marches, operators, steady_state
 from stress.corners import CORNERS, Case, build, cases
 from stress.model import reference_reduced, reference_scene
 
 FIRST = {case.corner: case for case in cases(share=0.01)}
 
 
-@pytest.mark.parametrize("corner", [c for c in CORNERS if c != "2 to 96 blades"])
+@pytest.mark.parametrize("corner", CORNERS)
 def test_first_case_of_every_corner(corner):
     found = checks.examine(FIRST[corner])
     assert found.faults == ()
@@ -31,7 +31,11 @@ def test_checks_find_nothing_in_a_sound_result(sound):
     assert (result.point_status == STEADY).any()
     assert list(checks.consistent(result, scene, speeds)) == []
     assert checks.follow(modes, scene, speeds, result)[2] == []
-    assert checks.stepwise(modes, scene, speeds, result)[2] == []
+    assert checks.stepwise(modes, scene, speeds, result)[-1] == []
+    assert marches.whole(modes, scene, speeds, result, checks.MOST_ROUND_OFF) == (8, [])
+    assert marches.audited(modes, scene, speeds, result, checks.WIDTH) == (8, 0, [])
+    case = Case("none", operators.SOUND_EVERY)
+    assert operators.judge(case, modes, scene, speeds, result) == (1, [])
 
 
 @pytest.mark.parametrize(
@@ -72,9 +76,67 @@ def test_forces_of_the_wrong_sign_are_noticed(sound, monkeypatch):
         bank.contact.stiffness[:, lane] *= -1e-3
 
     monkeypatch.setattr(checks.scheme, "fill_lane", pulling)
-    faults = checks.stepwise(modes, scene, speeds, result)[2]
+    faults = checks.stepwise(modes, scene, speeds, result)[-1]
     assert any("tension" in f for f in faults)
     assert any("penetration" in f for f in faults)
+
+
+def test_a_penetration_that_is_not_a_number_is_noticed(sound, monkeypatch):
+    modes, scene, speeds, result = sound
+    fill = checks.scheme.fill_lane
+
+    def spoilt(bank, lane, *arguments):
+        fill(bank, lane, *arguments)
+        bank.state.position[0, lane] = np.nan
+
+    monkeypatch.setattr(checks.scheme, "fill_lane", spoilt)
+    worst, _, _, faults = checks.stepwise(modes, scene, speeds, result)
+    assert np.isnan(worst)
+    assert any("penetration" in f for f in faults)
+
+
+def test_displaced_tips_that_are_held_too_far_out_are_noticed(sound, monkeypatch):
+    modes, scene, speeds, _ = sound
+    scene = scene._replace(kinematics="polar")
+    result = checks.run_sweep(modes, scene, speeds, width=checks.WIDTH)
+    worst, contacts, left, faults = checks.stepwise(modes, scene, speeds, result)
+    assert (contacts > 100, faults) == (True, [])
+    assert left > 1e-9  # more than rounding: the bound is needed
+    monkeypatch.setattr(checks, "STEEPEST", 0.0)
+    assert checks.stepwise(modes, scene, speeds, result)[0] > worst
+
+
+@pytest.mark.parametrize("friction", [1.2, 1.5])
+def test_false_flaws_are_noticed(sound, friction):
+    modes, scene, speeds, result = sound
+    case = Case("none", 1)
+    flawed = checks.run_sweep(modes, scene._replace(friction=friction), speeds)
+    assert operators.judge(case, modes, scene._replace(friction=friction), speeds, flawed)[1] == []
+    fault = f"{reasons.WORDS[flawed.point_reason[0]]}, against its principal minors"
+    assert operators.judge(case, modes, scene, speeds, flawed) == (8, [fault] * 8)
+    sound_ones = flawed._replace(point_reason=result.point_reason, point_status=result.point_status)
+    case = Case("none", operators.SOUND_EVERY)
+    found = operators.judge(case, modes, scene._replace(friction=friction), speeds, sound_ones)
+    assert found == (1, ["none, against its principal minors"])
+
+
+def test_a_history_that_hides_its_failure_is_noticed(sound, monkeypatch):
+    modes, scene, speeds, result = sound
+    locked = scene._replace(friction=1.5)
+    failed = checks.run_sweep(modes, locked, speeds)
+    assert marches.whole(modes, locked, speeds, failed, checks.MOST_ROUND_OFF) == (8, [])
+    monkeypatch.setattr(marches.history, "judge", lambda *arguments: reasons.NONE)
+    faults = marches.whole(modes, locked, speeds, failed, checks.MOST_ROUND_OFF)[1]
+    assert "a history goes through the casing without a reason" in faults
+    assert "a history fails where its sweep does not, or the other way round" in faults
+
+
+def test_energy_from_nowhere_is_noticed(sound, monkeypatch):
+    modes, scene, speeds, result = sound
+    monkeypatch.setattr(energy, "TOLERANCE", 0.0)
+    _, n_open, faults = marches.audited(modes, scene, speeds, result, checks.WIDTH)
+    assert n_open == 8
+    assert faults == ["the energy audit does not close"]
 
 
 def test_tests_of_the_steady_state_are_judged_as_a_sweep_would():
