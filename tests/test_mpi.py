@@ -46,6 +46,9 @@ def program(team):
     assert team.together(some_fail) == team.rank
     assert team.on_root(lambda: team.rank) == 0
     for n_tasks in (0, 1, 40, 2):  # one after the other, fewer than ranks included
+        if "late" in sys.argv and team.rank == int(sys.argv[2]):
+            time.sleep(0.3)  # rank 0 has long said that nothing is to be done
+            os.kill(os.getpid(), signal.SIGTERM)
         results = {}
         def collect(task, result):
             results[task] = result
@@ -194,6 +197,12 @@ def test_stopped_and_resumed_gives_the_same_bits(study, ranks, number, resumed_o
 
 def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
     code, _, err = run(3, "signal", 2, folder=tmp_path, script=driver, timeout=30)
+    assert code == 75
+    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
+
+
+def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
+    code, _, err = run(3, "late", 2, folder=tmp_path, script=driver, timeout=30)
     assert code == 75
     assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
 
