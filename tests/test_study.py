@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from conftest import TINY, datasets, error_lines
+from conftest import ENVIRONMENT, ROOT, TINY, command, datasets, error_lines, load, run
 
-from hpcrub import cli, config, reasons, study, sweep
+from hpcrub import cli, ownership, reasons, study, sweep
 from hpcrub.layout import DONE, FAILED
 from hpcrub.parallel import Team
 from hpcrub.progress import point_lines
 from hpcrub.statistics import running_intervals, running_percentiles
-from hpcrub.storage import ResultFile
+from hpcrub.storage import ResultFile, lay_out
 from hpcrub.sweep import SweepResult
 
 
@@ -119,7 +119,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
         return result
 
-    REDUCED = study.build_problem(config.load(tiny)).reduced
+    REDUCED = study.build_problem(load(tiny)).reduced
     monkeypatch.setattr(study, "mistuned_modes", broken_solver)
     monkeypatch.setattr(sweep, "run_sweep", broken_march)
     assert main(tiny) == 0
@@ -154,6 +154,12 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     assert main(tiny, *few, "--status") == 0
     assert main(tiny, *few, "--resume") == 0
     assert datasets("results/tiny.h5") == before
+
+
+def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):
+    short = "--set=convergence.step=10", "--set=convergence.stop_when_converged=true"
+    assert main(tiny, *short) == 0
+    assert main(tiny, *short, "--status") == 0
 
 
 def test_paper_pattern_is_printed_beside_the_paper(tiny, folder, capfd):
