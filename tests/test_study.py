@@ -238,6 +238,14 @@ def test_bumps_that_reach_no_blade(tiny, folder, capfd):
     assert "bumps never reach the blades" in line
 
 
+def test_without_a_reference_no_sample_is_marched(tiny, folder, capfd, monkeypatch):
+    assert main(tiny, "--set", "casing.clearance_mm=2") == 1
+    monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
+    assert main(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
+    first, second = error_lines(capfd.readouterr().err)
+    assert first == second
+
+
 def test_version_and_help(capfd):
     assert main("--version") == 0
     assert main("--help") == 0
