@@ -11,10 +11,11 @@ import pytest
 from conftest import TINY
 from scipy import stats
 
-from hpcrub import cli, config, plot
+from hpcrub import cli, config, parts, plot, storage
 from hpcrub.errors import InputError
 from hpcrub.layout import NOT_STEADY, STEADY
 from hpcrub.reduction import mistuned_modes
+from hpcrub.runlog import RunLog, Work
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
 from hpcrub.study import build_problem
