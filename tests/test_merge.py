@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import TINY, datasets, error_lines
 
-from hpcrub import cli, config, merge, parts, storage, study
+from hpcrub import cli, config, merge, ownership, parts, storage, study
 from hpcrub.errors import InputError
 from hpcrub.layout import DONE, PENDING
 
@@ -225,6 +225,18 @@ def test_an_existing_file_is_kept(folder, capsys):
     shutil.copy("single.h5", "whole.h5")
     assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
     assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
+
+
+def test_a_file_that_another_job_has_just_finished_is_kept(folder, capsys, monkeypatch):
+    class Late(ownership.Lock):
+        def __init__(self, path):
+            super().__init__(path)
+            (folder / "whole.h5").write_text("just finished")
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert (folder / "whole.h5").read_text() == "just finished"
+    assert not list(folder.glob("*.hpcrub-*"))
 
 
 @pytest.mark.parametrize(
