@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import ROOT, run
 
-from hpcrub import cli, config, inspect, plot, studies
+from hpcrub import cli, config, inspect, plot, storage, studies
 from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot.__main__ import main as plot_main
@@ -123,6 +123,15 @@ def test_inspect(folder, capsys):
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
+
+
+def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
+    pattern = "mistuning: {pattern_gpa: [" + "210, " * 11 + "211]}"
+    storage.lay_out("pattern.h5", config.Config.from_yaml(pattern))
+    assert inspect.main(["pattern.h5"]) == 0
+    assert "statistics/contact/percentile (level 1 x percentile 3 x block 0) [1] :" in (
+        capsys.readouterr().out
+    )
 
 
 def test_time_response(folder):
