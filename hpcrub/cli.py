@@ -290,6 +290,9 @@ def dry_run(cfg, n_ranks):
     levels, samples, speeds = len(cfg.levels), len(cfg.samples), cfg.speeds
     n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
+    if not sweep.can_touch(problem.scene):
+        simulated = 0.0
+        out.print("contact:              none, the bumps do not reach the blades")
     seconds = n_points * simulated / cfg.time.step / rate
     out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
     out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
@@ -334,7 +337,8 @@ def measure(cfg, problem):
     """Time steps per second and simulated time of a point [s], by a sweep of one mistuned disk."""
     sweep.warm_up()
     step = max(cfg.time.step, MEASURED_STEP)
-    scene = problem.scene._replace(scheme="exact_modal", step=step)
+    marched = problem.scene.shortcuts._replace(nothing_touches=False)
+    scene = problem.scene._replace(scheme="exact_modal", step=step, shortcuts=marched)
     modes = mistuned_modes(problem.reduced, study.deviation(cfg, len(cfg.levels) - 1, 0))
     speeds = cfg.speeds.values_hz
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), MEASURED_SPEEDS)).round().astype(int)

@@ -139,7 +139,7 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
     n = len(speeds_hz)
     out, n_steps = SweepResult.empty(n), 0
     wanted = set(range(n) if selection is None else selection)
-    touches = scene.bump_height > scene.clearance or motion is not None
+    touches = can_touch(scene) or motion is not None
     if scene.shortcuts.nothing_touches and not touches:
         for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
             values[list(wanted)] = rest
@@ -186,6 +186,11 @@ def _merge(first, second):
     for old, found in zip(first[:-1], second[:-1], strict=True):
         old[new] = found[new]
     return first._replace(n_steps=first.n_steps + second.n_steps)
+
+
+def can_touch(scene):
+    """Whether a disk that starts at rest can touch the casing, or stays at rest."""
+    return scene.bump_height > scene.clearance
 
 
 class _Band:

@@ -189,6 +189,28 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
     assert not (folder / "results").exists()
 
 
+@pytest.mark.parametrize("kind", ["contact", "branches"])
+def test_dry_run_where_nothing_touches(tiny, folder, capfd, kind):
+    assert main(tiny, "--dry-run", "--set=casing.clearance_mm=2", f"--set=study={kind}") == 0
+    (line,) = [line for line in capfd.readouterr().out.splitlines() if "run time" in line]
+    assert "nan" not in line
+    assert (" 0 s on 1 rank" in line) == (kind == "contact")  # branches are deflected by hand
+
+
+def test_a_result_that_another_job_has_just_finished_is_kept(tiny, folder, capfd, monkeypatch):
+    class Late(ownership.Lock):
+        """The other job ends when this one has looked, and before it has the lock."""
+
+        def __init__(self, path):
+            super().__init__(path)
+            lay_out(path, load(tiny))
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert main(tiny) == 2
+    assert "exists: --resume goes on with it" in error_lines(capfd.readouterr().err)[0]
+    assert [p.name for p in (folder / "results").iterdir()] == ["tiny.h5"]
+
+
 def test_existing_output(tiny, folder, capfd):
     assert main(tiny, "--resume") == 0  # nothing there: it starts
     assert main(tiny) == 2
