@@ -96,9 +96,7 @@ def parse(argv):
     existing.add_argument("--resume", action="store_true", help="go on with an existing output")
     existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
-    parser.add_argument(
-        "--part-by", choices=parts.BY, default="samples", help="what --part cuts (samples)"
-    )
+    parser.add_argument("--part-by", choices=parts.BY, help="what --part cuts (samples)")
     parser.add_argument(
         "--status", action="store_true", help="say how far the output is; exit code 0: complete"
     )
@@ -117,7 +115,9 @@ def parse(argv):
     runs = config.load_runs(options.input, overrides)
     if options.part:
         number, count = parts.parse(options.part)
-        runs = [parts.cut(cfg, number, count, options.part_by) for cfg in runs]
+        runs = [parts.cut(cfg, number, count, options.part_by or parts.BY[0]) for cfg in runs]
+    elif options.part_by:
+        raise InputError(f"--part-by {options.part_by}: without --part nothing is cut")
     return options, runs
 
 

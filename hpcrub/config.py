@@ -24,6 +24,7 @@ from hpcrub.config_studies import (
     StudyName,
 )
 from hpcrub.config_types import (
+    MOST_SAMPLES,
     FileName,
     Files,
     Levels,
@@ -182,7 +183,7 @@ class Mistuning(Section):
     half_range_percent: Levels = Field(
         (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
     )
-    samples: Whole = Field(5000, ge=1, le=1_000_000_000_000, description="samples per level")
+    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES, description="samples per level")
     seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
     tuned_runs: Whole = Field(
         9,

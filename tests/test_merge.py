@@ -304,13 +304,24 @@ def test_a_part_draws_the_whole_studys_disks():
         ("4/3", "is not of the form K/N"),
         ("1", "is not of the form K/N"),
         ("-1/3", "is not of the form K/N"),
+        ("1/2 --output=/", "output: '/' is not a file name"),
         ("1/6", "5 samples cannot be cut into 6 parts"),
     ],
 )
 def test_wrong_parts_are_one_line(folder, capfd, part, message):
-    assert run("study.yaml", f"--part={part}") == 2
+    assert run("study.yaml", *f"--part={part}".split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert message in line
+
+
+def test_what_parts_are_cut_by_needs_a_part(folder, capfd):
+    assert run("study.yaml", "--part-by", "level") == 2
+    assert "--part-by level: without --part" in capfd.readouterr().err
+
+
+def test_the_largest_study_can_be_cut():
+    whole = config.Config.from_yaml("mistuning: {samples: 1000000000000}")
+    assert parts.cut(whole, 2, 2).samples == range(500_000_000_000, 1_000_000_000_000)
 
 
 @pytest.mark.parametrize(
