@@ -56,6 +56,15 @@ def si(key, unit, times=1, per=1):
     return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
 
 
+def without_suffix(output):
+    """Path of a result file less its .h5: the names of all that lies beside it begin so.
+
+    Any other suffix stays: the runs r_0.25 and r_0.50 share nothing.
+    """
+    path = Path(output)
+    return path.with_suffix("") if path.suffix == ".h5" else path
+
+
 class Section(BaseModel):
     """A mapping of the input file: frozen, and without keys that nobody reads."""
 

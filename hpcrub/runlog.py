@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hpcrub import __version__
+from hpcrub.config_types import without_suffix
 from hpcrub.errors import Interrupted
 
 REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
@@ -37,7 +38,7 @@ class RunLog:
 
     def __init__(self, output, n_ranks):
         """output: result file; n_ranks: ranks of this run. Writes the first line."""
-        self.output, self.path = str(output), Path(output).with_suffix(".log")
+        self.output, self.path = str(output), Path(f"{without_suffix(output)}.log")
         self.n_ranks = n_ranks
         self.started, self.began = _now(), time.monotonic()
         self.phases, self.current = {}, None

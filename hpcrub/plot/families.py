@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from hpcrub.config_text import flatten, show
+from hpcrub.config_types import without_suffix
 from hpcrub.layout import DONE, NOT_STEADY
 from hpcrub.plot.linear import draw_percentiles
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
@@ -23,7 +24,8 @@ def labels(files):
     if "casing.n_bumps" in keys:
         return [f"$n_d$ = {f['casing.n_bumps']}" for f in flat]
     return [
-        ", ".join(f"{key.rpartition('.')[2]} = {show(f[key])}" for key in keys) or file.path.stem
+        ", ".join(f"{key.rpartition('.')[2]} = {show(f[key])}" for key in keys)
+        or without_suffix(file.path).name
         for f, file in zip(flat, files, strict=True)
     ]
 
