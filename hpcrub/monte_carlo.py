@@ -75,7 +75,7 @@ class Study:
         self.reference, n_tasks = self.team.on_root(self._take_stock)
         if n_tasks:
             self.phase("loading the kernel")
-            warm_up(self.team, self.progress)
+            warm_up(self.team, self.config, self.progress)
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)

@@ -338,10 +338,20 @@ class _Band:
         return np.roll(history[:, :, tip, lane], -(now % (2 * self.window)), axis=0).ravel()
 
 
-def warm_up():
-    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds."""
+def warm_up(audit=False):
+    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds.
+
+    audit: the kernel that accounts for the energy, instead.
+    """
+    modes, scene = smallest_case()
+    for width in (WIDTH, NARROWEST):
+        run_sweep(modes, scene._replace(audit=audit), [100.0], width=width)
+
+
+def smallest_case():
+    """Modes and Scene of one mass and a few steps."""
     modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
-    scene = Scene(
+    return modes, Scene(
         contact_angle=np.zeros(1),
         contact_radius=1.0,
         damping_ratio=0.01,
@@ -353,5 +363,3 @@ def warm_up():
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
     )
-    for width in (WIDTH, NARROWEST):
-        run_sweep(modes, scene, [100.0], width=width)

@@ -32,7 +32,7 @@ class TaskStudy:
         pending = self.team.on_root(self._take_stock)
         if pending and self.module.KERNEL:
             self.phase("loading the kernel")
-            warm_up(self.team, self.progress)
+            warm_up(self.team, self.config, self.progress)
         self.phase("tasks")
         tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
         self.team.run_tasks(tasks, self._compute, self._collect)
