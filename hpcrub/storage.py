@@ -38,8 +38,8 @@ def require_parallel():
     """Raises InputError when this h5py cannot write from several ranks."""
     if not h5py.get_config().mpi:
         raise InputError(
-            "this h5py is built without MPI, which writing from several ranks needs: run "
-            "`make setup`, or `HDF5_MPI=ON CC=mpicc pip install --no-binary=h5py h5py`"
+            "this h5py is built without MPI, which writing from several ranks needs: `make setup` "
+            "builds one that has it (docs/cluster.md); one rank, without mpirun, works as it is"
         )
 
 

@@ -270,6 +270,24 @@ def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
     assert len(error_lines(err)) == 1
 
 
+def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
+    lines = [
+        "import h5py",
+        "from types import SimpleNamespace",
+        "h5py.get_config = lambda: SimpleNamespace(mpi=False)",
+        "from hpcrub.cli import main",
+        "raise SystemExit(main())",
+    ]
+    (tmp_path / "main.py").write_text("\n".join(lines))
+    code, _, err = run(2, "tiny.yaml", folder=tmp_path, script="main.py")
+    assert code == 2
+    (line,) = error_lines(err)
+    assert line.startswith("hpcrub: error: this h5py is built without MPI")
+    assert "`make setup`" in line
+    assert "pip" not in line  # which would build mpi4py too, in tens of gigabytes
+    assert not (tmp_path / "results").exists()
+
+
 def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
     """Several ranks that cannot see each other must not each compute, or write, everything."""
     (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
