@@ -163,20 +163,28 @@ def children(pid):
 
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
-    [(2, signal.SIGTERM, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGINT, 2)],
+    [
+        (2, signal.SIGTERM, 3),
+        (3, signal.SIGINT, 2),
+        (3, signal.SIGUSR1, 0),
+        (0, signal.SIGINT, 2),
+        (0, signal.SIGTERM, 0),
+    ],
 )
 def test_stopped_and_resumed_gives_the_same_bits(study, ranks, number, resumed_on):
-    """mpirun passes SIGUSR1 on to its ranks; at SIGTERM it ends them and returns 1 by itself."""
+    """mpirun passes SIGUSR1 on to its ranks; at SIGINT and SIGTERM it ends them by SIGTERM and
+    returns 1, whatever they return."""
     folder, expected = study
-    arguments = ["study.yaml", "--output", f"{number.name}.h5"]
+    ended = ranks > 0 and number != signal.SIGUSR1
+    arguments = ["study.yaml", "--output", f"{number.name}-{ranks}.h5"]
     path = folder / arguments[-1]
     process = start(ranks, ROOT / "main.py", *arguments, folder=folder)
     wait_for_samples(process, path, 3)
     process.send_signal(number)
     out, err = process.communicate(timeout=WAIT)
-    assert process.returncode == (1 if number == signal.SIGTERM else 75), out + err
+    assert process.returncode == (1 if ended else 75), out + err
     (line,) = error_lines(err)
-    assert line.startswith(f"hpcrub: stopped: {number.name}")
+    assert line.startswith(f"hpcrub: stopped: {'SIGTERM' if ended else number.name}")
     assert "--resume" in line
     with h5py.File(path) as file:
         n_done = np.count_nonzero(file["samples/status"][()])
@@ -184,7 +192,7 @@ def test_stopped_and_resumed_gives_the_same_bits(study, ranks, number, resumed_o
         assert 3 <= n_done < 2 * N_SAMPLES
         n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
         assert n_blocks >= 2  # the statistics of what is there
-    if number != signal.SIGTERM:  # after that mpirun leaves little time
+    if not ended:  # after that mpirun leaves little time
         log = path.with_suffix(".runs.jsonl").read_text().splitlines()
         summary = json.loads(log[-1])
         assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
