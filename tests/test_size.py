@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from conftest import ROOT
+from conftest import ROOT, load
 
 from hpcrub import config, size
 from hpcrub.errors import InputError
@@ -34,4 +34,16 @@ def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypa
 
 
 def test_the_paper_fits_a_laptop(tmp_path):
-    size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
+    size.check(load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [("/proc/nope/x.h5", "No such file or directory"), ("closed/x.h5", "Permission denied")],
+)
+def test_a_place_where_nothing_can_be_written_is_no_full_disk(tmp_path, path, reason):
+    if path.startswith("closed") and os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    (tmp_path / "closed").mkdir(mode=0o500)
+    with pytest.raises(InputError, match=rf"^cannot write .*x\.h5: {reason}$"):
+        size.check(config.Config(), tmp_path / path)
