@@ -76,7 +76,7 @@ inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
     "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
     "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
-    "long step": ["tiny.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
+    "long step": ["long.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
     "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
     "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
     "missing file": ["nowhere.yaml"],
@@ -100,6 +100,23 @@ def program(team):
 
 sys.exit(parallel.run(program))
 """
+
+
+MESSAGES = {  # of BAD_INPUTS
+    "unknown key": "casing.n_bumpz: unknown key; did you mean casing.n_bumps?",
+    "wrong type": "casing.n_bumps: 'many' is not a whole number from 1 up to 1,000",
+    "negative thickness": "disk.blade.thickness_mm: -1 is not a number above 0",
+    "long step": "time.step_s: 0.0001 is not below ",
+    "empty speed range": "speeds.to_hz: 1.0 is below speeds.from_hz, 34.0: no speeds",
+    "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
+    "missing file": "nowhere.yaml: cannot be read (No such file or directory)",
+    "not YAML": "broken.yaml: line 2, column 1: ",
+    "output folder is a file": "cannot write tiny.yaml/x.h5: Not a directory",
+    "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
+    "existing output": "tiny.h5 exists: --resume goes on with it, --overwrite replaces it",
+    "not a result": "broken.yaml is not an HDF5 file",
+    "unknown option": "unrecognized arguments: --nonsense (--help lists the options)",
+}
 
 
 @pytest.fixture(scope="module")
@@ -260,15 +277,17 @@ def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
 def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
     """All in one job, which every rank survives: the next input is tried on the same ranks."""
     (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
+    (tmp_path / "long.yaml").write_text(TINY)
     (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
     assert run(0, "tiny.yaml", folder=tmp_path)[0] == 0
     code, out, err = run(ranks, folder=tmp_path, script="bad_inputs.py")
     assert code == 0, out + err
     attempts = err.split("== ")[1:]
-    assert len(attempts) == 13
+    assert len(attempts) == len(MESSAGES)
     for attempt in attempts:
         name, line, codes = attempt.strip().split("\n")
         assert line.startswith("hpcrub: error: "), name
+        assert MESSAGES[name] in line
         assert codes == " ".join(["codes"] + ["2"] * ranks), name
 
 
