@@ -1,8 +1,8 @@
 """Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
 
 Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
-ranks from a `poll()` that the computation calls every few milliseconds. No threads and no one-sided
-messages are needed.
+ranks from a `poll()` that the computation calls every few hundredths of a second. No threads and no
+one-sided messages are needed.
 
 Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
 polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
@@ -194,7 +194,7 @@ class Team:
         """Compute all tasks.
 
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
-        used. compute(task, poll): any rank; must call poll() every few milliseconds and let
+        used. compute(task, poll): any rank; must call poll() many times a second and let
         Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
         order of completion; may `share` a value and add urgent tasks; a true value means that no
         further task is needed. shared: what poll() returns until a value is shared.

@@ -21,6 +21,7 @@ BAND = 1.08  # ratio of the fastest to the slowest speed of a band
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
 MIN_BLOCK = 64  # steps
+PIECE = 16384  # steps between two polls, if a block is not longer
 COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops that are surrounded
 
 NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
@@ -126,7 +127,8 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
         modes: Modes of the sample.
         scene: Scene.
         speeds_hz: (S,) angular speeds [Hz].
-        poll: called without arguments every few milliseconds; what it raises ends the sweep.
+        poll: called without arguments after every PIECE of steps, some hundredths of a second; what
+            it raises ends the sweep.
         width: speeds marched together; changes the cost, not one bit of the result.
         selection: indices of the speeds to march, all by default. The steps are those of the whole
             sweep, so that parts of it computed apart are the same bits.
@@ -213,7 +215,8 @@ class _Band:
         for lane in range(len(self.speed)):
             self._refill(lane, waiting, now)
         while any(speed is not None for speed in self.speed):
-            recording, until = self._next_event(now)
+            recording, event = self._next_event(now)
+            until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
             place = now % (2 * self.window) if recording else -1
             self._march(until - now, place)
             now = until
