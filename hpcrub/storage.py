@@ -254,15 +254,6 @@ class ResultFile:
         self._datasets = {line.name: self._file[line.name] for line in lines}
 
     @classmethod
-    def create(cls, path, config, comm=None):
-        """Lay a new file out on rank 0 and open it on all ranks, to write."""
-        if _is_root(comm):
-            lay_out(path, config)
-        if comm is not None:
-            comm.barrier()
-        return cls(path, comm, "r+")
-
-    @classmethod
     def open(cls, path, config=None, comm=None, mode="r"):
         """Check a file and open it. Raises InputError as `check`."""
         check(path, config)

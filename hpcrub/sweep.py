@@ -13,6 +13,7 @@ import numpy as np
 
 from hpcrub import energy, kernel, reasons, scheme
 from hpcrub.complementarity import FLAW, SWEEPS, UNSOLVED
+from hpcrub.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_steady, localisation
 
@@ -23,8 +24,6 @@ NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no long
 MIN_BLOCK = 64  # steps
 PIECE = 16384  # steps between two polls, if a block is not longer
 COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops that are surrounded
-
-NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
 
 
 class Scene(NamedTuple):
@@ -65,7 +64,7 @@ class SweepResult(NamedTuple):
     amplitude: np.ndarray  # (S,) largest |u_t| of all contact points [m]; NaN where diverged
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
-    point_status: np.ndarray  # (S,) uint8: NONE, STEADY, NOT_STEADY, DIVERGED
+    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED
     point_reason: np.ndarray  # (S,) uint8: code of ``reasons``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
     energy: np.ndarray  # (S, 6) `energy.ACCOUNTS` [J]; NaN without an audit
@@ -160,7 +159,7 @@ def find_peak(modes, scene, speeds_hz, poll=None):
     Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
     until these and their neighbours have been marched. A narrow peak may be missed.
 
-    Args and returns: as `run_sweep`; speeds that were left out have the status NONE.
+    Args and returns: as `run_sweep`; speeds that were left out have the status NO_POINT.
     """
     chosen = sorted({*range(0, len(speeds_hz), COARSE), len(speeds_hz) - 1})
     out = run_sweep(modes, scene, speeds_hz, poll, selection=chosen)
@@ -175,7 +174,7 @@ def find_peak(modes, scene, speeds_hz, poll=None):
 
 def _unknown_neighbours(result, distance):
     """Speeds not marched yet at a distance from those of the N_TOPS largest amplitudes."""
-    known = np.flatnonzero(result.point_status != NONE)
+    known = np.flatnonzero(result.point_status != NO_POINT)
     size = np.nan_to_num(result.amplitude[known], nan=-1.0)
     tops = known[np.argsort(-size, kind="stable")[:N_TOPS]]
     near = {int(top + d) for top in tops for d in (-distance, distance)}
@@ -184,7 +183,7 @@ def _unknown_neighbours(result, distance):
 
 def _merge(first, second):
     """Results of two sweeps over different selections of the same speeds (first is modified)."""
-    new = second.point_status != NONE
+    new = second.point_status != NO_POINT
     for old, found in zip(first[:-1], second[:-1], strict=True):
         old[new] = found[new]
     return first._replace(n_steps=first.n_steps + second.n_steps)

@@ -5,7 +5,7 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from conftest import TINY, datasets, error_lines
+from conftest import TINY, datasets, error_lines, load
 
 from hpcrub import cli, config, merge, ownership, parts, storage, study
 from hpcrub.errors import InputError
@@ -143,7 +143,7 @@ def test_an_unfinished_sample_is_not_taken(folder):
 
 
 def test_the_energy_audit_is_merged_too(folder):
-    whole = config.replaced(config.load("study.yaml"), {"debug.energy_audit": True})
+    whole = config.replaced(load("study.yaml"), {"debug.energy_audit": True})
     for k in (1, 2):
         storage.lay_out(f"{k}.h5", parts.cut(whole, k, 2))
         file = storage.ResultFile.open(f"{k}.h5", mode="r+")
@@ -157,7 +157,7 @@ def test_the_energy_audit_is_merged_too(folder):
 
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
-        storage.lay_out(f"{k}.h5", parts.cut(config.load("study.yaml"), k, 3))
+        storage.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
     assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     file = storage.ResultFile.open("whole.h5")
     assert file.tuned() is None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from hpcrub.mistuning import pattern_deviation, stiffness_deviation
+from hpcrub.mistuning import stiffness_deviation
 
 N_BLADES = 12
 
@@ -66,7 +66,3 @@ def test_draws_stay_the_same_for_ever():
     """Values of the first release: results of a finished study can always be redrawn."""
     first = [0.8959191257024375, -0.3482816601690151, 0.8614755155960787, 0.3762235253938686]
     np.testing.assert_array_equal(stiffness_deviation(2020, 3, 4999, 4, 1.0), first)
-
-
-def test_pattern_deviation():
-    np.testing.assert_allclose(pattern_deviation([210, 216.3, 201.6], 210), [0, 0.03, -0.04])

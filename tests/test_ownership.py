@@ -95,7 +95,8 @@ def test_a_lock_releases_only_itself(tmp_path):
 @pytest.mark.parametrize("how", ["kept", "moved", "removed", "replaced"])
 def test_a_file_whose_name_was_taken_is_put_back(tmp_path, tiny_config, how):
     path, values = tmp_path / "results" / "a.h5", {"amplitude_m": np.arange(3.0), "status": 1}
-    file = storage.ResultFile.create(path, tiny_config)
+    storage.lay_out(path, tiny_config)
+    file = storage.ResultFile(path, mode="r+")
     if how == "moved":
         path.parent.rename(tmp_path / "old")
     if how in ("removed", "replaced"):

@@ -7,7 +7,7 @@ the binomial coverage of an interval, and that ranks and interruptions change no
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, run
+from conftest import ROOT, load, run
 
 from hpcrub import cli, config, inspect, plot, storage, studies
 from hpcrub.linear import travelling_load_response
@@ -35,7 +35,7 @@ def compute(name, *overrides):
 
 def test_every_study_has_an_input_and_a_figure():
     for name in studies.STUDIES:
-        inputs = [config.load(path) for path in (ROOT / "inputs").glob("*.yaml")]
+        inputs = [load(path) for path in (ROOT / "inputs").glob("*.yaml")]
         assert name in {cfg.study for cfg in inputs}
         assert any(name in entry.studies for entry in plot.FIGURES.values())
 
