@@ -58,25 +58,26 @@ def program(team, argv):
     options, runs = arguments
     if options.status:
         return team.on_root(lambda: status(runs))
-    if team.size > 1 and not options.dry_run:
+    if options.dry_run:
+        team.on_root(lambda: [dry_run(cfg, team.size) for cfg in runs])
+        return 0
+    if team.size > 1:
         team.together(storage.require_parallel)
+    if len(runs) > 1:  # what is wrong with the last one is said before the first one takes its time
+        team.on_root(lambda: examine_all(runs, options))
     for cfg in runs:
         one_run(team, options, cfg)
-    if len(runs) > 1 and not (options.dry_run or options.no_figures or runs[0].is_part):
+    if len(runs) > 1 and not (options.no_figures or runs[0].is_part):
         team.on_root(lambda: draw([cfg.output for cfg in runs]))
     return 0
 
 
 def one_run(team, options, cfg):
     """One study from its input to its figures."""
-    if options.dry_run:
-        team.on_root(lambda: dry_run(cfg, team.size))
-        return
-    team.on_root(lambda: size.check(cfg, None if options.resume else cfg.output))
-    problem = team.on_root(lambda: studies.find(cfg).prepare(cfg))
+    problem = team.on_root(lambda: examine(cfg, options))
     lock = Holder()
     try:
-        team.on_root(lambda: prepare(cfg, options, lock))
+        team.on_root(lambda: claim(cfg, options, lock))
         with Accounting(cfg, team) as log:
             run(team, cfg, problem, log, not options.no_figures)
     finally:
@@ -95,9 +96,7 @@ def parse(argv):
     existing.add_argument("--resume", action="store_true", help="go on with an existing output")
     existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
-    parser.add_argument(
-        "--part-by", choices=parts.BY, default="samples", help="what --part cuts (samples)"
-    )
+    parser.add_argument("--part-by", choices=parts.BY, help="what --part cuts (samples)")
     parser.add_argument(
         "--status", action="store_true", help="say how far the output is; exit code 0: complete"
     )
@@ -116,7 +115,9 @@ def parse(argv):
     runs = config.load_runs(options.input, overrides)
     if options.part:
         number, count = parts.parse(options.part)
-        runs = [parts.cut(cfg, number, count, options.part_by) for cfg in runs]
+        runs = [parts.cut(cfg, number, count, options.part_by or parts.BY[0]) for cfg in runs]
+    elif options.part_by:
+        raise InputError(f"--part-by {options.part_by}: without --part nothing is cut")
     return options, runs
 
 
@@ -155,22 +156,45 @@ class Holder:
             self.lock.release()
 
 
-def prepare(cfg, options, holder):
-    """Make sure that a sound result file is there, and nobody else's (rank 0)."""
+def examine_all(runs, options):
+    """Raises InputError for what is wrong with any run of a sweep, before all work (rank 0)."""
+    for n, cfg in enumerate(runs):
+        made = {os.path.realpath(other.output) for other in runs[:n]}
+        if made.isdisjoint(map(os.path.realpath, cfg.sources)):  # else they are not there yet
+            examine(cfg, options)
+
+
+def examine(cfg, options):
+    """What a study computes with. Raises InputError for all that is wrong before work (rank 0)."""
+    goes_on = check_output(cfg, options)
+    size.check(cfg, None if goes_on else cfg.output)
+    return studies.find(cfg).prepare(cfg)
+
+
+def check_output(cfg, options):
+    """Whether to go on with a sound result file, and not to make one. Raises InputError."""
     path = Path(cfg.output)
-    exists = os.path.lexists(path)
     if os.path.isdir(path):
         raise InputError(f"output: {path} is a folder")
     if os.path.realpath(path) in map(os.path.realpath, cfg.sources):
         raise InputError(f"output: {path} is one of the sources")
-    if exists and not (options.resume or options.overwrite):
+    if not os.path.lexists(path):
+        return False
+    if not (options.resume or options.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
-    holder.lock = ownership.Lock(path)
-    if exists and options.resume:
+    if options.resume:
         storage.check(path, cfg)
         storage.check_sources(path, cfg)
     else:
-        storage.lay_out(path, cfg)
+        ownership.refuse_foreign(path)
+    return options.resume
+
+
+def claim(cfg, options, holder):
+    """Make sure that a sound result file is there, and nobody else's (rank 0)."""
+    holder.lock = ownership.Lock(cfg.output)  # first: another job may just have finished it
+    if not check_output(cfg, options):
+        storage.lay_out(cfg.output, cfg)
 
 
 class Accounting:
@@ -265,6 +289,9 @@ def dry_run(cfg, n_ranks):
     levels, samples, speeds = len(cfg.levels), len(cfg.samples), cfg.speeds
     n_points = (levels * samples + cfg.mistuning.tuned_runs) * speeds.n_values
     rate, simulated = measure(cfg, problem)
+    if not sweep.can_touch(problem.scene):
+        simulated = 0.0
+        out.print("contact:              none, the bumps do not reach the blades")
     seconds = n_points * simulated / cfg.time.step / rate
     print_model(out, cfg, problem)
     out.print(
@@ -320,7 +347,8 @@ def measure(cfg, problem):
     """Time steps per second and simulated time of a point [s], by a sweep of one mistuned disk."""
     sweep.warm_up()
     step = max(cfg.time.step, MEASURED_STEP)
-    scene = problem.scene._replace(scheme="exact_modal", step=step)
+    marched = problem.scene.shortcuts._replace(nothing_touches=False)
+    scene = problem.scene._replace(scheme="exact_modal", step=step, shortcuts=marched)
     modes = mistuned_modes(problem.reduced, study.deviation(cfg, len(cfg.levels) - 1, 0))
     speeds = cfg.speeds.values_hz
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), MEASURED_SPEEDS)).round().astype(int)

@@ -24,6 +24,7 @@ from hpcrub.config_studies import (
     StudyName,
 )
 from hpcrub.config_types import (
+    MOST_SAMPLES,
     FileName,
     Files,
     Levels,
@@ -36,6 +37,9 @@ from hpcrub.config_types import (
     si,
 )
 from hpcrub.errors import InputError
+from hpcrub.steady import SteadyCriteria
+
+CRITERIA = SteadyCriteria()
 
 
 class Blade(Section):
@@ -154,24 +158,44 @@ class Time(Section):
 
 
 class SteadyState(Section):
-    first_check_s: Number = Field(0.5, gt=0, le=1e4, description="time of the first check [s]")
+    first_check_s: Number = Field(
+        CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
+    )
     window_revolutions: Whole = Field(
-        3, ge=1, le=1000, description="revolutions compared with as many before them"
+        CRITERIA.window_revolutions,
+        ge=1,
+        le=1000,
+        description="revolutions compared with as many before them",
     )
     extend_revolutions: Whole = Field(
-        10, ge=1, le=10000, description="revolutions to the next check when not yet steady"
+        CRITERIA.extend_revolutions,
+        ge=1,
+        le=10000,
+        description="revolutions to the next check when not yet steady",
     )
     min_correlation: Number = Field(
-        0.95, ge=0, le=1, description="correlation of the two windows when steady, at least [-]"
+        CRITERIA.min_correlation,
+        ge=0,
+        le=1,
+        description="correlation of the two windows when steady, at least [-]",
     )
     max_amplitude_change: Number = Field(
-        0.01, gt=0, le=1, description="relative change of amplitude when steady, below [-]"
+        CRITERIA.max_amplitude_change,
+        gt=0,
+        le=1,
+        description="relative change of amplitude when steady, below [-]",
     )
     max_time_s: Number = Field(
-        2.0, gt=0, le=1e4, description="simulated time after which a point is given up [s]"
+        CRITERIA.max_time,
+        gt=0,
+        le=1e4,
+        description="simulated time after which a point is given up [s]",
     )
     confirmations: Whole = Field(
-        1, ge=1, le=1000, description="checks passed in succession until steady; 1 in the paper"
+        CRITERIA.confirmations,
+        ge=1,
+        le=1000,
+        description="checks passed in succession until steady; 1 in the paper",
     )
 
     first_check = si("first_check_s", "s")
@@ -182,7 +206,7 @@ class Mistuning(Section):
     half_range_percent: Levels = Field(
         (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
     )
-    samples: Whole = Field(5000, ge=1, le=1_000_000_000_000, description="samples per level")
+    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES, description="samples per level")
     seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
     tuned_runs: Whole = Field(
         9,
@@ -306,11 +330,6 @@ class Config(Section):
             InputError: names the first wrong key, its value and what is allowed.
         """
         return _validated(_mapping(text))
-
-
-def load(path, overrides=()):
-    """Configuration of an input file, the first one of a sweep; see `load_runs`."""
-    return load_runs(path, overrides)[0]
 
 
 def load_runs(path, overrides=()):

@@ -9,9 +9,9 @@ folder named like the input's output, each under the keys that it replaces.
 """
 
 import copy
-from pathlib import Path
 
 from hpcrub.config_text import flatten, show
+from hpcrub.config_types import names_a_file, without_suffix
 from hpcrub.errors import InputError
 
 MOST = 1000  # runs
@@ -50,7 +50,10 @@ def _run(data, entry):
     replaced = flatten(entry)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
-        run["output"] = str(Path(str(data["output"])).with_suffix("") / f"{label[:200]}.h5")
+        output = str(data["output"])
+        if not names_a_file(output):
+            raise InputError(f"output: {show(output)} is not a file name")
+        run["output"] = str(without_suffix(output) / f"{label[:200]}.h5")
     for path, value in replaced.items():
         set_key(run, path, value)
     return run

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hpcrub.config_types import Number, Section, Switch, Whole, si
+from hpcrub.config_types import MOST_SAMPLES, Number, Section, Switch, Whole, si
 
 StudyName = Literal[
     "contact",
@@ -26,7 +26,7 @@ Indices = Annotated[
     tuple[Annotated[Whole, Field(ge=0, le=999)], ...], Field(min_length=1, max_length=1000)
 ]
 Bounds = Annotated[
-    tuple[Annotated[Whole, Field(ge=0, le=1_000_000)], ...], Field(min_length=2, max_length=2)
+    tuple[Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)], ...], Field(min_length=2, max_length=2)
 ]
 
 

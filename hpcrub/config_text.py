@@ -166,7 +166,8 @@ def _allowed(node):
             length = f"{node.get('minItems', 0)} to {node['maxItems']}"
         return f"a list of {length} values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
-    return names.get(kind, "null" if kind == "null" else "a text") + _range(node)
+    text = node.get("format", "a text")
+    return names.get(kind, "null" if kind == "null" else text) + _range(node)
 
 
 def _range(node):

@@ -70,7 +70,7 @@ def _pieces(file, name, shape):
     if len(shape) < 2:
         yield np.asarray(file.read(name), dtype=float)
         return
-    rows = max(1, AT_ONCE // math.prod(shape[2:]))
+    rows = max(1, AT_ONCE // max(1, math.prod(shape[2:])))
     for level in range(shape[0]):
         for first in range(0, shape[1], rows):
             yield file.read(name, (level, slice(first, first + rows))).astype(float)

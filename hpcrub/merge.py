@@ -65,14 +65,14 @@ def merge(out, paths, overwrite=False, samples=None):
     Raises:
         InputError: parts that are unsound, of different studies, or contradict each other.
     """
-    if os.path.lexists(out) and not overwrite:
-        raise InputError(f"{out} exists: --overwrite replaces it")
-    config, tuned, origin = _survey(out, paths, samples)
-    ownership.refuse_foreign(out)
-    size.check(config, out)
     unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
-    lock = ownership.Lock(out)
+    lock = ownership.Lock(out)  # first: another job may just have finished the file
     try:
+        if os.path.lexists(out) and not overwrite:
+            raise InputError(f"{out} exists: --overwrite replaces it")
+        config, tuned, origin = _survey(out, paths, samples)
+        ownership.refuse_foreign(out)
+        size.check(config, out)
         storage.lay_out(unfinished, config, origin)
         whole = storage.ResultFile(unfinished, mode="r+")
         if tuned:

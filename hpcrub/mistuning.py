@@ -32,14 +32,5 @@ def uniform(seed, stream, level, sample, n):
     return 2 * unit - 1
 
 
-def pattern_deviation(young_moduli, young_modulus):
-    """Stiffness deviations of an explicit pattern.
-
-    young_moduli: (N,) of the blades; young_modulus: nominal, in the same unit.
-    Returns deviations (N,) [-]. Source: Joachim, Nyssen, Batailly 2020, equation (3).
-    """
-    return np.asarray(young_moduli, dtype=float) / young_modulus - 1
-
-
 def _words(values):
     return np.array(values, dtype=np.uint64)

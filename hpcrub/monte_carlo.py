@@ -75,7 +75,7 @@ class Study:
         self.reference, n_tasks = self.team.on_root(self._take_stock)
         if n_tasks:
             self.phase("loading the kernel")
-            warm_up(self.team, self.progress)
+            warm_up(self.team, self.config, self.progress)
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
@@ -111,7 +111,8 @@ class Study:
         self.tuned.take_stock()
         n_pending = np.count_nonzero(self.status == PENDING)
         self.finished = _leading((self.status != PENDING).all(axis=0))
-        if self._is_enough():
+        useless = self.tuned.reference and not self.tuned.reference.usable
+        if useless or self._is_enough():
             n_pending = 0
         full = self.config.speeds.search == "full"
         most = schedule.most_parts(len(self.speeds_hz)) if full else 1

@@ -88,7 +88,7 @@ def put_back(kept, path):
             there = os.stat(path) if os.path.lexists(path) else None
             if there and os.path.samestat(there, os.fstat(file.fileno())):
                 return
-            target = Path(f"{path}.rescued.h5") if there else path
+            target = _free_name(path) if there else path
             target.parent.mkdir(parents=True, exist_ok=True)
             with open(target, "xb") as copy:
                 shutil.copyfileobj(file, copy)
@@ -100,3 +100,9 @@ def put_back(kept, path):
             f"{path} was replaced by another file while this job ran; "
             f"what it has computed is in {target}"
         )
+
+
+def _free_name(path):
+    """Where to rescue a file to: NAME.rescued.h5, NAME.rescued-2.h5 and so on."""
+    names = (Path(f"{path}.rescued{n}.h5") for n in ("", *(f"-{i}" for i in range(2, 1000))))
+    return next(name for name in names if not os.path.lexists(name))

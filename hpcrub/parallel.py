@@ -1,8 +1,8 @@
 """Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
 
 Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
-ranks from a `poll()` that the computation calls every few milliseconds. No threads and no one-sided
-messages are needed.
+ranks from a `poll()` that the computation calls every few hundredths of a second. No threads and no
+one-sided messages are needed.
 
 Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
 polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
@@ -194,7 +194,7 @@ class Team:
         """Compute all tasks.
 
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
-        used. compute(task, poll): any rank; must call poll() every few milliseconds and let
+        used. compute(task, poll): any rank; must call poll() many times a second and let
         Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
         order of completion; may `share` a value and add urgent tasks; a true value means that no
         further task is needed. shared: what poll() returns until a value is shared.
@@ -204,8 +204,9 @@ class Team:
         if self.rank == 0:
             stopped_by = _Dispatcher(self, Desk(tasks, self.size), compute, on_result).run()
         else:
-            stopped_by = _Worker(self, compute).run()
-        self.barrier()
+            stopped_by = None  # rank 0 knows
+            _Worker(self, compute).run()
+        stopped_by = self.bcast(stopped_by)  # a signal may have come after rank 0 had said the end
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
 
@@ -279,7 +280,7 @@ class _Dispatcher:
     def _dismiss(self):
         """Tell all ranks that it is over, and take what they have sent until they knew."""
         for rank in range(1, self.team.size):
-            self.team.comm.send(("end", self.stopped_by), rank, FROM_ROOT)
+            self.team.comm.send(("end", None), rank, FROM_ROOT)
         self._receive()
         while self.present:
             time.sleep(PAUSE)
@@ -295,7 +296,6 @@ class _Worker:
         self.tasks, self.results = deque(), []
         self.told = False  # rank 0 knows of our signal
         self.ended = False
-        self.stopped_by = None
 
     def run(self):
         with contextlib.suppress(Interrupted):  # a running task is dropped
@@ -314,7 +314,6 @@ class _Worker:
             self._look()
             time.sleep(PAUSE)
         self._tell("bye")
-        return self.stopped_by
 
     def poll(self):
         self._look()
@@ -342,7 +341,7 @@ class _Worker:
             elif kind == "shared":
                 self.team.shared = content
             else:
-                self.ended, self.stopped_by = True, content
+                self.ended = True
 
     def _tell(self, kind, content=None):
         if content is None:

@@ -5,9 +5,9 @@ a part computes the same bits as the whole study, and `hpcrub.merge` can put it 
 """
 
 import re
-from pathlib import Path
 
 from hpcrub import config as configuration
+from hpcrub.config_types import without_suffix
 from hpcrub.errors import InputError
 
 BY = "samples", "level"
@@ -48,11 +48,10 @@ def cut(config, number, count, by="samples"):
         raise InputError(f"--part: {n_samples} samples cannot be cut into {per_level} parts")
     level, place = divmod(number - 1, per_level)
     first, end = (k * n_samples // per_level for k in (place, place + 1))
-    output = Path(config.output)
     width = len(str(count))  # the parts of a folder listed in order
     keys = {
         "part.samples": [first, end],
-        "output": str(output.with_name(f"{output.stem}.part-{number:0{width}}-of-{count}.h5")),
+        "output": f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5",
     }
     if by == "level":
         keys["part.levels"] = [level]

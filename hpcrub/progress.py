@@ -22,7 +22,8 @@ LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this shar
 REFRESH = 0.5  # [s] between two updates of the percentiles
 TEXT_SHARE = 0.01  # of the time, at most, is spent on these
 ROWS = 1000  # samples read at once
-WIDTH = 106  # of the tables, at least
+WIDTH = 106  # of the tables in a log
+BAR = 12  # width of the bar
 
 # Joachim, Nyssen, Batailly (2020): table 2 [GPa], section 5 and figure 9
 TABLE_2 = (207.01, 206.27, 206.95, 216.83, 208.09, 214.21)
@@ -39,8 +40,14 @@ def console():
     watched = on_terminal()
     plain = {"highlight": False, "markup": False, "emoji": False}
     out = Console(file=_Output(sys.stdout), force_terminal=watched, **plain)
-    out.width = max(out.width, WIDTH)
+    if not watched:
+        out.width = max(out.width, WIDTH)
     return out
+
+
+def print_line(out, text):
+    """Print a line: whole into a log, wrapped at words on a terminal."""
+    out.print(text, soft_wrap=not out.is_terminal)
 
 
 class _Output:
@@ -93,7 +100,7 @@ class Progress:
         self.console = console()
         self.bar = self.task = None
         if on_terminal():
-            columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+            columns = TextColumn("{task.description}"), BarColumn(BAR), MofNCompleteColumn()
             self.bar = Bar(*columns, TextColumn("{task.fields[text]}"), console=self.console)
             self.bar.start()
         self.began = self.shown = time.monotonic()
@@ -103,7 +110,7 @@ class Progress:
 
     def say(self, text):
         """Print a line."""
-        self.console.print(text, soft_wrap=True)
+        print_line(self.console, text)
 
     def tuned(self, n_done, n_total):
         """n_done of n_total speeds of the tuned disk are done."""
@@ -145,20 +152,31 @@ class Progress:
         return max(shortest, self.took / TEXT_SHARE)
 
     def _text(self, amplification):
-        """Rate, time left, and the percentiles of the widest level."""
+        """Rate, time left, and the percentiles of the widest level, as far as the line has room."""
         start = time.monotonic()
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
         values = amplification[-1][np.isfinite(amplification[-1])]
-        text = f"({rate:.3g}/s, {left} left)"
+        texts = [f"{left} left", f"({rate:.3g}/s, {left} left)"]
         if len(values):
             percentiles = self.config.convergence.percentiles
-            shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
+            shown = [f"{p:.2f}" for p in np.percentile(values, percentiles)]
             names = "/".join(f"{p:g}" for p in percentiles)
             half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
-            text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+            texts.append(f"{texts[-1]} A at ±{half_range:.3g} %: {'/'.join(shown)}")
+            texts.append(
+                f"{texts[1]} A at ±{half_range:.3g} %: {' / '.join(shown)} (percentiles {names})"
+            )
         self.took = time.monotonic() - start
-        return text
+        return self._longest(texts)
+
+    def _longest(self, texts):
+        """The last of the texts for which the line has room."""
+        if not self.bar:
+            return texts[-1]
+        taken = len(f"samples  {self.total}/{self.total}  ") + BAR
+        room = self.console.width - taken
+        return next((text for text in reversed(texts) if len(text) <= room), "")
 
     def _show(self, what, n_done, n_total, text, final):
         self.shown = time.monotonic()
@@ -187,12 +205,14 @@ def summary(file, study, seconds):
     out = console()
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
-    out.print(level_table(file))
+    table = level_table(file)
+    fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
+    out.print(table if fits else level_table(file, narrow=True))
     if len(file.config.samples) > 1:
         out.print(interval_table(file))
-    out.print(tuned_line(file), soft_wrap=True)
+    print_line(out, tuned_line(file))
     for line in point_lines(file):
-        out.print(line, soft_wrap=True)
+        print_line(out, line)
     text = f"wall time {duration(seconds)} on {study.team.size} rank{'s'[: study.team.size > 1]}"
     if study.work.seconds > 0.0:
         rate = study.work.n_steps / study.work.seconds
@@ -220,36 +240,36 @@ def tuned_line(file):
     )
 
 
-def level_table(file):
-    """One row per mistuning level."""
+def level_table(file, narrow=False):
+    """One row per mistuning level; narrow: without sigma, and with fewer digits."""
     percentiles = file.config.convergence.percentiles
     names = "/".join(f"{p:g}" for p in percentiles)
     table = Table(
-        box=box.SIMPLE_HEAD, title=f"Amplifications, percentiles {names}, convergence error"
+        box=box.SIMPLE_HEAD,
+        title=f"Amplifications, percentiles {names}, convergence error",
+        padding=(0, 0) if narrow else (0, 1),
     )
-    for heading in (
-        "level",
-        "sigma",
-        "samples",
-        "A_nl",
-        "A_lin",
-        "error",
-        "not steady",
-        "diverged",
-    ):
-        table.add_column(heading, justify="right", no_wrap=True)
+    headings = ["level", "sigma", "samples", "A_nl", "A_lin", "error", "not\nsteady", "diverged"]
+    for heading in headings:
+        if not (narrow and heading == "sigma"):
+            table.add_column(heading, justify="right", no_wrap=True)
+    digits = 2 if narrow else 3
     status = file.status()
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
         done = status[level] == DONE
         n_failed = np.count_nonzero(status[level] == FAILED)
         not_steady, diverged = point_shares(file, level)
+        contact, linear = (
+            _percentile_text(file.read(f"samples/{name}", level)[done], percentiles, digits)
+            for name in ("amplification", "linear_amplification")
+        )
         table.add_row(
             f"±{100 * half_range[level]:.3g} %",
-            f"{100 * sigma[level]:.2f} %",
+            *(() if narrow else (f"{100 * sigma[level]:.2f} %",)),
             f"{np.count_nonzero(done)}" + (f" (+{n_failed} failed)" if n_failed else ""),
-            _percentile_text(file.read("samples/amplification", level)[done], percentiles),
-            _percentile_text(file.read("samples/linear_amplification", level)[done], percentiles),
+            contact,
+            linear,
             _last_error(file.read("statistics/contact/convergence_error", level)),
             f"{100 * not_steady:.2f} %",
             f"{100 * diverged:.2f} %",
@@ -335,10 +355,10 @@ def point_shares(file, level):
     return counts[NOT_STEADY] / n_points, counts[DIVERGED] / n_points
 
 
-def _percentile_text(values, percentiles):
+def _percentile_text(values, percentiles, digits):
     if len(values) < 2:
-        return f"{values[0]:.3f}" if len(values) else "-"
-    return "/".join(f"{p:.3f}" for p in np.percentile(values, percentiles))
+        return f"{values[0]:.{digits}f}" if len(values) else "-"
+    return "/".join(f"{p:.{digits}f}" for p in np.percentile(values, percentiles))
 
 
 def _last_error(error):
@@ -353,7 +373,7 @@ def pattern_table(file):
     is_paper = file.config.casing.n_bumps == 4 and moduli in (TABLE_2, TABLE_2[::-1])
     table = Table(box=box.SIMPLE_HEAD, title="Amplitude, speed, localisation factor")
     units = ["[mm]", "[Hz]", "LF [%]"]
-    for heading in ["", *units, *(f"paper {unit}" for unit in units if is_paper)]:
+    for heading in ["", *units, *(f"paper\n{unit}" for unit in units if is_paper)]:
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, values in pattern_rows(file).items():
         row = [f"{values[0] * 1e3:.1f}", f"{values[1]:.2f}", f"{values[2] * 100:.1f}"]

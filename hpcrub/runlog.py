@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hpcrub import __version__
+from hpcrub.config_types import without_suffix
 from hpcrub.errors import Interrupted
 
 REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
@@ -24,7 +25,7 @@ class Work(NamedTuple):
     """What all ranks together have done in one run."""
 
     n_done: int = 0  # samples or tasks
-    n_steps: int = 0  # time steps of all speeds
+    n_steps: int = 0  # time steps of all speeds; 0 where they are not counted
     seconds: float = 0.0  # ranks were busy
     writing: float = 0.0  # of these [s]
 
@@ -37,7 +38,7 @@ class RunLog:
 
     def __init__(self, output, n_ranks):
         """output: result file; n_ranks: ranks of this run. Writes the first line."""
-        self.output, self.path = str(output), Path(output).with_suffix(".log")
+        self.output, self.path = str(output), Path(f"{without_suffix(output)}.log")
         self.n_ranks = n_ranks
         self.started, self.began = _now(), time.monotonic()
         self.phases, self.current = {}, None
@@ -75,8 +76,8 @@ class RunLog:
             "wall_seconds": round(wall, 3),
             "core_seconds": round(wall * self.n_ranks, 3),
             "done_in_this_run": work.n_done,
-            "steps": work.n_steps,
-            "steps_per_second_and_core": round(work.n_steps / max(work.seconds, 1e-9)),
+            "steps": work.n_steps or None,  # only a contact study counts them
+            "steps_per_second_and_core": round(_rate(work)) or None,
             "idle_share": round(max(0.0, 1.0 - work.seconds / max(wall * self.n_ranks, 1e-9)), 4),
             "writing_share": round(work.writing / max(work.seconds, 1e-9), 6),
             "phases": {name: round(seconds, 3) for name, seconds in self.phases.items()},
@@ -87,8 +88,7 @@ class RunLog:
         self._append(
             self.path,
             f"{summary['end']} {reason}{message}: {wall:.2f} s; {phases}; "
-            f"{work.n_done} samples or tasks, {work.n_steps} steps, "
-            f"{summary['steps_per_second_and_core'] / 1e6:.2f} million per second and core, "
+            f"{work.n_done} samples or tasks, {_steps(work)}"
             f"ranks idle {100 * summary['idle_share']:.1f} %",
         )
         self._append(self.path.with_suffix(".runs.jsonl"), json.dumps(summary))
@@ -100,6 +100,16 @@ class RunLog:
                 file.write(line + "\n")
         except OSError as error:
             print(f"hpcrub: no run log: {path}: {error.strerror}", file=sys.stderr, flush=True)
+
+
+def _rate(work):
+    return work.n_steps / max(work.seconds, 1e-9)
+
+
+def _steps(work):
+    if not work.n_steps:
+        return ""
+    return f"{work.n_steps} steps, {_rate(work) / 1e6:.2f} million per second and core, "
 
 
 def _now():

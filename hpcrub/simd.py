@@ -43,10 +43,6 @@ def _vector(fe_type):
     return ir.VectorType(DOUBLE, fe_type.width)
 
 
-def _is_lane_array(fe_type):
-    return isinstance(fe_type, types.Array) and fe_type.ndim == 2 and fe_type.layout == "C"
-
-
 def _address(context, builder, fe_type, array, row, column, pointee):
     """Pointer to array[row, column]; rows are as long as the array's second dimension."""
     struct = context.make_array(fe_type)(context, builder, array)

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -70,8 +71,9 @@ def _free(path):
     """Bytes that are free where a file will be made."""
     folder = Path(os.path.realpath(path)).parent
     try:
-        while not folder.is_dir() and folder != folder.parent:
+        while not os.path.lexists(folder):
             folder = folder.parent
+        tempfile.TemporaryFile(dir=folder).close()  # /proc and the like have no free bytes either
         return shutil.disk_usage(folder).free
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror}") from None

@@ -166,6 +166,8 @@ def first_converged(error, target):
     error (..., K): `judged_error` of all levels and percentiles.
     Returns the smallest such k (1-based, at least MIN_VALUES), or None.
     """
+    if error.shape[-1] < MIN_VALUES:
+        return None
     worst = error.reshape(-1, error.shape[-1]).max(axis=0)  # NaN stays NaN: not converged
     below = np.flatnonzero(worst[MIN_VALUES - 1 :] < target)
     return int(below[0]) + MIN_VALUES if len(below) else None

@@ -13,7 +13,7 @@ class SteadyCriteria(NamedTuple):
     extend_revolutions: int = 10
     min_correlation: float = 0.95
     max_amplitude_change: float = 0.01
-    max_time: float = 5.0  # [s]
+    max_time: float = 2.0  # [s]
     confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
 
 

@@ -39,8 +39,8 @@ def require_parallel():
     """Raises InputError when this h5py cannot write from several ranks."""
     if not h5py.get_config().mpi:
         raise InputError(
-            "this h5py is built without MPI, which writing from several ranks needs: run "
-            "`make setup`, or `HDF5_MPI=ON CC=mpicc pip install --no-binary=h5py h5py`"
+            "this h5py is built without MPI, which writing from several ranks needs: `make setup` "
+            "builds one that has it (docs/cluster.md); one rank, without mpirun, works as it is"
         )
 
 
@@ -272,15 +272,6 @@ class ResultFile:
         self.config = _stored_config(path, self._file)
         lines = studies.layout(self.config)
         self._datasets = {line.name: self._file[line.name] for line in lines}
-
-    @classmethod
-    def create(cls, path, config, comm=None):
-        """Lay a new file out on rank 0 and open it on all ranks, to write."""
-        if _is_root(comm):
-            lay_out(path, config)
-        if comm is not None:
-            comm.barrier()
-        return cls(path, comm, "r+")
 
     @classmethod
     def open(cls, path, config=None, comm=None, mode="r"):

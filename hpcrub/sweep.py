@@ -13,6 +13,7 @@ import numpy as np
 
 from hpcrub import energy, kernel, reasons, scheme
 from hpcrub.complementarity import FLAW, SWEEPS, UNSOLVED
+from hpcrub.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria, is_constant, is_repeated, localisation
 
@@ -21,9 +22,8 @@ BAND = 1.08  # ratio of the fastest to the slowest speed of a band
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
 MIN_BLOCK = 64  # steps
+PIECE = 16384  # steps between two polls, if a block is not longer
 COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops that are surrounded
-
-NONE, STEADY, NOT_STEADY, DIVERGED = range(4)
 
 
 class Scene(NamedTuple):
@@ -64,7 +64,7 @@ class SweepResult(NamedTuple):
     amplitude: np.ndarray  # (S,) largest |u_t| of all contact points [m]; NaN where diverged
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
-    point_status: np.ndarray  # (S,) uint8: NONE, STEADY, NOT_STEADY, DIVERGED
+    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED
     point_reason: np.ndarray  # (S,) uint8: code of ``reasons``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
     energy: np.ndarray  # (S, 6) `energy.ACCOUNTS` [J]; NaN without an audit
@@ -136,7 +136,8 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
         modes: Modes of the sample.
         scene: Scene.
         speeds_hz: (S,) angular speeds [Hz].
-        poll: called without arguments every few milliseconds; what it raises ends the sweep.
+        poll: called without arguments after every PIECE of steps, some hundredths of a second; what
+            it raises ends the sweep.
         width: speeds marched together; changes the cost, not one bit of the result.
         selection: indices of the speeds to march, all by default. The steps are those of the whole
             sweep, so that parts of it computed apart are the same bits.
@@ -149,7 +150,7 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
     n = len(speeds_hz)
     out, n_steps = SweepResult.empty(n), 0
     wanted = set(range(n) if selection is None else selection)
-    touches = scene.bump_height > scene.clearance or motion is not None
+    touches = can_touch(scene) or motion is not None
     if scene.shortcuts.nothing_touches and not touches:
         for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
             values[list(wanted)] = rest
@@ -168,7 +169,7 @@ def find_peak(modes, scene, speeds_hz, poll=None):
     Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
     until these and their neighbours have been marched. A narrow peak may be missed.
 
-    Args and returns: as `run_sweep`; speeds that were left out have the status NONE.
+    Args and returns: as `run_sweep`; speeds that were left out have the status NO_POINT.
     """
     chosen = sorted({*range(0, len(speeds_hz), COARSE), len(speeds_hz) - 1})
     out = run_sweep(modes, scene, speeds_hz, poll, selection=chosen)
@@ -183,7 +184,7 @@ def find_peak(modes, scene, speeds_hz, poll=None):
 
 def _unknown_neighbours(result, distance):
     """Speeds not marched yet at a distance from those of the N_TOPS largest amplitudes."""
-    known = np.flatnonzero(result.point_status != NONE)
+    known = np.flatnonzero(result.point_status != NO_POINT)
     size = np.nan_to_num(result.amplitude[known], nan=-1.0)
     tops = known[np.argsort(-size, kind="stable")[:N_TOPS]]
     near = {int(top + d) for top in tops for d in (-distance, distance)}
@@ -192,10 +193,15 @@ def _unknown_neighbours(result, distance):
 
 def _merge(first, second):
     """Results of two sweeps over different selections of the same speeds (first is modified)."""
-    new = second.point_status != NONE
+    new = second.point_status != NO_POINT
     for old, found in zip(first[:-1], second[:-1], strict=True):
         old[new] = found[new]
     return first._replace(n_steps=first.n_steps + second.n_steps)
+
+
+def can_touch(scene):
+    """Whether a disk that starts at rest can touch the casing, or stays at rest."""
+    return scene.bump_height > scene.clearance
 
 
 def judge(bank, lane, size, scene, books=None):
@@ -247,7 +253,8 @@ class _Band:
         for lane in range(len(self.speed)):
             self._refill(lane, waiting, now)
         while any(speed is not None for speed in self.speed):
-            recording, until = self._next_event(now)
+            recording, event = self._next_event(now)
+            until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
             place = now % (2 * self.window) if recording else -1
             self._march(until - now, place)
             now = until
@@ -361,10 +368,20 @@ class _Band:
         return history[window, :, tip, lane].ravel()
 
 
-def warm_up():
-    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds."""
+def warm_up(audit=False):
+    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds.
+
+    audit: the kernel that accounts for the energy, instead.
+    """
+    modes, scene = smallest_case()
+    for width in (WIDTH, NARROWEST):
+        run_sweep(modes, scene._replace(audit=audit), [100.0], width=width)
+
+
+def smallest_case():
+    """Modes and Scene of one mass and a few steps."""
     modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
-    scene = Scene(
+    return modes, Scene(
         contact_angle=np.zeros(1),
         contact_radius=1.0,
         damping_ratio=0.01,
@@ -376,5 +393,3 @@ def warm_up():
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
     )
-    for width in (WIDTH, NARROWEST):
-        run_sweep(modes, scene, [100.0], width=width)

@@ -105,12 +105,15 @@ import sys, time
 import h5py, numpy as np
 from mpi4py import MPI
 from hpcrub.layout import SAMPLE
-from hpcrub.storage import ResultFile
+from hpcrub.storage import ResultFile, lay_out
 from scaling import costs
 
 comm, collective, n = MPI.COMM_WORLD, sys.argv[1] == "collective", 100
 config = costs.configuration(4, samples=n * comm.size)
-file = ResultFile.create(sys.argv[2], config, comm)
+if comm.rank == 0:
+    lay_out(sys.argv[2], config)
+comm.barrier()
+file = ResultFile(sys.argv[2], comm, "r+")
 values = {}
 for name in SAMPLE:
     if f"samples/{name}" in file._datasets:

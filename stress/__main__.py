@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from hpcrub import multipliers, reasons
-from hpcrub.sweep import DIVERGED, NOT_STEADY, STEADY, warm_up
+from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.sweep import warm_up
 from stress import roundoff
 from stress.checks import EVERY, examine
 from stress.corners import CORNERS, cases

@@ -8,7 +8,8 @@ import numpy as np
 from hpcrub import kernel, reasons, scheme
 from hpcrub.casing import bump_height, bump_table
 from hpcrub.lanes import aligned_zeros
-from hpcrub.sweep import DIVERGED, NOT_STEADY, STEADY, cut_revolution, run_sweep, speed_bands
+from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.sweep import cut_revolution, run_sweep, speed_bands
 from stress import marches, operators
 from stress.corners import build
 from stress.marches import STEEPEST

@@ -3,8 +3,9 @@
 import numpy as np
 
 from hpcrub import history, reasons
+from hpcrub.layout import DIVERGED
 from hpcrub.studies.time_response import gap
-from hpcrub.sweep import DIVERGED, cut_revolution, run_sweep
+from hpcrub.sweep import cut_revolution, run_sweep
 
 STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
 SAME = ("amplitude", "localisation", "time", "point_status", "point_reason", "max_sweeps")

@@ -9,7 +9,8 @@ import itertools
 import numpy as np
 
 from hpcrub import reasons, scheme
-from hpcrub.sweep import DIVERGED, cut_revolution
+from hpcrub.layout import DIVERGED
+from hpcrub.sweep import cut_revolution
 
 MOST_POINTS = 14  # up to which all minors are looked at
 SOUND_EVERY = 8  # cases of which one sound point is looked at

@@ -13,7 +13,7 @@ PER_TURN = 4  # blocks per revolution
 WATCHED = 2.0  # [s] after acceptance
 CHANGE = 0.01  # of amplitude that counts as too early
 PERCENTILES = (1, 50, 99)
-PAPER = SteadyCriteria()
+PAPER = SteadyCriteria(max_time=5.0)
 
 
 class Test(NamedTuple):

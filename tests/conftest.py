@@ -76,6 +76,11 @@ def datasets(path):
         return {line.name: file[line.name][()].tobytes() for line in LAYOUT}
 
 
+def load(path, overrides=()):
+    """Config of an input file, the first one of a sweep."""
+    return config.load_runs(path, overrides)[0]
+
+
 @pytest.fixture
 def tiny(tmp_path):
     """Path of an input file whose results go to results/tiny.h5 beside it."""

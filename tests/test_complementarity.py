@@ -12,9 +12,10 @@ import pytest
 
 from hpcrub import multipliers, reasons
 from hpcrub.complementarity import flaw, is_p_matrix, solve_by_pivoting
+from hpcrub.layout import DIVERGED, STEADY
 from hpcrub.reduction import Modes
 from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import DIVERGED, STEADY, Scene, run_sweep
+from hpcrub.sweep import Scene, run_sweep
 
 CYCLE = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
 

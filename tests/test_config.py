@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import load
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -139,7 +140,7 @@ def test_the_inputs_that_come_along_are_valid(path):
 
 
 def test_table2_is_the_papers_in_reversed_order():
-    c = config.load(next(p for p in INPUTS if p.stem == "table2"))
+    c = load(next(p for p in INPUTS if p.stem == "table2"))
     paper = [2.0701, 2.0627, 2.0695, 2.1683, 2.0809, 2.1421]
     paper += [2.1164, 2.0166, 2.1256, 2.0328, 2.0391, 2.1193]
     np.testing.assert_allclose(c.mistuning.pattern_gpa, 100 * np.array(paper[::-1]), rtol=1e-12)
@@ -200,14 +201,14 @@ def test_differences_name_key_and_both_values():
 def test_load_names_the_output_after_the_input(tmp_path):
     path = tmp_path / "my disk.yaml"
     path.write_text("study: contact\n")
-    assert config.load(path).output == "results/my disk.h5"
-    assert config.load(path, ["output=x.h5"]).output == "x.h5"
+    assert load(path).output == "results/my disk.h5"
+    assert load(path, ["output=x.h5"]).output == "x.h5"
 
 
 def test_overrides_replace_keys(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("study: contact\ncasing: {n_bumps: 4}\n")
-    c = config.load(
+    c = load(
         path,
         [
             "casing.n_bumps=3",
@@ -241,7 +242,7 @@ def test_wrong_overrides(tmp_path, override, message):
     path = tmp_path / "a.yaml"
     path.write_text("study: contact\n")
     with pytest.raises(InputError) as caught:
-        config.load(path, [override])
+        load(path, [override])
     assert message in str(caught.value)
     assert str(caught.value).startswith(f"{path}: ")
 
@@ -259,7 +260,7 @@ def test_unreadable_files(tmp_path):
         ("nul\0.yaml", "cannot be read"),
     ]:
         with pytest.raises(InputError) as caught:
-            config.load(path)
+            load(path)
         assert reason in str(caught.value)
         assert str(caught.value).isprintable()
 
@@ -287,9 +288,13 @@ WRONG = [
     ("time: {step_s: 12:30}", "time.step_s: '12:30' is not a number"),
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
     ("convergence: {stop_when_converged: 1}", "stop_when_converged: 1 is not true or false"),
-    ("output: 3", "output: 3 is not a text"),
-    ('output: ""', "output: '' is not a text"),
-    ('output: "a\\nb"', "output: 'a\\nb' is not a text"),
+    ("output: 3", "output: 3 is not a file name"),
+    ('output: ""', "output: '' is not a file name"),
+    ('output: "."', "output: '.' is not a file name"),
+    ('output: "/"', "output: '/' is not a file name"),
+    ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
+    ('sources: ["."]', "sources[0]: '.' is not a file name"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
     ("disk: {blade: [1]}", "disk.blade: [1] is not a section with keys such as n_elements"),
     ("casing:", "casing: null is not a section"),

@@ -15,12 +15,13 @@ import yaml
 from conftest import TINY, error_lines
 from scipy import stats
 
-from hpcrub import cli, config, history, plot, reasons, storage
+from hpcrub import cli, config, history, parts, plot, reasons, storage
 from hpcrub.errors import InputError
 from hpcrub.layout import DIVERGED, DONE, STEADY
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.plot import families
 from hpcrub.reduction import Modes, mistuned_modes
+from hpcrub.runlog import RunLog, Work
 from hpcrub.steady import localisation
 from hpcrub.storage import ResultFile
 from hpcrub.studies import branches, cross, energy
@@ -100,6 +101,41 @@ def test_wrong_sweeps(tmp_path, sweep, message):
     with pytest.raises(InputError) as caught:
         config.load_runs(path)
     assert message in str(caught.value)
+
+
+def test_a_sweep_needs_a_file_name_too(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("output: '.'\nsweep: [{casing.n_bumps: 3}]")
+    with pytest.raises(InputError, match=r"output: '\.' is not a file name"):
+        config.load_runs(path)
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [
+        ("{time.scheme: central_difference, time.step_s: 1.0e-4}", "the stability limit"),
+        ("{output: there.h5}", "there.h5 exists: --resume goes on with it"),
+        ("{study: cross, sources: [nowhere.h5]}", "nowhere.h5 does not exist"),
+        ("{mistuning.samples: 1.0e+12}", "not enough"),
+    ],
+)
+def test_all_runs_of_a_sweep_are_checked_before_the_first(
+    tmp_path, monkeypatch, capfd, second, message
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{casing.n_bumps: 3}}, {second}]")
+    storage.lay_out("there.h5", config.Config.from_yaml(TINY))
+    assert cli.main(["a.yaml"]) == 2
+    assert message in capfd.readouterr().err
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_run_of_a_sweep_may_start_from_the_one_before(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    second = "{study: cross, sources: [first.h5], output: second.h5}"
+    (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{output: first.h5}}, {second}]")
+    assert cli.main(["a.yaml", "--no-figures"]) == 0
+    ResultFile.open("second.h5").close()
 
 
 def test_cross(folder):
@@ -387,3 +423,23 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
         assert begun[i] == expected
     np.testing.assert_array_equal(result.amplitude, speeds)
     np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)
+
+
+def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
+    """r_0.25 and r_0.50, without .h5: the name does not end at its first point."""
+    beside, sweeps = [], []
+    for name in ("r_0.25", "r_0.50.h5"):
+        cfg = config.Config.from_yaml(TINY + f"output: {tmp_path / name}")
+        storage.lay_out(cfg.output, cfg)
+        log = RunLog(cfg.output, 1)
+        log.end(Work(), 0)
+        part = parts.cut(cfg, 1, 2).output
+        (tmp_path / "a.yaml").write_text(f"output: {name}\nsweep: [{{casing.n_bumps: 3}}]")
+        sweeps += [run.output for run in config.load_runs(tmp_path / "a.yaml")]
+        file = ResultFile.open(cfg.output)
+        beside.append({log.path, Path(part), plot._target([file], "summary", None, "png")})
+        file.close()
+    assert beside[0] == {tmp_path / f"r_0.25{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
+    assert beside[1] == {tmp_path / f"r_0.50{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
+    assert sweeps == ["r_0.25/n_bumps=3.h5", "r_0.50/n_bumps=3.h5"]
+    assert (tmp_path / "r_0.25.runs.jsonl").exists()

@@ -95,7 +95,7 @@ def test_a_source_is_never_overwritten(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cfg = config.Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
     with pytest.raises(InputError, match="is one of the sources"):
-        cli.prepare(cfg, SimpleNamespace(resume=False, overwrite=True), cli.Holder())
+        cli.check_output(cfg, SimpleNamespace(resume=False, overwrite=True))
 
 
 @pytest.mark.parametrize("name", inputs.TEXTS)

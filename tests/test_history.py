@@ -11,12 +11,13 @@ from conftest import TINY
 
 from hpcrub import history, reasons
 from hpcrub.config import Config
+from hpcrub.layout import DIVERGED, STEADY
 from hpcrub.mistuning import stiffness_deviation
 from hpcrub.reduction import blade_stiffness, mistuned_modes
 from hpcrub.steady import localisation
 from hpcrub.studies import branches, energy, interaction_map, time_response
 from hpcrub.study import build_problem
-from hpcrub.sweep import DIVERGED, STEADY, Motion, SweepResult, run_sweep
+from hpcrub.sweep import Motion, SweepResult, run_sweep
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from conftest import TINY, datasets, error_lines
+from conftest import TINY, datasets, error_lines, load
 
-from hpcrub import cli, config, merge, parts, storage, study
+from hpcrub import cli, config, merge, ownership, parts, storage, study
 from hpcrub.errors import InputError
 from hpcrub.layout import DONE, PENDING
 
@@ -143,7 +143,7 @@ def test_an_unfinished_sample_is_not_taken(folder):
 
 
 def test_the_energy_audit_is_merged_too(folder):
-    whole = config.replaced(config.load("study.yaml"), {"debug.energy_audit": True})
+    whole = config.replaced(load("study.yaml"), {"debug.energy_audit": True})
     for k in (1, 2):
         storage.lay_out(f"{k}.h5", parts.cut(whole, k, 2))
         file = storage.ResultFile.open(f"{k}.h5", mode="r+")
@@ -157,7 +157,7 @@ def test_the_energy_audit_is_merged_too(folder):
 
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
-        storage.lay_out(f"{k}.h5", parts.cut(config.load("study.yaml"), k, 3))
+        storage.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
     assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     file = storage.ResultFile.open("whole.h5")
     assert file.tuned() is None
@@ -227,6 +227,18 @@ def test_an_existing_file_is_kept(folder, capsys):
     assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
 
 
+def test_a_file_that_another_job_has_just_finished_is_kept(folder, capsys, monkeypatch):
+    class Late(ownership.Lock):
+        def __init__(self, path):
+            super().__init__(path)
+            (folder / "whole.h5").write_text("just finished")
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert (folder / "whole.h5").read_text() == "just finished"
+    assert not list(folder.glob("*.hpcrub-*"))
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [
@@ -292,13 +304,24 @@ def test_a_part_draws_the_whole_studys_disks():
         ("4/3", "is not of the form K/N"),
         ("1", "is not of the form K/N"),
         ("-1/3", "is not of the form K/N"),
+        ("1/2 --output=/", "output: '/' is not a file name"),
         ("1/6", "5 samples cannot be cut into 6 parts"),
     ],
 )
 def test_wrong_parts_are_one_line(folder, capfd, part, message):
-    assert run("study.yaml", f"--part={part}") == 2
+    assert run("study.yaml", *f"--part={part}".split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert message in line
+
+
+def test_what_parts_are_cut_by_needs_a_part(folder, capfd):
+    assert run("study.yaml", "--part-by", "level") == 2
+    assert "--part-by level: without --part" in capfd.readouterr().err
+
+
+def test_the_largest_study_can_be_cut():
+    whole = config.Config.from_yaml("mistuning: {samples: 1000000000000}")
+    assert parts.cut(whole, 2, 2).samples == range(500_000_000_000, 1_000_000_000_000)
 
 
 @pytest.mark.parametrize(

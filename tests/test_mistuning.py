@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from hpcrub.mistuning import pattern_deviation, stiffness_deviation, uniform
+from hpcrub.mistuning import stiffness_deviation, uniform
 
 N_BLADES = 12
 
@@ -88,7 +88,3 @@ def test_a_draw_is_its_place_through_philox(place):
     words = [w for n in (1, 2, 3) for w in philox([n, 0, sample, level], key)]
     expected = [2 * (w >> 11) * 2.0**-53 - 1 for w in words]
     np.testing.assert_array_equal(stiffness_deviation(*place, 12, 1.0), expected)
-
-
-def test_pattern_deviation():
-    np.testing.assert_allclose(pattern_deviation([210, 216.3, 201.6], 210), [0, 0.03, -0.04])

@@ -47,6 +47,9 @@ def program(team):
     assert team.together(some_fail) == team.rank
     assert team.on_root(lambda: team.rank) == 0
     for n_tasks in (0, 1, 40, 2):  # one after the other, fewer than ranks included
+        if "late" in sys.argv and team.rank == int(sys.argv[2]):
+            time.sleep(0.3)  # rank 0 has long said that nothing is to be done
+            os.kill(os.getpid(), signal.SIGTERM)
         results = {}
         def collect(task, result):
             results[task] = result
@@ -94,7 +97,7 @@ inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
     "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
     "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
-    "long step": ["tiny.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
+    "long step": ["long.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
     "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
     "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
     "missing file": ["nowhere.yaml"],
@@ -118,6 +121,23 @@ def program(team):
 
 sys.exit(parallel.run(program))
 """
+
+
+MESSAGES = {  # of BAD_INPUTS
+    "unknown key": "casing.n_bumpz: unknown key; did you mean casing.n_bumps?",
+    "wrong type": "casing.n_bumps: 'many' is not a whole number from 1 up to 1,000",
+    "negative thickness": "disk.blade.thickness_mm: -1 is not a number above 0",
+    "long step": "time.step_s: 0.0001 is not below ",
+    "empty speed range": "speeds.to_hz: 1.0 is below speeds.from_hz, 34.0: no speeds",
+    "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
+    "missing file": "nowhere.yaml: cannot be read (No such file or directory)",
+    "not YAML": "broken.yaml: line 2, column 1: ",
+    "output folder is a file": "cannot write tiny.yaml/x.h5: Not a directory",
+    "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
+    "existing output": "tiny.h5 exists: --resume goes on with it, --overwrite replaces it",
+    "not a result": "broken.yaml is not an HDF5 file",
+    "unknown option": "unrecognized arguments: --nonsense (--help lists the options)",
+}
 
 
 @pytest.fixture(scope="module")
@@ -189,20 +209,28 @@ def children(pid):
 
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
-    [(2, signal.SIGTERM, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGINT, 2)],
+    [
+        (2, signal.SIGTERM, 3),
+        (3, signal.SIGINT, 2),
+        (3, signal.SIGUSR1, 0),
+        (0, signal.SIGINT, 2),
+        (0, signal.SIGTERM, 0),
+    ],
 )
 def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, resumed_on):
-    """mpirun passes SIGUSR1 on to its ranks; at SIGTERM it ends them and returns 1 by itself."""
+    """mpirun passes SIGUSR1 on to its ranks; at SIGINT and SIGTERM it ends them by SIGTERM and
+    returns 1, whatever they return."""
     folder, expected = study
-    arguments = ["study.yaml", "--output", f"{number.name}.h5"]
+    ended = ranks > 0 and number != signal.SIGUSR1
+    arguments = ["study.yaml", "--output", f"{number.name}-{ranks}.h5"]
     path = folder / arguments[-1]
     process = start(ranks, held, *arguments, folder=folder)
     wait_for_samples(process, path, 3)
     process.send_signal(number)
     out, err = process.communicate(timeout=WAIT)
-    assert process.returncode == (1 if number == signal.SIGTERM else 75), out + err
+    assert process.returncode == (1 if ended else 75), out + err
     (line,) = error_lines(err)
-    assert line.startswith(f"hpcrub: stopped: {number.name}")
+    assert line.startswith(f"hpcrub: stopped: {'SIGTERM' if ended else number.name}")
     assert "--resume" in line
     with h5py.File(path) as file:
         n_done = np.count_nonzero(file["samples/status"][()])
@@ -210,7 +238,7 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, res
         assert 3 <= n_done < 2 * N_SAMPLES
         n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
         assert n_blocks >= 2  # the statistics of what is there
-    if number != signal.SIGTERM:  # after that mpirun leaves little time
+    if not ended:  # after that mpirun leaves little time
         log = path.with_suffix(".runs.jsonl").read_text().splitlines()
         summary = json.loads(log[-1])
         assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
@@ -223,6 +251,12 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, res
 
 def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
     code, _, err = run(3, "signal", 2, folder=tmp_path, script=driver, timeout=30)
+    assert code == 75
+    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
+
+
+def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
+    code, _, err = run(3, "late", 2, folder=tmp_path, script=driver, timeout=30)
     assert code == 75
     assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
 
@@ -272,15 +306,17 @@ def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
 def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
     """All in one job, which every rank survives: the next input is tried on the same ranks."""
     (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
+    (tmp_path / "long.yaml").write_text(TINY)
     (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
     assert run(0, "tiny.yaml", folder=tmp_path)[0] == 0
     code, out, err = run(ranks, folder=tmp_path, script="bad_inputs.py")
     assert code == 0, out + err
     attempts = err.split("== ")[1:]
-    assert len(attempts) == 13
+    assert len(attempts) == len(MESSAGES)
     for attempt in attempts:
         name, line, codes = attempt.strip().split("\n")
         assert line.startswith("hpcrub: error: "), name
+        assert MESSAGES[name] in line
         assert codes == " ".join(["codes"] + ["2"] * ranks), name
 
 
@@ -288,6 +324,24 @@ def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
     code, _, err = run(3, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
     assert code == 2
     assert len(error_lines(err)) == 1
+
+
+def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
+    lines = [
+        "import h5py",
+        "from types import SimpleNamespace",
+        "h5py.get_config = lambda: SimpleNamespace(mpi=False)",
+        "from hpcrub.cli import main",
+        "raise SystemExit(main())",
+    ]
+    (tmp_path / "main.py").write_text("\n".join(lines))
+    code, _, err = run(2, "tiny.yaml", folder=tmp_path, script="main.py")
+    assert code == 2
+    (line,) = error_lines(err)
+    assert line.startswith("hpcrub: error: this h5py is built without MPI")
+    assert "`make setup`" in line
+    assert "pip" not in line  # which would build mpi4py too, in tens of gigabytes
+    assert not (tmp_path / "results").exists()
 
 
 def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):

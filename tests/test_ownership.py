@@ -95,7 +95,8 @@ def test_a_lock_releases_only_itself(tmp_path):
 @pytest.mark.parametrize("how", ["kept", "moved", "removed", "replaced"])
 def test_a_file_whose_name_was_taken_is_put_back(tmp_path, tiny_config, how):
     path, values = tmp_path / "results" / "a.h5", {"amplitude_m": np.arange(3.0), "status": 1}
-    file = storage.ResultFile.create(path, tiny_config)
+    storage.lay_out(path, tiny_config)
+    file = storage.ResultFile(path, mode="r+")
     if how == "moved":
         path.parent.rename(tmp_path / "old")
     if how in ("removed", "replaced"):
@@ -116,3 +117,21 @@ def test_a_file_whose_name_was_taken_is_put_back(tmp_path, tiny_config, how):
     file = storage.ResultFile.open(found)
     np.testing.assert_array_equal(file.read("samples/amplitude_m", (1, 1)), values["amplitude_m"])
     file.close()
+
+
+def test_every_rescued_file_is_kept(tmp_path, tiny_config):
+    path = tmp_path / "a.h5"
+    for number in (1.0, 2.0, 3.0):
+        path.unlink(missing_ok=True)
+        storage.lay_out(path, tiny_config)
+        file = storage.ResultFile.open(path, mode="r+")
+        path.unlink()
+        path.write_text("foreign")
+        file.write_sample(1, 1, {"amplitude_m": np.full(3, number), "status": 1})
+        file.close()
+        with pytest.raises(HpcrubError, match="what it has computed is in"):
+            file.put_back()
+    for number, name in enumerate(("rescued", "rescued-2", "rescued-3"), start=1):
+        file = storage.ResultFile.open(f"{path}.{name}.h5")
+        assert file.read("samples/amplitude_m", (1, 1, 0)) == number
+        file.close()

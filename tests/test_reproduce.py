@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, load
 
 from hpcrub import config, studies
 from reproduce import plan, report, rows
@@ -21,7 +21,7 @@ def test_every_step_is_a_valid_input(step, tmp_path):
 
 
 def test_every_study_is_reproduced():
-    inputs = {config.load(ROOT / "inputs" / f"{step.input}.yaml").study for step in plan.STEPS}
+    inputs = {load(ROOT / "inputs" / f"{step.input}.yaml").study for step in plan.STEPS}
     assert inputs == set(studies.STUDIES)
 
 

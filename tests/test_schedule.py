@@ -111,6 +111,15 @@ def test_a_run_log_grows_by_one_run_after_another(tmp_path):
     assert [line.split()[1].rstrip(":") for line in lines] == ["start", "stopped", "start", "done"]
 
 
+def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
+    log = runlog.RunLog(tmp_path / "x.h5", 1)
+    log.end(runlog.Work(2, 0, 0.5), 0)
+    assert " steps" not in (tmp_path / "x.log").read_text()
+    summary = json.loads((tmp_path / "x.runs.jsonl").read_text())
+    assert summary["steps"] is None
+    assert summary["steps_per_second_and_core"] is None
+
+
 def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):
     (tmp_path / "x.log").mkdir()
     log = runlog.RunLog(tmp_path / "x.h5", 1)

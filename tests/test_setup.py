@@ -3,9 +3,13 @@
 import os
 import shutil
 import subprocess
+import sys
+import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
 SCRIPT = Path(__file__).parents[1] / "tools" / "setup.sh"
 TOOLS = ["bash", "cut", "dirname", "env", "gcc", "id", "mpicc", "mpirun", "paste", "sed"]
@@ -70,3 +74,35 @@ def test_help_lists_every_target():
     )
     listed = [line.split()[1] for line in done.stdout.splitlines()]
     assert sorted(listed) == sorted(targets.split()[1:])
+
+
+def test_the_command_is_the_program():
+    keys = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    module, name = keys["project"]["scripts"]["hpcrub"].split(":")
+    code = (ROOT / "main.py").read_text(encoding="utf-8")
+    assert f"from {module} import {name}\n" in code
+    assert callable(getattr(import_module(module), name))
+
+
+def test_what_pip_installs_runs_without_the_checkout(tmp_path):
+    """All packages are in the wheel, and so is the command."""
+    for name in ("hpcrub", "pyproject.toml", "README.md"):  # setuptools writes beside its sources
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, tmp_path / name)
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
+    pip += ["--disable-pip-version-check", "--no-index", "--target", "there", "."]
+    alone = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    subprocess.run(pip, cwd=tmp_path, env=alone, check=True, capture_output=True)
+    there, elsewhere = tmp_path / "there", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    alone |= {"PYTHONPATH": str(there)}
+    for command in ([sys.executable, "-m", "hpcrub"], [str(there / "bin" / "hpcrub")]):
+        done = subprocess.run(
+            [*command, "--version"], cwd=elsewhere, env=alone, capture_output=True, text=True
+        )
+        assert done.stdout.startswith("hpcrub "), done.stderr
+    everything = "import hpcrub.plot, hpcrub.merge, hpcrub.inspect, hpcrub.studies.branches as last"
+    show = f"{everything}; print(last.__file__)"
+    command = [sys.executable, "-c", show]
+    done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)
+    assert done.stdout.startswith(str(there)), done.stderr

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, load
 
 from hpcrub import config, size
 from hpcrub.errors import InputError
@@ -47,7 +47,7 @@ def test_what_this_machine_cannot_hold_is_refused_before_work(tmp_path, monkeypa
 
 def test_the_paper_fits_a_laptop(tmp_path, monkeypatch):
     laptop(monkeypatch)
-    size.check(config.load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
+    size.check(load(ROOT / "inputs" / "paper_nd4.yaml"), tmp_path / "paper.h5")
 
 
 def test_estimated_time_is_that_of_the_steps_that_are_marched(tiny_config):
@@ -64,3 +64,15 @@ def test_estimated_time_is_that_of_the_steps_that_are_marched(tiny_config):
     longer = tiny_config.model_copy(update={"study": "time_response"})
     n_steps = 8 * longer.history.duration_s / 2e-5  # eight speeds march together
     assert size.size(longer).time == pytest.approx(n_steps / 1e7, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [("/proc/nope/x.h5", "No such file or directory"), ("closed/x.h5", "Permission denied")],
+)
+def test_a_place_where_nothing_can_be_written_is_no_full_disk(tmp_path, path, reason):
+    if path.startswith("closed") and os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    (tmp_path / "closed").mkdir(mode=0o500)
+    with pytest.raises(InputError, match=rf"^cannot write .*x\.h5: {reason}$"):
+        size.check(config.Config(), tmp_path / path)

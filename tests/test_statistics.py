@@ -80,6 +80,10 @@ def test_constant_values_have_no_error():
     assert (error[:, 1:] == 0.0).all()
 
 
+def test_too_few_samples_for_one_value_are_not_converged():
+    assert first_converged(np.empty((2, 3, 0)), 0.1) is None
+
+
 def test_first_converged_needs_every_level_and_percentile():
     error = np.full((2, 3, 40), 0.001)
     assert first_converged(error, 0.005) == MIN_VALUES

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hpcrub import config, study
 from hpcrub.steady import SteadyCriteria, correlation, is_constant, is_repeated, localisation
 
 CRITERIA = SteadyCriteria()
@@ -77,3 +78,7 @@ def test_localisation_is_the_papers_formula():
     U = np.array([38.9, 12.0, 7.0, 20.0, 3.0, 9.0])
     zeta = U.max() / np.sqrt(np.mean(U**2))
     assert localisation(U * 1e-3) == pytest.approx((zeta - 1.0) / (np.sqrt(6) - 1.0))
+
+
+def test_the_criteria_are_those_of_the_input():
+    assert study.build_problem(config.Config()).scene.steady == SteadyCriteria()

@@ -153,7 +153,8 @@ def test_data_is_written_before_its_status():
 
 def test_more_samples_than_a_percentile_needs(tmp_path):
     cfg = config.Config.from_yaml("mistuning: {samples: 5}\nconvergence: {step: 10}")
-    file = storage.ResultFile.create(tmp_path / "short.h5", cfg)
+    storage.lay_out(tmp_path / "short.h5", cfg)
+    file = storage.ResultFile(tmp_path / "short.h5", mode="r+")
     assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
     arguments = np.ones(5), [1, 50, 99], 10, 2.81
     file.write_statistics(

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from hpcrub import energy, reasons
+from hpcrub.layout import DIVERGED, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import DIVERGED, STEADY, cut_revolution
+from hpcrub.sweep import cut_revolution
 from stress import checks, histories, marches, operators, steady_state
 from stress.corners import CORNERS, Case, build, cases
 from stress.model import reference_reduced, reference_scene

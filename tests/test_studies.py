@@ -7,9 +7,9 @@ the binomial coverage of an interval, and that ranks and interruptions change no
 import h5py
 import numpy as np
 import pytest
-from conftest import ROOT, run
+from conftest import ROOT, load, run
 
-from hpcrub import cli, config, history, inspect, plot, reasons, studies
+from hpcrub import cli, config, history, inspect, plot, reasons, storage, studies
 from hpcrub.layout import DIVERGED, STEADY
 from hpcrub.linear import travelling_load_response
 from hpcrub.mistuning import stiffness_deviation
@@ -38,7 +38,7 @@ def compute(name, *overrides):
 
 def test_every_study_has_an_input_and_a_figure():
     for name in studies.STUDIES:
-        inputs = [config.load(path) for path in (ROOT / "inputs").glob("*.yaml")]
+        inputs = [load(path) for path in (ROOT / "inputs").glob("*.yaml")]
         assert name in {cfg.study for cfg in inputs}
         assert any(name in entry.studies for entry in plot.FIGURES.values())
 
@@ -181,6 +181,15 @@ def test_inspect(folder, capsys):
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
+
+
+def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
+    pattern = "mistuning: {pattern_gpa: [" + "210, " * 11 + "211]}"
+    storage.lay_out("pattern.h5", config.Config.from_yaml(pattern))
+    assert inspect.main(["pattern.h5"]) == 0
+    assert "statistics/contact/percentile (level 1 x percentile 3 x block 0) [1] :" in (
+        capsys.readouterr().out
+    )
 
 
 def test_time_response(folder):

@@ -1,16 +1,22 @@
 """The study on one rank, in this process: what it computes, what it stores, what it refuses."""
 
+import contextlib
+import os
+import pty
+import re
+import sys
+
 import numpy as np
 import pytest
-from conftest import TINY, datasets, error_lines
+from conftest import ENVIRONMENT, ROOT, TINY, command, datasets, error_lines, load, run
 
-from hpcrub import cli, config, reasons, study, sweep
-from hpcrub.layout import DONE, FAILED
+from hpcrub import cli, ownership, reasons, study, sweep
+from hpcrub.layout import DONE, FAILED, NO_POINT
 from hpcrub.parallel import Team
 from hpcrub.progress import level_table, point_lines
 from hpcrub.reduction import per_sample_modes
 from hpcrub.statistics import running_intervals, running_percentiles
-from hpcrub.storage import ResultFile
+from hpcrub.storage import ResultFile, lay_out
 from hpcrub.sweep import SweepResult
 
 
@@ -27,7 +33,7 @@ def folder(tmp_path, monkeypatch):
 def test_a_study_from_file_to_figure(tiny, folder, capfd):
     assert main(tiny) == 0
     out = capfd.readouterr().out
-    for text in ("A_nl", "A_lin", "not steady", "diverged", "steps per second and core"):
+    for text in ("A_nl", "A_lin", "steady", "diverged", "steps per second and core"):
         assert text in out
     for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
         assert text in out
@@ -81,7 +87,7 @@ def test_peak_search_leaves_speeds_out(tiny, folder):
         deviation = study.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
         modes = study.mistuned_modes(problem.reduced, deviation)
         found = sweep.find_peak(modes, problem.scene, speeds)
-        marched = found.point_status != sweep.NONE
+        marched = found.point_status != NO_POINT
         assert 6 <= marched.sum() < 21
         whole = sweep.run_sweep(modes, problem.scene, speeds).amplitude
         amplitude = file.read("samples/amplitude_m", (level, 0))
@@ -91,7 +97,7 @@ def test_peak_search_leaves_speeds_out(tiny, folder):
         peak = file.read("samples/peak_amplitude_m", (level, 0))
         assert peak == whole[marched].max()
         assert file.read("samples/peak_speed_hz", (level, 0)) == speeds[amplitude == peak]
-    assert (file.read("tuned/point_status") != sweep.NONE).all()
+    assert (file.read("tuned/point_status") != NO_POINT).all()
     file.close()
 
 
@@ -164,7 +170,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
         return result
 
-    REDUCED = study.build_problem(config.load(tiny)).reduced
+    REDUCED = study.build_problem(load(tiny)).reduced
     monkeypatch.setattr(study, "mistuned_modes", broken_solver)
     monkeypatch.setattr(sweep, "run_sweep", broken_march)
     assert main(tiny) == 0
@@ -201,6 +207,12 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     assert datasets("results/tiny.h5") == before
 
 
+def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):
+    short = "--set=convergence.step=10", "--set=convergence.stop_when_converged=true"
+    assert main(tiny, *short) == 0
+    assert main(tiny, *short, "--status") == 0
+
+
 def test_paper_pattern_is_printed_beside_the_paper(tiny, folder, capfd):
     pattern = "[211.93, 203.91, 203.28, 212.56, 201.66, 211.64, "
     pattern += "214.21, 208.09, 216.83, 206.95, 206.27, 207.01]"
@@ -228,6 +240,28 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
     assert not (folder / "results").exists()
 
 
+@pytest.mark.parametrize("kind", ["contact", "branches"])
+def test_dry_run_where_nothing_touches(tiny, folder, capfd, kind):
+    assert main(tiny, "--dry-run", "--set=casing.clearance_mm=2", f"--set=study={kind}") == 0
+    (line,) = [line for line in capfd.readouterr().out.splitlines() if "run time" in line]
+    assert "nan" not in line
+    assert (" 0 s on 1 rank" in line) == (kind == "contact")  # branches are deflected by hand
+
+
+def test_a_result_that_another_job_has_just_finished_is_kept(tiny, folder, capfd, monkeypatch):
+    class Late(ownership.Lock):
+        """The other job ends when this one has looked, and before it has the lock."""
+
+        def __init__(self, path):
+            super().__init__(path)
+            lay_out(path, load(tiny))
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert main(tiny) == 2
+    assert "exists: --resume goes on with it" in error_lines(capfd.readouterr().err)[0]
+    assert [p.name for p in (folder / "results").iterdir()] == ["tiny.h5"]
+
+
 def test_existing_output(tiny, folder, capfd):
     assert main(tiny, "--resume") == 0  # nothing there: it starts
     assert main(tiny) == 2
@@ -249,7 +283,8 @@ def test_existing_output(tiny, folder, capfd):
         ),
         (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
         (["--output", "tiny.yaml/result.h5"], "cannot write"),
-        (["--output", "."], "is a folder"),
+        (["--output", "."], "is not a file name"),
+        (["--output", "/tmp"], "is a folder"),
         (["--resume", "--overwrite"], "not allowed with"),
         (["--no-such-option"], "unrecognized arguments"),
     ],
@@ -275,6 +310,14 @@ def test_bumps_that_reach_no_blade(tiny, folder, capfd):
     assert main(tiny, "--set", "casing.bump_height_mm=0.2") == 1
     (line,) = error_lines(capfd.readouterr().err)
     assert "bumps never reach the blades" in line
+
+
+def test_without_a_reference_no_sample_is_marched(tiny, folder, capfd, monkeypatch):
+    assert main(tiny, "--set", "casing.clearance_mm=2") == 1
+    monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
+    assert main(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
+    first, second = error_lines(capfd.readouterr().err)
+    assert first == second
 
 
 def test_version_and_help(capfd):
@@ -330,3 +373,84 @@ def test_debug_runs_of_whole_histories_end_well(tiny, folder, study):
     keys |= {"speeds.to_hz": 34.0, "spectrum.window_s": 0.05}
     options = [f"--set={key}={value}" for key, value in keys.items()]
     assert main(tiny, *options, "--output", "history.h5") == 0
+
+
+WARM = """\
+import sys
+from hpcrub import config, energy, history, kernel, studies, warmup
+from hpcrub.parallel import Team
+
+cfg = config.Config.from_yaml(sys.argv[1])
+compiled = kernel.march, energy.march, history.trace
+problem = studies.find(cfg).prepare(cfg)
+warmup.warm_up(Team(), cfg)
+warm = [list(function.signatures) for function in compiled]
+if cfg.study == "contact":
+    from hpcrub import study, sweep
+    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
+    sweep.run_sweep(modes, problem.scene, cfg.speeds.values_hz)
+else:
+    list(studies.find(cfg).compute(problem, 0, lambda: None))
+assert warm == [list(function.signatures) for function in compiled]
+print(*map(len, warm))
+"""
+
+
+@pytest.mark.parametrize(
+    ("keys", "n_compiled"),
+    [
+        ("{}", "2 0 0"),
+        ("debug: {energy_audit: true}", "2 2 0"),
+        ("study: time_response\nhistory: {duration_s: 0.5}", "2 0 1"),
+    ],
+)
+def test_nothing_is_compiled_in_a_task(tmp_path, keys, n_compiled):
+    """There it would be compiled on all ranks at once, deaf to signals."""
+    (tmp_path / "warm.py").write_text(WARM)
+    text = TINY.replace("to_hz: 34.4", "to_hz: 34.0") + keys.replace("{}", "")
+    code, out, err = run(0, text, folder=tmp_path, script="warm.py", timeout=300)
+    assert (code, out) == (0, f"{n_compiled}\n"), err
+
+
+def screen(output, width):
+    """Lines that a terminal of this width shows after a program's output."""
+    rows, row, column = [""], 0, 0
+    for escape, text in re.findall(r"(\x1b\[[0-9;?]*[A-Za-z])|([^\x1b])", output):
+        if escape.endswith("A"):
+            row -= int(escape[2:-1] or 1)
+        elif escape.endswith("K"):
+            rows[row] = ""
+        elif text == "\r":
+            column = 0
+        elif text and (text == "\n" or column == width):
+            row, column = row + 1, 0
+            rows += [""] * (row + 1 - len(rows))
+        if text and text not in "\r\n":
+            rows[row] = rows[row][:column].ljust(column) + text + rows[row][column + 1 :]
+            column += 1
+    return [line.rstrip() for line in rows]
+
+
+@pytest.mark.parametrize("width", [80, 60])
+def test_bar_and_tables_fit_the_terminal(tiny, width):
+    """What is longer than a line is not erased again, and every refresh leaves some of it."""
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.chdir(tiny.parent)
+        os.environ.update(ENVIRONMENT, PYTHONPATH=str(ROOT), COLUMNS=str(width), TERM="xterm")
+        more = "--no-figures", "--set=mistuning.samples=30"
+        os.execv(sys.executable, command(0, ROOT / "main.py", "tiny.yaml", *more))
+    output = bytearray()
+    with contextlib.suppress(OSError):  # how Linux says that the other side has closed it
+        while part := os.read(terminal, 65536):
+            output += part
+    os.close(terminal)
+    lines = screen(output.decode(), width)
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0, "\n".join(lines)
+    assert sum("━" in line for line in lines) == 2, "\n".join(lines)  # tuned disk, samples
+    (bar,) = [line for line in lines if line.startswith("samples") and "━" in line]
+    assert "60/60" in bar
+    assert bar.endswith("left)") or " A at ±4 %: " in bar
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
+    assert max(map(len, re.split(r"[\r\n]+", plain))) <= width
+    assert "…" not in plain or width < 80  # no column of a table is cut

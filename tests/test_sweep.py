@@ -4,16 +4,14 @@ import numpy as np
 import pytest
 from reference import reference_reduced, reference_scene
 
-from hpcrub import reasons, sweep
+from hpcrub import kernel, reasons, sweep
 from hpcrub.errors import Interrupted
 from hpcrub.kernel import Shortcuts
+from hpcrub.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.reduction import Modes, mistuned_modes
 from hpcrub.steady import SteadyCriteria
 from hpcrub.sweep import (
-    DIVERGED,
-    NONE,
-    NOT_STEADY,
-    STEADY,
+    PIECE,
     Scene,
     cut_revolution,
     find_peak,
@@ -79,7 +77,7 @@ def test_result_does_not_depend_on_lanes_or_parts(modes):
     parts = [run_sweep(modes, scene, speeds, selection=range(k, 11, 3)) for k in range(3)]
     for k, part in enumerate(parts):
         assert same([x[k::3] for x in part[:4]], [x[k::3] for x in whole[:4]])
-        assert np.all(np.delete(part.point_status, np.arange(k, 11, 3)) == NONE)
+        assert np.all(np.delete(part.point_status, np.arange(k, 11, 3)) == NO_POINT)
     assert sum(part.n_steps for part in parts) == whole.n_steps
 
 
@@ -163,6 +161,33 @@ def test_poll_can_stop_a_sweep(modes):
     assert len(calls) == 3
 
 
+def test_a_sweep_of_small_steps_can_be_stopped_before_its_first_check(modes, monkeypatch):
+    """As often as with large steps: `poll` is called after so many steps, not after a time."""
+    marched, march = [], kernel.march
+
+    def counted(lanes, *bank_and_blocks):
+        *bank, n_blocks, _, _ = bank_and_blocks
+        marched.append(n_blocks * len(bank[0].bump))
+        march(lanes, *bank_and_blocks)
+
+    monkeypatch.setattr(kernel, "march", counted)
+    for step in (2e-5, 1e-6):
+        marched.clear()
+        scene = scene_of(step=step, steady=SteadyCriteria(first_check=0.2, max_time=0.2))
+        run_sweep(modes, scene, np.array([34.0]), poll=lambda: None, width=8)
+        block = cut_revolution(34.0, scene).steps_per_block
+        assert max(marched) <= max(PIECE, block)
+
+
+def test_pieces_change_no_bit(modes, monkeypatch):
+    found = []
+    for piece in (1, PIECE, 10**9):
+        monkeypatch.setattr(sweep, "PIECE", piece)
+        found.append(run_sweep(modes, scene_of(), np.linspace(33.5, 35.5, 5)))
+    assert same(found[0], found[1])
+    assert same(found[0], found[2])
+
+
 def test_tuned_amplitudes_are_the_reference_values():
     """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic; reference
     values of an independent implementation of the same model."""
@@ -234,7 +259,7 @@ def test_peak_search_marches_fewer_speeds_with_the_same_results(modes):
     speeds = np.linspace(33.5, 35.5, 41)
     full = run_sweep(modes, scene_of(), speeds)
     found = find_peak(modes, scene_of(), speeds)
-    marched = found.point_status != NONE
+    marched = found.point_status != NO_POINT
     assert 11 <= marched.sum() < 36
     assert found.n_steps < full.n_steps
     assert np.array_equal(found.amplitude[marched], full.amplitude[marched])

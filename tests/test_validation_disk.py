@@ -5,9 +5,10 @@ import pytest
 from reference import MATERIAL, disk_section
 
 from hpcrub.disk import build_disk
+from hpcrub.layout import STEADY
 from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import STEADY, Scene, run_sweep
+from hpcrub.sweep import Scene, run_sweep
 from validation import disk, full_disk, linear_load
 from validation.report import fitted_order
 

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from hpcrub.config_types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.storage import ResultFile
@@ -193,5 +194,5 @@ def _target(files, name, folder, kind):
     first = files[0].path
     folder = Path(folder) if folder else first.parent
     mine = [key for key, entry in FIGURES.items() if files[0].config.study in entry.studies]
-    stem = first.stem if name == mine[0] else f"{first.stem}_{name}"
+    stem = without_suffix(first).name + ("" if name == mine[0] else f"_{name}")
     return folder / f"{name if len(files) > 1 else stem}.{kind}"

@@ -7,6 +7,7 @@ from matplotlib.ticker import EngFormatter
 
 from hpcrub.config import key_table
 from hpcrub.config_text import flatten, show
+from hpcrub.config_types import without_suffix
 
 SYMBOLS = {"time.step_s": "h", "reduction.n_modes": "η", "material.damping_ratio": "ξ"}
 FEW = 3  # keys that are all named; with more, only those with an unusual value
@@ -33,7 +34,7 @@ def labels(files):
     found = []
     for i, file in enumerate(files):
         named = [words[key][i] for key in keys if words[key][i] != usual.get(key)]
-        found.append(", ".join(named) or ("reference" if keys else file.path.stem))
+        found.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
     return found
 
 

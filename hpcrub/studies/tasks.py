@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub import studies
 from hpcrub.layout import DONE, PENDING
-from hpcrub.progress import console
+from hpcrub.progress import console, print_line
 from hpcrub.runlog import Work
 from hpcrub.warmup import warm_up
 
@@ -32,7 +32,7 @@ class TaskStudy:
         pending = self.team.on_root(self._take_stock)
         if pending and self.module.KERNEL:
             self.phase("loading the kernel")
-            warm_up(self.team, self.progress)
+            warm_up(self.team, self.config, self.progress)
         self.phase("tasks")
         tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
         self.team.run_tasks(tasks, self._compute, self._collect)
@@ -45,7 +45,7 @@ class TaskStudy:
         """Print what was found (rank 0); seconds: wall time of this run."""
         out = console()
         for line in self.module.report(self.file):
-            out.print(line, soft_wrap=True)
+            print_line(out, line)
 
     def _take_stock(self):
         self.status = self.file.read("status")
