@@ -118,7 +118,7 @@ def _audit(bank, speeds_hz, n_blocks):
         energy.open_lane(books, bank, lane)
     energy.march(LANES, *bank, n_blocks, -1, 1, books)
     for lane, speed in enumerate(speeds_hz):
-        if not energy.is_balanced(books, lane, not bank.polar.enabled):
+        if not energy.is_balanced(books, lane):
             raise ArithmeticError(f"{speed:g} Hz: {reasons.WORDS[reasons.UNBALANCED]}")
 
 

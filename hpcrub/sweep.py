@@ -322,7 +322,7 @@ class _Band:
             return reasons.NOT_FINITE
         if peak.max() >= np.max(self.scene.contact_radius):
             return reasons.TOO_LARGE
-        if self.books and not energy.is_balanced(self.books, lane, not self.bank.polar.enabled):
+        if self.books and not energy.is_balanced(self.books, lane):
             return reasons.UNBALANCED
         return flaw
 
