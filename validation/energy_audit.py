@@ -19,9 +19,9 @@ scheme satisfies exactly ([theory](theory.md)): energy + damping + impact loss =
 It closes if at most 10⁻⁹ of the energy turned over is unexplained, and as much of the losses of
 single tips lies below their bound: zero for `small`; for `polar` what the linearised correction
 may leave of the gap, which shrinks with the step. Here: the reference disk, mistuned by up to ±3 %,
-five revolutions from rest at 34.25 Hz, 3000 steps each, in joule. Unexplained: the sum over all steps,
-over the energy turned over; below zero: the sum of all losses of single tips that are negative,
-likewise; beyond: the part of it that its bound does not allow."""
+five revolutions from rest at 34.25 Hz, 3000 steps each, in joule. Unexplained: the sum over all
+steps, over the energy turned over; below zero: the sum of all losses of single tips that are
+negative, likewise; beyond: the part of it that its bound does not allow."""
 POLAR_TEXT = """Polar kinematics, `central_difference`: the losses below zero are an artefact of the
 linearised correction and vanish with the step, faster than their bound (34.25 Hz, over the energy
 turned over):"""
