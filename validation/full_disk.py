@@ -183,16 +183,18 @@ for all blades; the motion is called periodic where that is below 10⁻⁴. Kern
 DAMPED_TEXT = """Damping 2 %, after 0.8 s. Periodic at all three speeds, with the reduction of the
 studies (η = 60) and with all modes (η = 216, against the full matrices); the difference is that of
 the finest step:"""
-REFERENCE_TEXT = """Damping 0.5 %, the reference disk, after 3 s; independent: 5 µs (η = 60) and 10 µs,
-the last two windows of three revolutions. With η = 60 the symmetric motion at 33.5 Hz is nearly periodic. The
-one at 33.25 Hz is not stable: it lasts for some tenths of a second from a symmetric start (10.8 mm)
-and then gives way to a wandering one, so the amplitude depends on when one looks. With all modes
-neither speed settles, and single windows differ by some per cent, from each other as from the
-other program. There is no periodic amplitude to compare where the column *nudged* is large."""
+REFERENCE_TEXT = """Damping 0.5 %, the reference disk, after 3 s; independent: 5 µs (η = 60) and 10
+µs, the last two windows of three revolutions. With η = 60 the symmetric motion at 33.5 Hz is nearly
+periodic. The one at 33.25 Hz is not stable: it lasts for some tenths of a second from a symmetric
+start (10.8 mm) and then gives way to a wandering one, so the amplitude depends on when one looks.
+With all modes neither speed settles, and single windows differ by some per cent, from each other as
+from the other program. There is no periodic amplitude to compare where the column *nudged* is
+large."""
 HALF_TEXT = """Damping 1 %, η = 60, the independent program started on the kernel's motion after 3 s
-and followed for 0.8 s. The kernel's motions are periodic or nearly so, but not all are those of the other
-program at a step of 5 µs: at 33.25 Hz it stays, at 34 Hz it leaves for another motion some per cent
-smaller. Several stable motions exist side by side, and which one is reached depends on the step:"""
+and followed for 0.8 s. The kernel's motions are periodic or nearly so, but not all are those of the
+other program at a step of 5 µs: at 33.25 Hz it stays, at 34 Hz it leaves for another motion some
+per cent smaller. Several stable motions exist side by side, and which one is reached depends on the
+step:"""
 
 
 def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nudge=0.0):
