@@ -183,15 +183,14 @@ for all blades; the motion is called periodic where that is below 10⁻⁴. Kern
 DAMPED_TEXT = """Damping 2 %, after 0.8 s. Periodic at all three speeds, with the reduction of the
 studies (η = 60) and with all modes (η = 216, against the full matrices); the difference is that of
 the finest step:"""
-REFERENCE_TEXT = """Damping 0.5 %, the reference disk, after 3 s; independent: 5 µs (η = 60) and 10
-µs, the last two windows of three revolutions. With η = 60 the symmetric motion at 33.5 Hz is nearly
-periodic. The one at 33.25 Hz is not stable: it lasts for some tenths of a second from a symmetric
-start (10.8 mm) and then gives way to a wandering one, so the amplitude depends on when one looks.
-With all modes neither speed settles, and single windows differ by some per cent, from each other as
-from the other program. There is no periodic amplitude to compare where the column *nudged* is
-large. So where the motion is periodic both programs agree within 1 % on the same matrices (2 %, and
-33.5 Hz at 0.5 % with η = 60). What differs between η = 60 and all modes is the model; what differs
-between the programs where nothing is periodic is the moment at which one looks."""
+REFERENCE_TEXT = """Damping 0.5 %, the reference disk, after 3 s; independent: 5 µs (η = 60) and
+10 µs, the last two windows of three revolutions. With η = 60 the motion at 33.5 Hz is nearly
+periodic; at 33.25 Hz a nudge changes the amplitude by some per cent, so it depends on when one
+looks. With all modes neither speed settles, and windows differ by some per cent, from each other as
+from the other program: there is no periodic amplitude to compare. So both programs agree within 1 %
+on the same matrices where the motion is periodic (2 %) or nearly so (33.5 Hz with η = 60, and
+below). What differs between η = 60 and all modes is the model; what differs between the programs
+where nothing is periodic is the moment at which one looks."""
 HALF_STEPS = 5e-6, 2.5e-6  # [s]
 HALF_TEXT = """Damping 1 %, η = 60, the independent program started on the kernel's motion after 3 s
 and followed for 0.8 s. Its motions stay near those of the kernel; at 34 Hz its error is of first
