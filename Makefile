@@ -43,7 +43,7 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
 	@$(VENV_PYTHON) -m pytest tests_slurm $(ARGS)
 
-validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md)
+validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md); fails if one does
 	@$(VENV_PYTHON) -m validation
 
 stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)

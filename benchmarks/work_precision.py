@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks import cases
 from hpcrub import sweep
 from hpcrub.errors import InputError
+from hpcrub.layout import NOT_STEADY
 
 N_SAMPLES, MORE_SAMPLES = 64, 320
 N_TUNED, MORE_TUNED = 9, 65  # runs of the tuned disk that differ by rounding: A_nl is relative to
@@ -124,7 +125,7 @@ def measure(pool, n_samples=N_SAMPLES):
             "amplitude": np.array([a[0] for a in samples]),
             "seconds": float(np.mean([a[1] for a in samples])),
             "simulated": float(np.mean([a[2] for a in samples])) / len(SPEEDS),
-            "not_steady": float(np.mean([np.mean(a[3] == sweep.NOT_STEADY) for a in samples])),
+            "not_steady": float(np.mean([np.mean(a[3] == NOT_STEADY) for a in samples])),
         }
         print(f"  {setting.label}: {out[setting]['seconds']:.3f} s a sample", flush=True)
     return out

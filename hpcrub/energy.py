@@ -13,7 +13,12 @@ summed over the modes. Of the work of a contact force λ > 0, whose gap goes fro
 
 For small kinematics g_{n+1} = 0 and g_{n−1} ≥ 0: an impact can only take energy, contact that lasts
 takes none, and the work of the casing is −λ times the half of the way that its surface makes from
-t_{n−1} to t_{n+1}. For polar kinematics g_{n+1} vanishes only to first order of the correction.
+t_{n−1} to t_{n+1}. For polar kinematics the correction δ by the contact forces goes along the
+normal of the predicted position. This leaves, by Taylor's theorem with b the bump and e_t ⊥ n,
+
+    |g_{n+1}| ≤ r_{n+1} = max|b'| |e_t·δ|/ρ + (1/ρ + (max|b'| + max|b''|)/ρ²) |δ|²/2,
+
+so that a loss may be negative, but never below −λ (r_{n−1} + r_{n+1})/2, r = 0 without contact.
 
 An audited march takes the same steps, bit for bit, and several times as long.
 """
@@ -26,9 +31,10 @@ from hpcrub import casing
 from hpcrub.jit import compiled
 from hpcrub.kernel import advance, correct, grow, observe
 
+NEGATIVE, BOUND, BEYOND = range(3)  # rows of `Books.negative`
 CASING, FRICTION, EXTERNAL, DAMPING, IMPACT = range(5)  # rows of `Books.work`
 ACCOUNTS = ("casing", "friction", "damping", "impact", "stored", "unexplained")
-TOLERANCE = 1e-9  # of the energy turned over: what may stay unexplained, and a negative loss
+TOLERANCE = 1e-9  # of the energy turned over: what may stay unexplained, of works and of signs
 
 growth, bump_height = compiled(casing.growth), compiled(casing.bump_height)
 
@@ -42,11 +48,13 @@ class Books(NamedTuple):
     increment: np.ndarray  # d before the step (K, L)
     moved: np.ndarray  # d_{n+1} + d_n (K, L)
     gap: np.ndarray  # g at t_{n−1}, t_n, t_{n+1} (3, C, L) [m]
+    slack: np.ndarray  # r at t_{n−1}, t_n, t_{n+1} (3, C, L) [m]
     first: np.ndarray  # E at the start of the lane (1, L) [J]
     energy: np.ndarray  # E after the step (r, L) [J]
     work: np.ndarray  # sums of works of the steps of this row (r, 5, L) [J]
     unexplained: np.ndarray  # sums of |what the balance of a step does not explain| (r, L) [J]
-    negative: np.ndarray  # sum of the losses of tips below zero (1, L) [J]
+    # losses of single tips below zero (3, L) [J]: their sum, what r allows of it, the rest beyond
+    negative: np.ndarray
     row: np.ndarray  # (1,) of the next step
 
     def take(self, lanes):
@@ -62,11 +70,12 @@ def open_books(bank, n_rows=1):
     return Books(
         *np.zeros((4, n_modes, width)),
         gap=np.zeros((3, n_points, width)),
+        slack=np.zeros((3, n_points, width)),
         first=np.zeros((1, width)),
         energy=np.zeros((n_rows, width)),
         work=np.zeros((n_rows, 5, width)),
         unexplained=np.zeros((n_rows, width)),
-        negative=np.zeros((1, width)),
+        negative=np.zeros((3, width)),
         row=np.zeros(1, dtype=np.int64),
     )
 
@@ -94,7 +103,7 @@ def open_lane(books, bank, lane):
     q, d = bank.state.position[:, lane], bank.state.increment[:, lane]
     books.inertia[:, lane], books.loss[:, lane] = (1.0 + keep) / push / 4, (1.0 - keep) / push / 4
     books.increment[:, lane] = d
-    for values in (books.energy, books.work, books.unexplained, books.negative):
+    for values in (books.slack, books.energy, books.work, books.unexplained, books.negative):
         values[..., lane] = 0.0
     squared = bank.scheme.squared
     books.first[0, lane] = np.sum(books.inertia[:, lane] * d**2 + squared * q * (q - d) / 2.0)
@@ -112,12 +121,10 @@ def close_lane(books, lane):
     )
 
 
-def is_balanced(books, lane, small):
-    """Whether all energy of a lane is explained and, for small kinematics, no impact gave any."""
+def is_balanced(books, lane):
+    """Whether all energy of a lane is explained and no impact gave any, but for what r allows."""
     turned_over = np.abs(books.work[:, :, lane]).sum() + abs(books.first[0, lane])
-    wrong = books.unexplained[:, lane].sum()
-    if small:
-        wrong = max(wrong, -books.negative[0, lane])
+    wrong = max(books.unexplained[:, lane].sum(), -books.negative[BEYOND, lane])
     return bool(wrong <= TOLERANCE * turned_over)
 
 
@@ -165,13 +172,40 @@ def account(lanes, scheme, state, polar, step, n_active, books):
             books.increment[k, lane] = d
             if scheme.external.shape[0] > 0:
                 work[EXTERNAL, lane] += scheme.external[step, k] * moved / 2.0
+    books.slack[2] = 0.0
     for lane in range(len(lanes)):
         if scheme.push[0, lane] > 0.0:  # else idle
             find_gaps(scheme, state, polar, step, 0, lane, books.gap[2])
             contact_work(scheme, state, polar, n_active, lane, books, work)
     books.gap[0], books.gap[1] = books.gap[1], books.gap[2]
+    books.slack[0], books.slack[1] = books.slack[1], books.slack[2]
     gained = work[CASING] + work[FRICTION] + work[EXTERNAL] - work[DAMPING] - work[IMPACT]
     books.unexplained[row] += np.abs(books.energy[row] - old - (gained - known))
+
+
+@compiled
+def left_open(state, polar, n_active, i, lane, gap):
+    """r of contact point i [m]: what the linearised correction may leave of its gap (C, L)."""
+    n_points = state.penetration.shape[0] - 1
+    n_pairs = n_points * n_points
+    moved_r = moved_t = 0.0
+    for a in range(n_active):
+        j = state.active[a]
+        if j < len(polar.angle):
+            at = i * n_points + j
+            force_r, force_t = state.multiplier[j, lane], state.multiplier[n_points + j, lane]
+            moved_r += polar.compliance[at, lane] * force_r
+            moved_r += polar.compliance[n_pairs + at, lane] * force_t
+            moved_t += polar.compliance[2 * n_pairs + at, lane] * force_r
+            moved_t += polar.compliance[3 * n_pairs + at, lane] * force_t
+    moved = np.hypot(moved_r, moved_t)
+    along = abs(polar.cosine[i, lane] * moved_t - polar.sine[i, lane] * moved_r)
+    nearest = polar.radius[i] + polar.clearance - polar.height - gap[i, lane] - moved  # of all ρ
+    width = 0.1 * polar.pitch
+    slope = polar.height * np.sqrt(2.0 / np.e) / width
+    bend = 2.0 * polar.height / width**2
+    second = 1.0 / nearest + (slope + bend) / nearest**2
+    return slope * along / nearest + second * moved * moved / 2.0
 
 
 @compiled
@@ -193,6 +227,7 @@ def contact_work(scheme, state, polar, n_active, lane, books, work):
             normal = -force * (cosine * way_r + sine * way_t)
             slide = force_t * cosine - force_r * sine  # μλ
             friction = -slide * (cosine * way_t - sine * way_r)
+            books.slack[2, i, lane] = left_open(state, polar, n_active, i, lane, books.gap[2])
         else:
             force = state.multiplier[i, lane]
             normal = -force * way_r
@@ -201,7 +236,11 @@ def contact_work(scheme, state, polar, n_active, lane, books, work):
         work[CASING, lane] += normal + impact
         work[FRICTION, lane] += friction
         work[IMPACT, lane] += impact
-        books.negative[0, lane] += min(impact, 0.0)
+        if impact < 0.0:
+            allowed = force * (books.slack[0, i, lane] + books.slack[2, i, lane]) / 2.0
+            books.negative[NEGATIVE, lane] += impact
+            books.negative[BOUND, lane] -= allowed
+            books.negative[BEYOND, lane] += min(impact + allowed, 0.0)
 
 
 @compiled

@@ -228,7 +228,7 @@ def judge(bank, lane, size, scene, books=None):
         return reasons.NOT_FINITE
     if size.max() >= np.max(scene.contact_radius):
         return reasons.TOO_LARGE
-    if books and not energy.is_balanced(books, lane, not bank.polar.enabled):
+    if books and not energy.is_balanced(books, lane):
         return reasons.UNBALANCED
     return flaw
 

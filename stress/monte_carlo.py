@@ -1,7 +1,8 @@
 """Does a convergence error say how wrong a percentile is? Many small studies of one population.
 
-The population is a large pool of amplifications; a study draws from it with replacement, so that
-the true percentiles are those of the pool and a repetition costs nothing.
+The population is a large pool of amplifications. Either a study draws from it with replacement, so
+that the true percentiles are those of the pool and a repetition costs nothing, or the pool is cut
+into groups that share no sample: independent studies, as if repeated with other seeds.
 """
 
 from typing import NamedTuple
@@ -44,11 +45,22 @@ def linear_amplifications(n):
     return np.array([peak(HALF_RANGE, sample) for sample in range(n)]) / peak(0.0, 0)
 
 
-def spread(pool, n, repetitions):
-    """Spread of ``repetitions`` studies of n samples each."""
+def drawn(pool, n, repetitions):
+    """Studies (repetitions, n) of samples drawn from the pool with replacement."""
     rng = np.random.default_rng([SEED, n])
+    return np.array([pool[rng.integers(0, len(pool), n)] for _ in range(repetitions)])
+
+
+def disjoint(pool, n):
+    """Studies (len(pool) // n, n) that share no sample, in sample order."""
+    count = len(pool) // n
+    return pool[: count * n].reshape(count, n)
+
+
+def spread(pool, studies):
+    """Spread of studies (repetitions, n) from a pool."""
     true = np.percentile(pool, PERCENTILES)
-    rows = [_study(pool[rng.integers(0, len(pool), n)], true) for _ in range(repetitions)]
+    rows = [_study(values, true) for values in studies]
     estimate, stated, covered, inside, width = (np.array(x) for x in zip(*rows, strict=True))
     return Spread(
         true,
@@ -69,17 +81,24 @@ def _study(values, true):
 
 
 def table(populations):
-    """Markdown table; populations: (name, pool, sizes, repetitions)."""
-    heads = ["population", "samples", "percentile", "true value", "Z times true deviation"]
+    """Markdown table; populations: (name, pool, studies), studies a list of (repetitions, n)."""
+    heads = [
+        "population",
+        "studies",
+        "samples",
+        "percentile",
+        "true value",
+        "Z times true deviation",
+    ]
     heads += ["mean of (6)", "(6) holds the truth", "interval holds it", "half width of interval"]
     lines = [heads, ["---"] * len(heads)]
-    for name, pool, sizes, repetitions in populations:
-        for n in sizes:
-            s = spread(pool, n, repetitions)
+    for name, pool, groups in populations:
+        for studies in groups:
+            s = spread(pool, studies)
             for p, percentile in enumerate(PERCENTILES):
                 wide = f"{s.half_width[p]:.4f}" if np.isfinite(s.half_width[p]) else "open end"
                 lines.append(
-                    [name, f"{n}", f"{percentile}", f"{s.true[p]:.3f}"]
+                    [name, *map(str, studies.shape), f"{percentile}", f"{s.true[p]:.3f}"]
                     + [f"{x[p]:.4f}" for x in (Z * s.deviation, s.stated)]
                     + [f"{100 * x[p]:.1f} %" for x in (s.covered_6, s.covered_interval)]
                     + [wide]

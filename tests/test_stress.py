@@ -8,7 +8,7 @@ from hpcrub.layout import DIVERGED, STEADY
 from hpcrub.reduction import mistuned_modes
 from hpcrub.steady import SteadyCriteria
 from hpcrub.sweep import cut_revolution
-from stress import checks, histories, marches, operators, steady_state
+from stress import checks, histories, marches, monte_carlo, operators, steady_state
 from stress.corners import CORNERS, Case, build, cases
 from stress.model import reference_reduced, reference_scene
 
@@ -162,3 +162,18 @@ def test_the_criteria_once_more():
     assert checks.accepted(wave, 1.0, 1.0, SteadyCriteria())
     assert not checks.accepted(wave, 1.0, 1.02, SteadyCriteria())
     assert not checks.accepted(np.sin(2 * np.pi * 1.1 * t), 1.0, 1.0, SteadyCriteria())
+
+
+def test_independent_studies_share_no_sample():
+    studies = monte_carlo.disjoint(np.arange(1000), 64)
+    assert studies.shape == (15, 64)
+    assert len(np.unique(studies)) == studies.size
+    assert (studies.ravel() == np.arange(960)).all()
+
+
+def test_spread_of_independent_studies_is_that_of_theory():
+    """Medians of 100 normal samples: deviation √(π/200), whatever the program."""
+    pool = np.random.default_rng(3).normal(size=100_000)
+    found = monte_carlo.spread(pool, monte_carlo.disjoint(pool, 100))
+    assert abs(found.deviation[1] / np.sqrt(np.pi / 200.0) - 1.0) < 0.1
+    assert found.covered_interval.min() > 0.99

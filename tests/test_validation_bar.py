@@ -50,10 +50,12 @@ def test_bar_converges_to_the_exact_motion(name, lumped, ratio, order):
     for n in meshes:
         motion = bar.bounce(n, name, ratio * bar.critical_step(n, lumped), bar.PERIOD, lumped)
         rows.append(bar.errors(motion, bar.PERIOD))
-    displacement, _, impulse = np.array(rows).T
+    displacement, velocity, pressure, impulse = np.array(rows).T
     assert fitted_order(1.0 / meshes, displacement) > order
     assert fitted_order(1.0 / meshes, impulse) > order
     assert displacement[-1] < 0.07
+    assert fitted_order(1.0 / meshes, velocity) > 0.25
+    assert fitted_order(1.0 / meshes, pressure) > 0.2
 
 
 @pytest.mark.parametrize("name", SCHEMES)

@@ -55,6 +55,22 @@ def test_a_load_in_time_gives_the_closed_form_response(name):
     assert errors[-1] < 1e-4
 
 
+def test_an_impact_of_the_independent_scheme_takes_the_whole_velocity():
+    """A free mass with 2 m/s in 1 mm from a wall at rest: e = 0, it stays; none is thrown back."""
+    model = full_disk.Model(
+        np.eye(2), np.zeros((2, 2)) + 1e-9 * np.eye(2), np.array([[0, 1]]), np.zeros(1)
+    )
+    wall = full_disk.Casing(n_bumps=1, height=0.0, clearance=1e-3, friction=1.0)
+    for h in (1e-4, 0.7e-4, 0.31e-4):
+        start = np.zeros((2, 1)), np.array([[2.0], [0.0]]), np.zeros(1)
+        ends = [
+            full_disk.amplitudes(model, 0.0, wall, [1.0], h, t, start=start)[1, 0]
+            for t in (0.01, 0.02)
+        ]
+        # friction p = 2 along −t is all that moves it after the impact: −2 m/s
+        assert abs((ends[1] - ends[0]) / 0.01 - 2.0) < 2e-2
+
+
 def test_the_impulses_solve_their_complementarity_problem():
     rng = np.random.default_rng(5)
     for _ in range(50):

@@ -89,3 +89,17 @@ def test_cantilever_with_a_stop_converges_to_the_events(name):
     assert len(cantilever.reference(2, 1600).impacts) >= 3
     assert fitted_order(1.0 / divisions, error) > 0.7
     assert error[-1] < 2e-3
+
+
+def test_cantilever_with_eight_modes_converges_to_the_events():
+    divisions = 6400 * 2 ** np.arange(3)
+    error = cantilever.step_errors(8, "exact_modal", divisions)
+    assert fitted_order(1.0 / divisions, error) > 0.7
+    assert error[-1] < 1e-4
+
+
+def test_cantilever_converges_in_modes():
+    modes = np.array([1, 2, 4, 8])
+    by_events, by_kernel = cantilever.mode_errors(modes, 16, 6400)
+    assert fitted_order(1.0 / modes, by_events) > 1.0
+    assert np.abs(by_kernel / by_events - 1.0).max() < 0.1

@@ -68,6 +68,7 @@ def errors(modes, angle, scheme_name, divisions):
 
 
 DIVISIONS = np.array([256, 512, 1024, 2048])
+FINEST = 1e-5  # largest error allowed at the finest step
 TEXT = """## Linear: casing withdrawn, travelling load in time
 
 The reference disk, mistuned by up to ±3 %, under F cos(4(θ_i − Ωt)) as external modal forces of the
@@ -76,7 +77,7 @@ at any speed, phase included, relative to the largest amplitude of the closed fo
 
 
 def section(_folder):
-    """Markdown of this case."""
+    """Markdown and verdicts of this case."""
     reduced = disk.reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     columns = {
@@ -84,4 +85,10 @@ def section(_folder):
         for name in ("central_difference", "exact_modal")
     }
     labels = "steps a pitch", [str(n) for n in DIVISIONS]
-    return f"{TEXT}\n\n{report.order_table(labels, 1.0 / DIVISIONS, columns)}"
+    verdicts = []
+    for name, error in columns.items():
+        verdicts += [
+            report.order(name, 1.0 / DIVISIONS, error, 1.95, 2.05),
+            report.at_most(f"{name}, error at {DIVISIONS[-1]} steps a pitch", error[-1], FINEST),
+        ]
+    return f"{TEXT}\n\n{report.order_table(labels, 1.0 / DIVISIONS, columns)}", verdicts

@@ -11,7 +11,7 @@ import numpy as np
 from hpcrub import casing
 from validation import report
 from validation.events import Reference, Wall
-from validation.motion import Structure, make_bank, start_free, trace
+from validation.motion import Structure, free_motion, make_bank, start_free, trace
 
 DURATION = 1.0  # [s]
 OMEGA = 2.0 * np.pi * np.array([4.0, 7.0])
@@ -94,7 +94,28 @@ def errors(exact, wall, friction, scheme_name, n_steps):
     return *rms, abs(impulse / exact.impulse[-1] - 1.0)
 
 
+def flight_error(wall, name):
+    """Largest error of q before the first impact over the largest |q|: the kernel in free motion.
+
+    The reference there is the closed form of `motion.free_motion`.
+    """
+    h, mass = DURATION / 1000, structure(0.4)
+    hit = reference(wall, 0.4, 1000).impacts[0]
+    n = int(hit / h)  # the last level before the impact
+    exact = np.array([free_motion(mass, *START, h * k) for k in range(n + 1)])
+    run = computed(wall, 0.4, name, 1000).displacement[: n + 1, :, 0]
+    return np.abs(run - exact).max() / np.abs(exact).max()
+
+
+def segment_error(wall):
+    """Largest difference of the reference at two steps of its own, relative to the largest |q|."""
+    coarse, fine = (reference(wall, 0.4, n).position for n in (500, 2000))
+    return np.abs(coarse - fine[::4]).max() / np.abs(fine).max()
+
+
 DIVISIONS = np.array([500, 1000, 2000, 4000, 8000, 16000])
+SEGMENT = 1e-12  # largest error allowed of a closed-form segment between events, relative
+ORDERS, FINEST = (0.7, 1.3), 1e-3  # of the fitted orders, and the error at the finest step
 TEXT = """## A mass and a wall that moves
 
 A mass of 1 kg in the plane on two springs (4 and 7 Hz, damping 2 %) that lean by 30° against the
@@ -106,9 +127,19 @@ relative to the exact one."""
 
 
 def section(folder):
-    """Markdown of this case; figures go to ``folder``."""
-    parts = [TEXT]
+    """Markdown and verdicts of this case; figures go to ``folder``."""
+    parts, verdicts = [TEXT], []
     for wall in WALLS:
+        verdicts += [
+            report.at_most(
+                f"{wall} wall, reference at two of its own steps", segment_error(wall), SEGMENT
+            ),
+            report.at_most(
+                f"{wall} wall, `exact_modal` until the first impact",
+                flight_error(wall, "exact_modal"),
+                SEGMENT,
+            ),
+        ]
         for friction in (0.0, 0.4):
             exact = reference(wall, friction, DIVISIONS[-1])
             columns = {}
@@ -119,8 +150,20 @@ def section(folder):
             labels = "h", [f"{DURATION / n:.3g} s" for n in DIVISIONS]
             title = f"{wall} wall, friction {friction}; {len(exact.impacts)} impacts:"
             parts += [title, report.order_table(labels, DURATION / DIVISIONS, columns)]
+            verdicts += _verdicts(f"{wall} wall, friction {friction}", columns)
     parts += [ORDER_TEXT, _figure(folder)]
-    return "\n\n".join(parts)
+    return "\n\n".join(parts), verdicts
+
+
+def _verdicts(case, columns):
+    """The worst of the columns: order one, as theory has it, and the error at the finest step."""
+    orders = {what: report.fitted_order(DURATION / DIVISIONS, e) for what, e in columns.items()}
+    worst = max(orders, key=lambda what: abs(orders[what] - 1.0))
+    finest = max(error[-1] for error in columns.values())
+    return [
+        report.Verdict(f"{case}, order farthest from 1 ({worst})", orders[worst], *ORDERS),
+        report.at_most(f"{case}, largest error at the finest step", finest, FINEST),
+    ]
 
 
 ORDER_TEXT = """The order is one, for both schemes: an impact is placed on the grid of time steps,

@@ -1,4 +1,6 @@
-"""Tables, fitted orders and figures of the validation page."""
+"""Tables, fitted orders, verdicts and figures of the validation page."""
+
+from typing import NamedTuple
 
 import matplotlib
 
@@ -16,6 +18,47 @@ STYLE = {
     "grid.alpha": 0.3,
     "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
 }
+
+
+class Verdict(NamedTuple):
+    """A number that a case holds against what theory or the requirement allows."""
+
+    what: str
+    value: float
+    low: float  # least value allowed
+    high: float  # largest value allowed
+
+    @property
+    def passed(self):
+        return bool(self.low <= self.value <= self.high)  # NaN fails
+
+    @property
+    def allowed(self):
+        """The range in words."""
+        if self.low == -np.inf:
+            return f"at most {self.high:.4g}"
+        if self.high == np.inf:
+            return f"at least {self.low:.4g}"
+        return f"{self.low:.4g} to {self.high:.4g}"
+
+
+def at_most(what, value, bound):
+    """Verdict on an error."""
+    return Verdict(what, float(value), -np.inf, bound)
+
+
+def order(what, size, error, low, high=np.inf):
+    """Verdict on the fitted order of errors (n,) over sizes (n,)."""
+    return Verdict(f"order, {what}", fitted_order(size, error), low, high)
+
+
+def verdict_table(verdicts):
+    """Markdown table of verdicts."""
+    rows = [
+        [v.what, f"{v.value:.3g}", v.allowed, "passed" if v.passed else "**FAILED**"]
+        for v in verdicts
+    ]
+    return table(["threshold", "found", "allowed", "verdict"], rows)
 
 
 def fitted_order(size, error):
