@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from hpcrub import runlog
+from hpcrub import cli, runlog
 from hpcrub.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
 from scaling import simulate
 from scaling.costs import Costs
@@ -109,6 +109,18 @@ def test_a_run_log_grows_by_one_run_after_another(tmp_path):
     assert set(done["phases"]) == {"set-up", "samples"}
     lines = (tmp_path / "x.log").read_text().splitlines()
     assert [line.split()[1].rstrip(":") for line in lines] == ["start", "stopped", "start", "done"]
+
+
+def test_laying_out_and_checking_a_file_are_phases_of_the_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.yaml").write_text("study: casing\noutput: x.h5\n")
+    for options in ([], ["--resume"]):
+        assert cli.main(["x.yaml", "--no-figures", *options]) == 0
+    first, second = map(json.loads, (tmp_path / "x.runs.jsonl").read_text().splitlines())
+    assert next(iter(first["phases"])) == "lay-out"
+    assert next(iter(second["phases"])) == "check"
+    for found in (first, second):
+        assert found["phases"]["close"] >= 0.0
 
 
 def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):
