@@ -13,7 +13,7 @@ from faults import disks, files, inputs, kills, system
 from faults.job import Skip
 
 REPORT = Path(__file__).parents[1] / "docs" / "faults.md"
-KILLS = 13  # of each kind
+KILLS = 13  # of each kind, at programs that still ran
 GROUPS = {
     "killed": {
         f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
@@ -52,12 +52,13 @@ def row(name, fault, folder, problems):
     """Cause one fault: a line of a table. What went wrong is appended to `problems`."""
     print(name, end=" ", flush=True)
     began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
-    mine = []
+    whens, mine = collections.Counter(), []
     try:
         for trial in fault(folder / _slug(name)):
             n_trials += 1
             codes[str(trial.code)] += 1
             said.setdefault(str(trial.code), trial.said)
+            whens.update([trial.when] * bool(trial.when))
             if trial.problem:
                 mine.append(f"{name}: {trial.problem}")
     except Skip as reason:
@@ -68,6 +69,7 @@ def row(name, fault, folder, problems):
     print(f"{n_trials} trials, {len(mine)} problems, {time.monotonic() - began:.0f} s", flush=True)
     ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
     message = next((text for text in said.values() if text), "")
+    message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or message
     return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"]
 
 
@@ -81,7 +83,7 @@ def _short(message):
 
 
 def _markdown(rows):
-    heads = ["fault", "trials", "exit codes (how often)", "for example", "problems"]
+    heads = ["fault", "trials", "exit codes (how often)", "when, or for example", "problems"]
     lines = [heads, ["---"] * len(heads), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 

@@ -31,6 +31,44 @@ def test_killed_at_random_moments(tmp_path, target):
     assert sound(kills.killed(tmp_path, target, 1)) == []
 
 
+@pytest.mark.parametrize("target", kills.TARGETS)
+def test_kills_are_spread_over_the_whole_run(target):
+    """Before the first of 64 samples, at most of the samples, and after the last one."""
+    found = kills.moments(13, target, 64)
+    assert len(found) == 13
+    wanted = [n for n, _ in found]
+    assert wanted.count(0) == 3
+    assert wanted.count(64) == 2
+    assert len({n // 8 for n in wanted if 0 < n < 64}) >= 7
+    assert all(0.0 <= share < 1.0 for _, share in found)
+
+
+def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
+    begun = job.Job(tmp_path, "study.yaml")
+    assert begun.until(lambda: job.listens(begun.process.pid, signal.SIGTERM))
+    begun.process.send_signal(signal.SIGTERM)
+    assert begun.wait() == 75
+    assert begun.message() == "hpcrub: stopped: SIGTERM came before anything was begun"
+    assert not begun.result.exists()
+
+
+def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    monkeypatch.setattr(casing, "prepare", lambda cfg: os.kill(os.getpid(), signal.SIGTERM))
+    assert cli.main(["a.yaml"]) == 75
+    assert capfd.readouterr().err == "hpcrub: stopped: SIGTERM came before a.h5 was opened\n"
+    assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_file_that_was_put_back_is_told(capfd):
+    for gone, n_lines in ((False, 0), (True, 1)):
+        file = SimpleNamespace(path="a.h5", close=lambda: None, put_back=lambda gone=gone: gone)
+        cli.close(Team(), file, SimpleNamespace(phase=lambda name: None))
+        err = capfd.readouterr().err
+        assert err.count("hpcrub: a.h5 was removed") == err.count("\n") == n_lines
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
@@ -138,7 +176,9 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
         assert module.f(1.0) == 2.5
         return sum(module.f.stats.cache_hits.values()) == 1
 
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
     assert [comes_from_cache(), comes_from_cache()] == [False, True]
+    assert not jit.cache.damaged
     for pattern in ("*.nbc", "*.nbi"):
         (entry,) = (tmp_path / "cache").rglob(pattern)
         content = entry.read_bytes()
