@@ -37,7 +37,7 @@ ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "PYTHONPATH": str(ROOT),
 }
-PATIENCE = 180.0  # [s] for anything that must end by itself
+PATIENCE = 600.0  # [s] for anything that must end by itself: compiling can take minutes
 
 
 class Trial(NamedTuple):
