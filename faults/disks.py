@@ -97,7 +97,8 @@ def removed(folder):
     for ranks in (0, 2):
         job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
         job.until_done(1)
-        shutil.rmtree(job.result.parent)
+        gone = job.result.parent.rename(job.folder / "gone")  # in one step: a log may be written
+        shutil.rmtree(gone)
         code = job.wait()
         trial = judged(job, code, [0], ["and is put back"], damage(job.result, expected))
         yield trial._replace(problem=trial.problem or carried_on(job, expected))

@@ -66,7 +66,10 @@ def stop_before_python(folder, number):
     expected, _ = undisturbed()
     job = Job(folder, "study.yaml")
     job.process.send_signal(number)
-    yield _stopped(job, [number.name], (), expected)
+    trial = _stopped(job, [number.name, 75], (), expected)
+    if trial.code == 75 and "stopped" not in trial.said:
+        trial = trial._replace(problem="75 without a word")
+    yield trial  # 75: on a busy machine Python may have been faster than the signal
 
 
 def _stopped(job, codes, words, expected):
