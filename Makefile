@@ -49,7 +49,7 @@ validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/vali
 stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
 	@$(VENV_PYTHON) -m stress
 
-test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes docs/faults.md; 10 min)
+test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes docs/faults.md; 20 to 40 min)
 	@$(VENV_PYTHON) -m faults $(ARGS)
 
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)

@@ -3,6 +3,7 @@ anything is wrong. Words choose faults by their names; without any, docs/faults.
 """
 
 import collections
+import concurrent.futures
 import re
 import sys
 import tempfile
@@ -13,7 +14,8 @@ from faults import disks, files, inputs, kills, system
 from faults.job import Skip
 
 REPORT = Path(__file__).parents[1] / "docs" / "faults.md"
-KILLS = 13  # of each kind
+AT_ONCE = 6  # faults: most of the time they wait
+KILLS = 13  # of each kind, at programs that still ran
 GROUPS = {
     "killed": {
         f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
@@ -29,14 +31,24 @@ GROUPS = {
 def main(words):
     """Run, print, write the report; returns the exit code."""
     began = time.monotonic()
-    tables, problems = [], []
-    with tempfile.TemporaryDirectory(prefix="faults-") as folder:
-        for group, faults in GROUPS.items():
-            chosen = [name for name in faults if not words or any(word in name for word in words)]
-            place = Path(folder) / _slug(group)
-            rows = [row(name, faults[name], place, problems) for name in chosen]
-            if rows:
-                tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
+    chosen = [
+        (group, name)
+        for group, faults in GROUPS.items()
+        for name in faults
+        if not words or any(word in name for word in words)
+    ]
+    with (
+        tempfile.TemporaryDirectory(prefix="faults-") as folder,
+        concurrent.futures.ProcessPoolExecutor(AT_ONCE) as pool,
+    ):
+        futures = [pool.submit(row, *names, Path(folder)) for names in chosen]
+        found = [future.result() for future in futures]
+    problems = [problem for _, some in found for problem in some]
+    tables = []
+    for group in GROUPS:
+        rows = [line for (g, _), (line, _) in zip(chosen, found, strict=True) if g == group]
+        if rows:
+            tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
     text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)
     print(text)
     if not words:
@@ -48,27 +60,30 @@ def main(words):
     return 1 if problems else 0
 
 
-def row(name, fault, folder, problems):
-    """Cause one fault: a line of a table. What went wrong is appended to `problems`."""
-    print(name, end=" ", flush=True)
+def row(group, name, folder):
+    """Cause one fault: the line of its table, and what went wrong."""
+    place = folder / _slug(group) / _slug(name)
     began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
-    mine = []
+    whens, mine = collections.Counter(), []
     try:
-        for trial in fault(folder / _slug(name)):
+        for trial in GROUPS[group][name](place):
             n_trials += 1
             codes[str(trial.code)] += 1
             said.setdefault(str(trial.code), trial.said)
+            whens.update([trial.when] * bool(trial.when))
             if trial.problem:
                 mine.append(f"{name}: {trial.problem}")
     except Skip as reason:
         said["skipped"] = str(reason)
     except Exception as error:  # the trial itself went wrong: as bad as what it looks for
         mine.append(f"{name}: {type(error).__name__}: {error}")
-    problems += mine
-    print(f"{n_trials} trials, {len(mine)} problems, {time.monotonic() - began:.0f} s", flush=True)
+    took = time.monotonic() - began
+    told = f"{name}: {n_trials} trials, {len(mine)} problems, {took:.0f} s"
+    print("\n".join([told, *mine]), flush=True)
     ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
     message = next((text for text in said.values() if text), "")
-    return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"]
+    message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or message
+    return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"], mine
 
 
 def _slug(name):
@@ -81,7 +96,7 @@ def _short(message):
 
 
 def _markdown(rows):
-    heads = ["fault", "trials", "exit codes (how often)", "for example", "problems"]
+    heads = ["fault", "trials", "exit codes (how often)", "when, or for example", "problems"]
     lines = [heads, ["---"] * len(heads), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 

@@ -52,11 +52,12 @@ def full_while_running(folder):
         (disk / "ballast").unlink()
         problem = damage(job.result, expected)
         trial = judged(job, code, [1], ["cannot write the figure", "No space left"], problem)
-        yield trial._replace(problem=trial.problem or carried_on(folder, expected))
+        yield trial._replace(problem=trial.problem or carried_on(job, expected))
 
 
 def quota(folder):
-    """EFBIG, as a quota gives, while the file is laid out."""
+    """EFBIG while the file is laid out. A real quota (EDQUOT) needs a file system that has them;
+    to hpcrub both are an OSError of the same call."""
     folder.mkdir()
     limited = folder / "limited.py"
     limited.write_text(
@@ -91,15 +92,16 @@ def log_full(folder):
 
 
 def removed(folder):
-    """The output folder goes while the study runs: the file is put back at the end."""
+    """The output folder goes while the study runs: the file is put back at the end, with a word."""
     expected, _ = undisturbed()
     for ranks in (0, 2):
         job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
         job.until_done(1)
-        shutil.rmtree(job.result.parent)
+        gone = job.result.parent.rename(job.folder / "gone")  # in one step: a log may be written
+        shutil.rmtree(gone)
         code = job.wait()
-        problem = damage(job.result, expected) or carried_on(job.folder, expected)
-        yield judged(job, code, [0], problem=problem)
+        trial = judged(job, code, [0], ["and is put back"], damage(job.result, expected))
+        yield trial._replace(problem=trial.problem or carried_on(job, expected))
 
 
 def read_only_folder(folder):
@@ -190,7 +192,7 @@ def two_jobs(folder):
 FAULTS = {
     "disk too small": too_small,
     "disk full while running": full_while_running,
-    "quota reached while the file is laid out": quota,
+    "limit of a file's size (RLIMIT_FSIZE; as a quota would) while the file is laid out": quota,
     "no place for the log": log_full,
     "output folder removed while running": removed,
     "disk mounted read-only": read_only_folder,

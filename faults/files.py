@@ -4,6 +4,7 @@ Each reader runs in a child of this process, so that one that crashes or hangs i
 """
 
 import contextlib
+import itertools
 import json
 import os
 import random
@@ -50,8 +51,11 @@ READERS = {
         ["cross.yaml", "--set", f"sources=[{path}]", "--output", "of_source.h5", "--overwrite"]
     ),
     "merge": lambda path, study: merge.main(["merged.h5", path, "--overwrite"]),
+    "merge --samples": lambda path, study: merge.main(
+        ["more.h5", path, "--overwrite", "--samples", "3"]
+    ),
 }
-OF_CONTACT = ("sources", "merge")  # readers that take results of this study only
+DAMAGES = "bit", "bytes", "data", "cut"
 
 
 def make(folder, names=tuple(STUDIES)):
@@ -129,25 +133,21 @@ def _child(folder, reader, path, study):
 # damage
 
 
-def flipped(folder, files, n_trials, seed=1):
-    """Bytes changed and ends cut at random places; one reader after the other."""
-    for name, content in files.items():
-        study = "contact" if name == "low" else name
-        rng = random.Random(f"{seed} {name}")
-        for trial in range(n_trials):
-            harmed, where = _harm(content, rng, trial)
-            reader = list(READERS)[trial % len(READERS)]
-            if reader in OF_CONTACT and study != "contact":
-                reader = "inspect"
+def harmed_files(folder, files, n_each, seed=1):
+    """Every reader on every file of files ({name: bytes}) with every kind of damage, n_each times,
+    each time at another random place."""
+    for (name, content), reader, damage in itertools.product(files.items(), READERS, DAMAGES):
+        rng = random.Random(f"{seed} {name} {reader} {damage}")
+        for _ in range(n_each):
+            harmed, where = _harm(content, rng, damage)
             (folder / "harmed.h5").write_bytes(harmed)
             found = read(folder, reader, "harmed.h5", name)
             problem = found.problem and f"{name}, {reader}, {where}: {found.problem}"
             yield found._replace(problem=problem)
 
 
-def _harm(content, rng, trial):
-    """The content, harmed, and where."""
-    kind = ("bit", "bytes", "data", "data", "cut")[trial % 5]
+def _harm(content, rng, kind):
+    """The content, harmed in one of the ways of DAMAGES, and where."""
     if kind == "cut":
         length = rng.randrange(len(content))
         return content[:length], f"cut to {length}"
@@ -320,7 +320,7 @@ def not_files(folder, content, readers=tuple(READERS)):
 
 def all_studies(folder):
     """Random damage to files of every study."""
-    yield from flipped(folder, make(folder), 60)
+    yield from harmed_files(folder, make(folder), 3)
 
 
 def _contact(function):

@@ -37,7 +37,7 @@ ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "PYTHONPATH": str(ROOT),
 }
-PATIENCE = 180.0  # [s] for anything that must end by itself
+PATIENCE = 600.0  # [s] for anything that must end by itself: compiling can take minutes
 
 
 class Trial(NamedTuple):
@@ -46,6 +46,7 @@ class Trial(NamedTuple):
     code: int | str  # exit code, or the name of the signal that ended it
     said: str = ""  # its message
     problem: str = ""  # what it should have done
+    when: str = ""  # what it was at: counted in the table
 
 
 class Skip(Exception):
@@ -99,6 +100,17 @@ class Job:
         """Processes that it started: the ranks, under mpirun."""
         return children(self.process.pid)
 
+    def by_rank(self):
+        """Processes of all ranks, in their order, as soon as they are there; [] at its end."""
+        found = {}
+
+        def complete():
+            found.clear()
+            found.update({rank_of(pid): pid for pid in self.below()})
+            return set(range(self.ranks)) <= set(found)
+
+        return [found[rank] for rank in range(self.ranks)] if self.until(complete) else []
+
     def until(self, condition, patience=PATIENCE):
         """Wait for a condition or for the end of the program; whether the condition came true."""
         end = time.monotonic() + patience
@@ -141,6 +153,26 @@ def children(pid):
             return [int(child) for child in file.read().split()]
     except FileNotFoundError:
         return []
+
+
+def rank_of(pid):
+    """Rank of a process that Open MPI has started; -1 when it is none, or no more, or not yet."""
+    try:
+        variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+    except (FileNotFoundError, ProcessLookupError):
+        return -1
+    values = dict(line.partition(b"=")[::2] for line in variables)
+    return int(values.get(b"OMPI_COMM_WORLD_RANK", -1))
+
+
+def listens(pid, number):
+    """Whether a process handles a signal itself."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    caught = next((line.split()[1] for line in lines if line.startswith("SigCgt")), "0")
+    return bool(int(caught, 16) >> (number - 1) & 1)
 
 
 def is_alive(pid):
@@ -204,9 +236,13 @@ def damage(path, expected):
     return ""
 
 
-def carried_on(folder, expected, *arguments, ranks=0):
-    """Resume a disturbed study; "" when it ends with the undisturbed bits and nothing beside."""
-    job, code = run(folder, "study.yaml", *arguments, "--resume", ranks=ranks)
+def carried_on(disturbed, expected, ranks=None):
+    """Resume a disturbed Job's study on another number of ranks (0: without mpirun); "" when it
+    ends with the undisturbed bits and nothing beside."""
+    if ranks is None:
+        ranks = 2 if disturbed.ranks < 2 else 0
+    assert max(ranks, 1) != max(disturbed.ranks, 1)
+    job, code = run(disturbed.folder, "study.yaml", "--resume", ranks=ranks)
     if code != 0:
         return f"resume on {ranks} ranks ends with {code}: {job.errors()[-300:]}"
     if not same(values(job.result), expected):

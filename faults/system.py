@@ -11,7 +11,9 @@ from faults.job import (
     Trial,
     carried_on,
     damage,
+    is_alive,
     judged,
+    listens,
     run,
     send,
     undisturbed,
@@ -32,18 +34,50 @@ def script(folder, text):
 
 
 def stop_at_start(folder, number, ranks, n_trials):
-    """A stop signal at any moment of the start: no traceback, no half-made file."""
+    """A stop signal at any moment from the first line of hpcrub on, to the process or to one of
+    the ranks: said in one line, no traceback, no half-made file."""
     expected, length = undisturbed()
-    codes = [0, 75, number.name] + ([1, 128 + number] if ranks else [])
     for trial in range(n_trials):
         job = Job(folder / f"{trial}", "study.yaml", ranks=ranks)
-        job.until(lambda: False, random.Random(trial).random() * 0.6 * length)
+        victim = job.by_rank()[trial % ranks] if ranks else job.process.pid
+        job.until(lambda victim=victim: listens(victim, number))
+        share = (trial + random.Random(trial).random()) / n_trials
+        job.until(lambda: False, 0.6 * share * length)
+        send(victim, number)
+        # a rank that ends before all are there says nothing: mpirun tells its exit code
+        quiet = ranks and trial % ranks and not job.result.exists()
+        words = () if quiet else [f"hpcrub: stopped: {number.name} came"]
+        yield _stopped(job, [75], words, expected)
+
+
+def stop_mpirun_at_start(folder, number, n_trials):
+    """The same for mpirun, which returns 1. It kills its ranks after a second and drops what they
+    say by then: they may be too late to say it."""
+    expected, length = undisturbed()
+    for trial in range(n_trials):
+        job = Job(folder / f"{trial}", "study.yaml", ranks=2)
+        job.until(lambda: False, random.Random(trial).random() * length)
         job.process.send_signal(number)
-        code, problem = job.wait(), ""
-        if job.result.exists():
-            problem = damage(job.result, expected)
-        trial = judged(job, code, codes, problem=problem)
-        yield trial._replace(problem=trial.problem or carried_on(job.folder, expected))
+        yield _stopped(job, [1], (), expected)
+
+
+def stop_before_python(folder, number):
+    """The same before Python has begun: nothing can be said, nothing is there."""
+    expected, _ = undisturbed()
+    job = Job(folder, "study.yaml")
+    job.process.send_signal(number)
+    trial = _stopped(job, [number.name, 75], (), expected)
+    if trial.code == 75 and "stopped" not in trial.said:
+        trial = trial._replace(problem="75 without a word")
+    yield trial  # 75: on a busy machine Python may have been faster than the signal
+
+
+def _stopped(job, codes, words, expected):
+    code, problem = job.wait(), ""
+    if job.result.exists():
+        problem = damage(job.result, expected)
+    trial = judged(job, code, codes, words, problem)
+    return trial._replace(problem=trial.problem or carried_on(job, expected))
 
 
 def killed_in_lay_out(folder):
@@ -79,7 +113,7 @@ def compiling(folder):
     time.sleep(2.0)
     job.process.send_signal(signal.SIGTERM)
     trial = judged(job, job.wait(), [75], ["--resume"])
-    yield trial._replace(problem=trial.problem or carried_on(folder, expected))
+    yield trial._replace(problem=trial.problem or carried_on(job, expected))
 
 
 def paused(folder):
@@ -88,13 +122,16 @@ def paused(folder):
     for rank in (0, 1):
         job = Job(folder / f"{rank}", "study.yaml", ranks=2)
         job.until(job.result.exists)
-        pids = job.below()
-        if len(pids) == 2:
-            send(pids[rank], signal.SIGSTOP)
-            time.sleep(3.0)
-            send(pids[rank], signal.SIGCONT)
+        pids = job.by_rank()
+        if not pids:
+            yield Trial(job.wait(), problem="it ended before it could be paused")
+            continue
+        send(pids[rank], signal.SIGSTOP)
+        time.sleep(3.0)
+        problem = "" if is_alive(pids[rank]) else "it had ended before it was paused"
+        send(pids[rank], signal.SIGCONT)
         code = job.wait()
-        yield judged(job, code, [0], problem=damage(job.result, expected))
+        yield judged(job, code, [0], problem=problem or damage(job.result, expected))
 
 
 def clock(folder):
@@ -154,12 +191,15 @@ def damaged_cache(folder, harm, pattern):
     for entry in entries:
         entry.write_bytes(harm(entry.read_bytes()))
     job, code = run(folder, "study.yaml", **environment)
-    yield judged(job, code, [0], problem=damage(job.result, expected))
+    words = ["damaged compiled code in", "was compiled anew"]
+    yield judged(job, code, [0], words, damage(job.result, expected))
     began = time.monotonic()
     job, code = run(folder, "study.yaml", "--overwrite", **environment)
     took = time.monotonic() - began
     mended = [e for e in entries if e.read_bytes() == harm(e.read_bytes())]
     problem = f"not mended: {mended[0].name}" if mended else ""
+    if not problem and "damaged" in job.message():
+        problem = "called damaged although it was mended"
     yield judged(job, code, [0], problem=problem)._replace(said=f"then {took:.0f} s")
 
 
@@ -183,15 +223,23 @@ def cache_code(folder):
     yield from damaged_cache(folder, _garbled, "*.nbc")
 
 
-def cache_not_writable(folder):
-    """No place for compiled code: compiled in memory, on every rank."""
+def cache_not_writable(folder, n_blocked):
+    """No place for the compiled code of some of two ranks: said once, and they go on without."""
     expected, _ = undisturbed()
-    blocked = folder / "cache"
     folder.mkdir()
+    blocked = folder / "blocked"
     blocked.write_text("a file where the folder should be")
-    environment = {"XDG_CACHE_HOME": str(blocked), "NUMBA_CACHE_DIR": None}
-    job, code = run(folder, "study.yaml", ranks=2, **environment)
-    yield judged(job, code, [0], problem=damage(job.result, expected))
+    text = (
+        f"if int(os.environ['OMPI_COMM_WORLD_RANK']) >= {2 - n_blocked}:\n"
+        f"    os.environ['XDG_CACHE_HOME'] = {str(blocked)!r}\n"
+    )
+    environment = {"NUMBA_CACHE_DIR": None}
+    job, code = run(folder, "study.yaml", ranks=2, script=script(folder, text), **environment)
+    words = [f"cannot be kept on {n_blocked} of 2 ranks", "Not a directory", "XDG_CACHE_HOME="]
+    problem = damage(job.result, expected)
+    if not problem and job.message().count("cannot be kept") != 1:
+        problem = f"not said once: {job.message()}"
+    yield judged(job, code, [0], words, problem)
 
 
 def cache_full(folder):
@@ -200,12 +248,15 @@ def cache_full(folder):
     with small_disk(folder / "cache", "64k") as disk:
         environment = {"XDG_CACHE_HOME": str(disk), "NUMBA_CACHE_DIR": None}
         job, code = run(folder, "study.yaml", **environment)
-        yield judged(job, code, [0], problem=damage(job.result, expected))
+        words = ["compiled code cannot be kept", "No space left on device"]
+        yield judged(job, code, [0], words, damage(job.result, expected))
 
 
 FAULTS = {
+    "SIGTERM before Python has begun": lambda f: stop_before_python(f, signal.SIGTERM),
     "SIGTERM while starting, 1 process": lambda f: stop_at_start(f, signal.SIGTERM, 0, 8),
-    "SIGTERM while starting, 2 ranks": lambda f: stop_at_start(f, signal.SIGTERM, 2, 6),
+    "SIGTERM while starting, one of 2 ranks": lambda f: stop_at_start(f, signal.SIGTERM, 2, 8),
+    "SIGTERM while starting, mpirun": lambda f: stop_mpirun_at_start(f, signal.SIGTERM, 6),
     "SIGINT while starting, 1 process": lambda f: stop_at_start(f, signal.SIGINT, 0, 8),
     "SIGTERM while compiling": compiling,
     "kill -9 while an old file is replaced": killed_in_lay_out,
@@ -214,6 +265,7 @@ FAULTS = {
     "numerical failure in one sample": sample_fails,
     "index of compiled code truncated": cache_index,
     "compiled code garbled": cache_code,
-    "no folder for compiled code": cache_not_writable,
+    "no folder for compiled code, one of 2 ranks": lambda f: cache_not_writable(f, 1),
+    "no folder for compiled code, both ranks": lambda f: cache_not_writable(f, 2),
     "disk of compiled code full": cache_full,
 }

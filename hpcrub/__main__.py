@@ -1,12 +1,11 @@
 """The program, as `python main.py`, `python -m hpcrub` or the command `hpcrub`."""
 
-import signal
+from hpcrub import parallel
 
 
 def main():
     """Run the program; returns the exit code."""
-    # Until hpcrub listens to signals itself, Ctrl-C ends it at once: no half-done import to trace.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    parallel.listen()  # the libraries that the next line loads take a second
     from hpcrub.cli import main
 
     return main()

@@ -8,6 +8,7 @@ os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "M
 
 import argparse
 import json
+import sys
 import time
 from pathlib import Path
 
@@ -75,10 +76,11 @@ def program(team, argv):
 def one_run(team, options, cfg):
     """One study from its input to its figures."""
     problem = team.on_root(lambda: examine(cfg, options))
+    team.stop_if_asked(cfg.output)
     lock = Holder()
     try:
-        team.on_root(lambda: claim(cfg, options, lock))
-        with Accounting(cfg, team) as log:
+        earlier = team.on_root(lambda: claim(cfg, options, lock))
+        with Accounting(cfg, team, earlier) as log:
             run(team, cfg, problem, log, not options.no_figures)
     finally:
         lock.release()
@@ -191,18 +193,25 @@ def check_output(cfg, options):
 
 
 def claim(cfg, options, holder):
-    """Make sure that a sound result file is there, and nobody else's (rank 0)."""
+    """Make sure that a sound result file is there, and nobody else's (rank 0).
+
+    Returns what that was, and its seconds.
+    """
     holder.lock = ownership.Lock(cfg.output)  # first: another job may just have finished it
-    if not check_output(cfg, options):
-        storage.lay_out(cfg.output, cfg)
+    began = time.monotonic()
+    if check_output(cfg, options):
+        return "check", time.monotonic() - began
+    storage.lay_out(cfg.output, cfg)
+    return "lay-out", time.monotonic() - began
 
 
 class Accounting:
     """Writes the log of a run on rank 0, however the run ends."""
 
-    def __init__(self, cfg, team):
+    def __init__(self, cfg, team, earlier):
+        """earlier: name and seconds of what came before the log could be written."""
         self.work = None  # TaskStudy or Study
-        self.log = RunLog(cfg.output, team.size) if team.rank == 0 else None
+        self.log = RunLog(cfg.output, team.size, *earlier) if team.rank == 0 else None
 
     def phase(self, name):
         """The phase `name` begins."""
@@ -231,8 +240,7 @@ def run(team, cfg, problem, log, figures):
         work.run()
     except Interrupted as error:
         n_done, n_all = team.on_root(lambda: stop(bar, work))
-        file.close()
-        team.on_root(file.put_back)
+        close(team, file, log)
         error.args = (
             f"{error} came; {n_done} of {n_all} {work.what} are in {cfg.output}, and the same "
             "command with --resume computes the others, on any number of ranks",
@@ -241,11 +249,19 @@ def run(team, cfg, problem, log, figures):
     log.phase("summary")
     team.on_root(lambda: stop(bar, work))
     team.on_root(lambda: work.summary(time.monotonic() - began))
-    file.close()
-    team.on_root(file.put_back)
+    close(team, file, log)
     if figures and not cfg.is_part:
         log.phase("figures")
         team.on_root(lambda: draw([cfg.output]))
+
+
+def close(team, file, log):
+    """Close the file; it gets its name again if somebody has taken it away, with a line."""
+    log.phase("close")
+    file.close()
+    if team.on_root(file.put_back) and team.rank == 0:
+        text = f"{file.path} was removed or moved while this job ran, and is put back"
+        print(f"hpcrub: {text}", file=sys.stderr, flush=True)
 
 
 def announce(bar, cfg, n_ranks):

@@ -7,19 +7,25 @@ numba loads what it finds. A damaged entry would end the program, or run as othe
 every entry carries a checksum here, and one that does not fit is compiled anew.
 """
 
-import contextlib
 import hashlib
 import os
 import pickle
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
+from hpcrub.errors import reason
+
+# What `warmup` has to say of this process's compiled code:
+# lost: why it cannot be kept, "" when it can; damaged: some that was kept was of no use
+cache = SimpleNamespace(lost="", damaged=False)
+
 
 def _cache_folder():
-    """A folder for compiled code, or None where none can be written."""
+    """A folder for compiled code; "" where none can be written, and `cache.lost` says why."""
     digest = hashlib.sha256(numba.__version__.encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
@@ -27,13 +33,18 @@ def _cache_folder():
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         folder = base / "hpcrub" / "jit" / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):  # not writable, or no home at all
-        return None
-    return str(folder) if os.access(folder, os.W_OK) else None
+        if os.access(folder, os.W_OK):
+            return str(folder)
+        cache.lost = f"{folder}: no right to write there"
+    except OSError as error:
+        cache.lost = f"{error.filename}: {reason(error)}"
+    except RuntimeError as error:  # no home at all
+        cache.lost = reason(error)
+    return ""
 
 
 if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = _cache_folder() or ""
+    numba.config.CACHE_DIR = _cache_folder()
 
 
 class _Entry(CompileResultCacheImpl):
@@ -60,6 +71,7 @@ class _Cache(FunctionCache):
         try:
             found = super().load_overload(sig, target_context)
         except Exception:  # whatever garbled bytes make of pickle
+            cache.damaged = True
             return None
         return found if found is not None and found.signature.args == tuple(sig) else None
 
@@ -68,9 +80,11 @@ class _Cache(FunctionCache):
         try:
             super().save_overload(sig, data)
         except Exception:  # a damaged index, which is read before it is extended
-            with contextlib.suppress(OSError):
+            try:
                 self.flush()
                 super().save_overload(sig, data)
+            except OSError as error:
+                cache.lost = f"{numba.config.CACHE_DIR}: {reason(error)}"
 
 
 def compiled(function=None, *, inline=False):

@@ -80,14 +80,14 @@ def move(path, to):
 def put_back(kept, path):
     """Copy an open file to its name, if somebody has removed or moved it, and close it.
 
-    kept: descriptor to read it. Raises HpcrubError when another file has taken the name, or it
-    cannot be written.
+    kept: descriptor to read it. Returns whether it was gone. Raises HpcrubError when another file
+    has taken the name, or it cannot be written.
     """
     with open(kept, "rb") as file:
         try:
             there = os.stat(path) if os.path.lexists(path) else None
             if there and os.path.samestat(there, os.fstat(file.fileno())):
-                return
+                return False
             target = _free_name(path) if there else path
             target.parent.mkdir(parents=True, exist_ok=True)
             with open(target, "xb") as copy:
@@ -100,6 +100,7 @@ def put_back(kept, path):
             f"{path} was replaced by another file while this job ran; "
             f"what it has computed is in {target}"
         )
+    return True
 
 
 def _free_name(path):

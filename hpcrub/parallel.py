@@ -34,6 +34,21 @@ LAUNCHERS = (
 )
 
 
+def listen():
+    """Until `run` begins, a stop signal ends the program at once, with a line and its exit code."""
+    for number in STOP_SIGNALS:
+        signal.signal(number, _stop_at_once)
+
+
+def _stop_at_once(number, frame):
+    _print_error(Interrupted(f"{_name(number)} came before anything was begun"), launched_rank())
+    os._exit(Interrupted.exit_code)  # no half-done import to trace
+
+
+def _name(number):
+    return signal.Signals(number).name
+
+
 def run(program):
     """Run program(team) on this rank and end all ranks in good order.
 
@@ -66,7 +81,7 @@ def run(program):
         return 1
     finally:
         for number, handler in handlers.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
 
 
 def start_team():
@@ -136,7 +151,19 @@ class Team:
 
     def remember(self, number, frame):
         """Signal handler: take note, nothing else."""
-        self.signal = signal.Signals(number).name
+        self.signal = _name(number)
+
+    def stop_if_asked(self, output):
+        """Raise Interrupted on every rank if any of them was asked to stop; on all ranks.
+
+        output: file that is not open yet.
+        """
+
+        def check():
+            if self.signal:
+                raise Interrupted(f"{self.signal} came before {output} was opened")
+
+        self.together(check)
 
     def barrier(self):
         """Wait for all ranks without taking a core."""

@@ -27,7 +27,7 @@ class Work(NamedTuple):
     n_done: int = 0  # samples or tasks
     n_steps: int = 0  # time steps of all speeds; 0 where they are not counted
     seconds: float = 0.0  # ranks were busy
-    writing: float = 0.0  # of these [s]
+    writing: float = 0.0  # of these, for writing samples [s]; lay-out and statistics are phases
 
     def __add__(self, other):
         return Work(*(a + b for a, b in zip(self, other, strict=True)))
@@ -36,12 +36,13 @@ class Work(NamedTuple):
 class RunLog:
     """The log of one run, on rank 0."""
 
-    def __init__(self, output, n_ranks):
-        """output: result file; n_ranks: ranks of this run. Writes the first line."""
+    def __init__(self, output, n_ranks, earlier="set-up", seconds=0.0):
+        """output: result file; n_ranks: ranks of this run; earlier: phase of so many seconds that
+        is over. Writes the first line."""
         self.output, self.path = str(output), Path(f"{without_suffix(output)}.log")
         self.n_ranks = n_ranks
-        self.started, self.began = _now(), time.monotonic()
-        self.phases, self.current = {}, None
+        self.started, self.began = _now(), time.monotonic() - seconds
+        self.phases, self.current = {earlier: seconds}, None
         self.place = {
             "host": socket.gethostname(),
             "job": os.environ.get("SLURM_JOB_ID", ""),

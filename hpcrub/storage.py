@@ -351,6 +351,7 @@ class ResultFile:
     def put_back(self):
         """Copy a file just written to its name, if somebody has removed or moved it; one rank.
 
-        Raises HpcrubError when another file has taken the name, or it cannot be written.
+        Returns whether somebody has. Raises HpcrubError when another file has taken the name, or it
+        cannot be written.
         """
-        ownership.put_back(self._kept, self.path)
+        return ownership.put_back(self._kept, self.path)

@@ -1,12 +1,13 @@
 """Compiled code → every rank, compiled by one of them only."""
 
-import contextlib
+import sys
 from pathlib import Path
 
 import numba
 import numpy as np
 
-from hpcrub import history, sweep
+from hpcrub import history, jit, sweep
+from hpcrub.errors import reason
 from hpcrub.statistics import running_statistics
 
 MARK = "complete"  # begin of the names of files that say what the cache holds
@@ -18,11 +19,17 @@ def warm_up(team, config, progress=None):
 
     team: Team; config: Config; progress: Progress on rank 0.
     Without a cache of compiled code rank 0 goes first; then the others find what it compiled.
+    What is wrong with the cache is said once, for all ranks.
     """
+    lost = team.gather(jit.cache.lost)
+    if team.rank == 0 and any(lost):
+        _say_lost(next(filter(None, lost)), f" on {sum(map(bool, lost))} of {team.size} ranks")
     team.on_root(lambda: _compile_once(config, progress))
     _load(config)
     if team.rank == 0:
         _warm_statistics()
+        if jit.cache.damaged:
+            _say(f"damaged compiled code in {numba.config.CACHE_DIR} was compiled anew")
 
 
 def _compile_once(config, progress):
@@ -30,12 +37,30 @@ def _compile_once(config, progress):
     if numba.config.CACHE_DIR and mark.exists():
         return
     if progress:
-        progress.say("compiling the kernel (once after every change of the program: a minute)")
+        once = "once after every change of the program: " if numba.config.CACHE_DIR else ""
+        progress.say(f"compiling the kernel ({once}a minute)")
+    if not numba.config.CACHE_DIR:  # the others would find nothing: all compile at once
+        return
     _load(config)
     _warm_statistics()
-    with contextlib.suppress(OSError):  # a full disk: next time it is compiled again
-        if numba.config.CACHE_DIR:
+    try:
+        if not jit.cache.lost:
             mark.touch()
+    except OSError as error:
+        jit.cache.lost = f"{mark}: {reason(error)}"
+    if jit.cache.lost:
+        _say_lost(jit.cache.lost)
+
+
+def _say_lost(why, where=""):
+    _say(
+        f"compiled code cannot be kept{where} and every run compiles it anew (a minute): {why}; "
+        "XDG_CACHE_HOME=FOLDER gives it another place"
+    )
+
+
+def _say(text):
+    print(f"hpcrub: {text}", file=sys.stderr, flush=True)
 
 
 def _more(config):

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from hpcrub import sweep
-from scaling import costs, program, report, simulate
+from scaling import costs, growth, program, report, simulate
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "build" / "scaling.pickle"
@@ -39,12 +39,22 @@ def measure():
         finish=found["costs"][4].finish + found["writing"][2, "independent"],
     )
     print("the program on ranks of this machine", flush=True)
-    found["sleeping"] = program.sleeping(found["costs"][4], machine)
+    found["sleeping"] = program.sleeping(found["costs"][4])
     found["studies"] = program.whole_studies(found["costs"][4], machine)
     print("statistics, memory, files", flush=True)
-    found["statistics"], found["memory"] = program.statistics(), program.memory()
-    found["files"] = program.file_sizes()
+    found |= growing()
     return found | {"minutes": (time.time() - began) / 60.0}
+
+
+def growing():
+    """The part of it that grows with the samples."""
+    return {
+        "statistics": (*growth.statistics_alone(), growth.statistics_written()),
+        "memory": growth.memory(),
+        "laying out": growth.laying_out(),
+        "looks": growth.looks(),
+        "files": growth.file_sizes(),
+    }
 
 
 def main():

@@ -1,4 +1,4 @@
-"""The program itself on the ranks that are at hand: messages, whole studies, writing, memory."""
+"""The program itself on the ranks that are at hand: messages, whole studies, writing."""
 
 import json
 import os
@@ -6,16 +6,10 @@ import pickle
 import subprocess
 import sys
 import tempfile
-import time
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
 
-from hpcrub import monte_carlo, studies
-from hpcrub.parallel import Team
-from hpcrub.statistics import running_statistics
-from scaling import costs as measured
 from scaling import simulate
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,6 +21,7 @@ MPI = {
     "PYTHONPATH": str(ROOT),
 }
 SAMPLES = 10  # of each level, in whole studies
+SLEPT, NAP = 160, 3e-3  # samples of ranks that sleep, and [s] from one of their polls to the next
 STUDY = """\
 speeds: {{from_hz: 33.5, to_hz: 35.5, step_hz: 0.05}}
 mistuning: {{samples: {samples}}}
@@ -57,7 +52,7 @@ import pickle, sys, time
 from hpcrub import parallel, schedule
 from scaling.simulate import TUNED_RUNS
 
-costs, n_samples = pickle.load(open(sys.argv[1], "rb"))
+costs, n_samples, nap = pickle.load(open(sys.argv[1], "rb"))
 most = max(costs.parts[0])
 
 def program(team):
@@ -74,7 +69,7 @@ def program(team):
             costs.parts[number][task.n_parts][task.part])
         until = time.perf_counter() + seconds * (tuned or not task.marched)
         while time.perf_counter() < until:
-            time.sleep(min(3e-3, max(0.0, until - time.perf_counter())))
+            time.sleep(min(nap, max(0.0, until - time.perf_counter())))
             poll()
         while not tuned and task.n_parts == 1 and not poll():
             time.sleep(parallel.PAUSE)
@@ -151,18 +146,21 @@ def messages():
         return _mpi(3, MESSAGES, folder=folder)
 
 
-def sleeping(costs, machine, all_ranks=(2, 4, 8, 16, 32), n_samples=160):
-    """{ranks: (seconds of the real dispatcher, of the simulation)} for ranks that sleep."""
+def sleeping(costs, all_ranks=(2, 4, 8, 16, 32), n_samples=SLEPT):
+    """{ranks: seconds} of the real dispatcher, for ranks that sleep."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "costs.pickle"
-        path.write_bytes(pickle.dumps((costs, n_samples)))
+        path.write_bytes(pickle.dumps((costs, n_samples, NAP)))
         for n_ranks in all_ranks:
-            real = _mpi(n_ranks, SLEEPING, path, folder=folder)
-            like = costs._replace(polls=np.full(4, 3e-3))
-            told = simulate.study(like, machine._replace(finish=0.0), n_ranks, n_samples)
-            found[n_ranks] = real, told.seconds
+            found[n_ranks] = _mpi(n_ranks, SLEEPING, path, folder=folder)
     return found
+
+
+def slept(costs, machine, n_ranks, n_samples=SLEPT):
+    """Seconds of the same in the simulation, with the same disks in the same order."""
+    like, machine = costs._replace(polls=np.full(4, NAP)), machine._replace(finish=0.0)
+    return simulate.study(like, machine, n_ranks, n_samples, drawn=False).seconds
 
 
 def whole_studies(costs, machine, all_ranks=(1, 2, 4, 8)):
@@ -207,58 +205,3 @@ def writing():
                 seconds = _mpi(n_ranks, WRITING, how, path, folder=folder)
                 found[n_ranks, how] = min(seconds, found.get((n_ranks, how), np.inf))
     return found
-
-
-class _EmptyFile:
-    """Stands for a result file in which nothing is done yet."""
-
-    def __init__(self, config):
-        self.shape = len(config.mistuning.half_range), config.mistuning.samples
-
-    def status(self):
-        return np.zeros(self.shape, np.uint8)
-
-    def read(self, name):
-        return np.full(self.shape, np.nan)
-
-    def tuned(self):
-        return None
-
-
-def memory(all_samples=(10_000, 100_000, 1_000_000)):
-    """{samples per level: (bytes at most, bytes kept) on rank 0 for its book of a study}."""
-    found = {}
-    for n_samples in all_samples:
-        config = measured.configuration(4, n_samples)
-        tracemalloc.start()
-        study = monte_carlo.Study(Team(), config, None, _EmptyFile(config))
-        study._take_stock()
-        kept, most = tracemalloc.get_traced_memory()
-        tracemalloc.stop()
-        found[n_samples] = most, kept
-        del study
-    return found
-
-
-def statistics(n_samples=1_000_000):
-    """Seconds for the statistics of a million samples on four levels, of one kind and of both."""
-    values = np.random.default_rng(1).gamma(20.0, 0.1, (8, n_samples))
-    running_statistics(values[0, :100], [1, 50, 99], 10, 2.81)
-    ticks = [time.process_time()]
-    for line in values:
-        running_statistics(line, [1, 50, 99], 10, 2.81)
-        ticks.append(time.process_time())
-    return ticks[4] - ticks[0], ticks[8] - ticks[0]
-
-
-def file_sizes():
-    """Rows (name, samples in all, bytes, bytes per sample) for the paper's study and beyond."""
-    rows = []
-    for name, factor in (("paper", 1), ("10 times", 10), ("100 times", 100)):
-        total = n_samples = 0
-        for n_bumps in measured.CASES:
-            config = measured.configuration(n_bumps, 5000 * factor)
-            total += studies.file_size(config)
-            n_samples += 4 * config.mistuning.samples
-        rows.append((name, n_samples, total, total / n_samples))
-    return rows

@@ -2,7 +2,8 @@
 
 Rank 0's book is the program's `schedule.Desk`; ranks behave as in `parallel`: rank 0 looks at its
 messages at the polls of its own task, or every PAUSE when it has none; the others ask when they
-begin their last task. Messages take no time on the way, but rank 0 handles one after another.
+begin their last task. Messages take no time on the way, but rank 0 handles one after another. At
+the end it says good-bye to every rank and hears the same.
 """
 
 import heapq
@@ -41,23 +42,24 @@ class Result(NamedTuple):
         return self.useful / (n_ranks * self.seconds)
 
 
-def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True):
+def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True, drawn=True):
     """Simulate one case of n_samples samples in all.
 
     costs: `costs.Costs`; cut: whether samples are cut into parts; overlap: whether samples begin
-    before the tuned disk is known.
+    before the tuned disk is known; drawn: whether the costs of a disk are those of a measured one
+    drawn at random, or those of the measured one of its number.
     """
     if not overlap:
         first = _Simulation(costs, machine, n_ranks, seed, cut).run(0)
         rest = _Simulation(costs, machine, n_ranks, seed, cut, tuned=False).run(n_samples)
         sums = (a + b for a, b in zip(first, rest, strict=True))
         return Result(*sums)
-    return _Simulation(costs, machine, n_ranks, seed, cut).run(n_samples)
+    return _Simulation(costs, machine, n_ranks, seed, cut, drawn=drawn).run(n_samples)
 
 
 class _Simulation:
-    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True):
-        self.costs, self.machine, self.n_ranks = costs, machine, n_ranks
+    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True, drawn=True):
+        self.costs, self.machine, self.n_ranks, self.drawn = costs, machine, n_ranks, drawn
         self.random = np.random.default_rng(seed)
         self.most = max(costs.parts[0], default=1) if cut else 1
         self.tuned = tuned
@@ -90,7 +92,11 @@ class _Simulation:
             now, _, action, arguments = heapq.heappop(self.events)
             action(now, *arguments)
         assert self.desk.finished(), "the ranks wait for each other"
-        return Result(now, self.useful, self.n_messages, self.serving, self.known_at or 0.0)
+        farewell = self.machine.send + self.machine.receive
+        farewell *= (self.n_ranks - 1) * self.machine.slowdown
+        seconds = max(now, self.free_at) + farewell
+        serving = self.serving + farewell
+        return Result(seconds, self.useful, self.n_messages, serving, self.known_at or 0.0)
 
     def _at(self, when, action, *arguments):
         heapq.heappush(self.events, (when, next(self.order), action, arguments))
@@ -101,7 +107,7 @@ class _Simulation:
             return 0.0
         key = task._replace(part=0)
         if key not in self.records:
-            self.records[key] = int(self.random.integers(len(self.costs.whole)))
+            self.records[key] = self._record(task)
             self.useful += self.costs.whole[self.records[key]] * self.machine.slowdown
         record = self.records[key]
         if task.n_parts == 1:
@@ -110,6 +116,13 @@ class _Simulation:
         else:
             seconds = self.costs.parts[record][task.n_parts][task.part]
         return seconds * self.machine.slowdown
+
+    def _record(self, task):
+        """Number of the measured disk whose costs a disk has."""
+        if self.drawn:
+            return int(self.random.integers(len(self.costs.whole)))
+        number = task.run if isinstance(task, schedule.Tuned) else task.sample
+        return number % len(self.costs.whole)
 
     # rank 0
 

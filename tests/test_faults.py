@@ -12,8 +12,10 @@ import pytest
 from conftest import ROOT
 
 from faults import files, inputs, job, kills
-from hpcrub import cli, config
+from hpcrub import cli, config, jit, warmup
 from hpcrub.errors import InputError
+from hpcrub.parallel import Team
+from hpcrub.studies import casing
 
 
 def sound(trials):
@@ -29,6 +31,44 @@ def test_killed_at_random_moments(tmp_path, target):
     assert sound(kills.killed(tmp_path, target, 1)) == []
 
 
+@pytest.mark.parametrize("target", kills.TARGETS)
+def test_kills_are_spread_over_the_whole_run(target):
+    """Before the first of 64 samples, at most of the samples, and after the last one."""
+    found = kills.moments(13, target, 64)
+    assert len(found) == 13
+    wanted = [n for n, _ in found]
+    assert wanted.count(0) == 3
+    assert wanted.count(64) == 2
+    assert len({n // 8 for n in wanted if 0 < n < 64}) >= 7
+    assert all(0.0 <= share < 1.0 for _, share in found)
+
+
+def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
+    begun = job.Job(tmp_path, "study.yaml")
+    assert begun.until(lambda: job.listens(begun.process.pid, signal.SIGTERM))
+    begun.process.send_signal(signal.SIGTERM)
+    assert begun.wait() == 75
+    assert begun.message() == "hpcrub: stopped: SIGTERM came before anything was begun"
+    assert not begun.result.exists()
+
+
+def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    monkeypatch.setattr(casing, "prepare", lambda cfg: os.kill(os.getpid(), signal.SIGTERM))
+    assert cli.main(["a.yaml"]) == 75
+    assert capfd.readouterr().err == "hpcrub: stopped: SIGTERM came before a.h5 was opened\n"
+    assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_file_that_was_put_back_is_told(capfd):
+    for gone, n_lines in ((False, 0), (True, 1)):
+        file = SimpleNamespace(path="a.h5", close=lambda: None, put_back=lambda gone=gone: gone)
+        cli.close(Team(), file, SimpleNamespace(phase=lambda name: None))
+        err = capfd.readouterr().err
+        assert err.count("hpcrub: a.h5 was removed") == err.count("\n") == n_lines
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
@@ -36,8 +76,11 @@ def made(tmp_path_factory):
 
 
 def test_damaged_files_are_read_or_refused(made):
+    """Every reader meets every kind of damage."""
     folder, content = made
-    assert sound(files.flipped(folder, {"contact": content}, 16)) == []
+    trials = list(files.harmed_files(folder, {"contact": content}, 1))
+    assert len(trials) == len(files.READERS) * len(files.DAMAGES)
+    assert sound(trials) == []
 
 
 def test_files_that_lie_are_refused(made):
@@ -133,7 +176,9 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
         assert module.f(1.0) == 2.5
         return sum(module.f.stats.cache_hits.values()) == 1
 
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
     assert [comes_from_cache(), comes_from_cache()] == [False, True]
+    assert not jit.cache.damaged
     for pattern in ("*.nbc", "*.nbi"):
         (entry,) = (tmp_path / "cache").rglob(pattern)
         content = entry.read_bytes()
@@ -145,6 +190,8 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
         ):
             entry.write_bytes(harmed)
             assert [comes_from_cache(), comes_from_cache()] == [False, True], pattern
+            assert jit.cache.damaged, pattern
+            jit.cache.damaged = False
     (entry,) = (tmp_path / "cache").rglob("*.nbi")
 
     def full(*_):
@@ -153,3 +200,37 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
     monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
     entry.unlink()
     assert not comes_from_cache()  # and it cannot be kept
+    assert jit.cache.lost.endswith("No space left on device")
+
+
+def test_a_folder_of_compiled_code_that_cannot_be_written_is_told_once(
+    tmp_path, monkeypatch, capfd
+):
+    """For all ranks by rank 0, whichever of them it is that cannot."""
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setattr(warmup.sweep, "warm_up", lambda: None)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert jit._cache_folder() == ""
+    assert "Not a directory" in jit.cache.lost
+    team = Team()
+    warmup.warm_up(team)
+    err = capfd.readouterr().err
+    assert err.count("\n") == err.count("compiled code cannot be kept on 1 of 1 ranks") == 1
+    assert "XDG_CACHE_HOME=" in err
+    team.size, team.gather = 3, lambda own: ["", jit.cache.lost, ""]
+    team.bcast = lambda value: value
+    warmup.warm_up(team)
+    assert "cannot be kept on 1 of 3 ranks" in capfd.readouterr().err
+    team.rank = 2
+    team.gather = team.on_root = lambda *_: None
+    warmup.warm_up(team)
+    assert capfd.readouterr().err == ""
+
+
+def test_damaged_compiled_code_is_told(monkeypatch, capfd):
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=True))
+    monkeypatch.setattr(warmup.sweep, "warm_up", lambda: None)
+    warmup.warm_up(Team())
+    assert capfd.readouterr().err.count("damaged compiled code in") == 1

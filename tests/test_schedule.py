@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from hpcrub import runlog
+from hpcrub import cli, runlog
 from hpcrub.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
 from scaling import simulate
 from scaling.costs import Costs
@@ -83,6 +83,14 @@ def test_simulated_ranks_never_wait_for_each_other_for_ever(n_ranks):
     assert result.efficiency(n_ranks) < 1.0
 
 
+def test_rank_0_is_never_busy_longer_than_the_study_takes():
+    """2,000 ranks whose samples take no time: rank 0 does nothing but serve, to the last moment."""
+    costs = fake_costs()
+    costs = costs._replace(whole=costs.whole * 1e-6)
+    result = simulate.study(costs, MACHINE, 2000, 20_000, cut=False)
+    assert 0.8 * result.seconds < result.serving <= result.seconds * (1.0 + 1e-12)
+
+
 def test_simulation_of_one_rank_is_the_sum_of_its_costs():
     result = simulate.study(fake_costs(), MACHINE, 1, 50)
     assert result.seconds == pytest.approx(result.useful + 50 * MACHINE.finish, rel=1e-9)
@@ -118,6 +126,18 @@ def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
     summary = json.loads((tmp_path / "x.runs.jsonl").read_text())
     assert summary["steps"] is None
     assert summary["steps_per_second_and_core"] is None
+
+
+def test_laying_out_and_checking_a_file_are_phases_of_the_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.yaml").write_text("study: casing\noutput: x.h5\n")
+    for options in ([], ["--resume"]):
+        assert cli.main(["x.yaml", "--no-figures", *options]) == 0
+    first, second = map(json.loads, (tmp_path / "x.runs.jsonl").read_text().splitlines())
+    assert next(iter(first["phases"])) == "lay-out"
+    assert next(iter(second["phases"])) == "check"
+    for found in (first, second):
+        assert found["phases"]["close"] >= 0.0
 
 
 def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 PACKAGES = "slurm-wlm", "munge"
 PROGRAMS = "munged", "slurmctld", "slurmd", "sbatch", "scontrol", "srun"
-CPUS = 6  # said to have, so that jobs run side by side on a small machine
+CORES = 6  # said to have, of two hyper-threads each, so that jobs run side by side
 CONFIGURATION = """\
 ClusterName=hpcrub
 SlurmctldHost={host}(127.0.0.1)
@@ -38,7 +38,8 @@ MpiDefault=pmix
 ReturnToService=2
 MailProg=/bin/true
 MinJobAge=3600
-NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory=16000 State=UNKNOWN
+NodeName={host} NodeAddr=127.0.0.1 CoresPerSocket={cores} ThreadsPerCore=2 RealMemory=16000 \
+    State=UNKNOWN
 PartitionName=test Nodes={host} Default=YES MaxTime=UNLIMITED State=UP
 """
 
@@ -92,7 +93,7 @@ class Cluster:
             CONFIGURATION.format(
                 host=host,
                 folder=self.folder,
-                cpus=CPUS,
+                cores=CORES,
                 control_port=_free_port(),
                 node_port=_free_port(),
             )

@@ -181,7 +181,42 @@ def works(cluster, cost, tmp_path_factory):
     (work.folder / "results").mkdir()
     (work.folder / "results/study.part-2-of-3.h5").write_text("no HDF5")
     found["failing"] = work, work.submit("--parts", "3", "study.yaml")
+    work = Work(cluster, base / "check")
+    work.site("mpirun")
+    found["check"] = work, work.submit("--check")
+    work = Work(cluster, base / "sweep")
+    work.write("study", 7)
+    with open(work.folder / "study.yaml", "a", encoding="utf-8") as file:
+        file.write("sweep:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
+    work.site("mpirun")
+    found["sweep"] = work, work.submit("--parts", "2", "study.yaml")
     return found
+
+
+def test_check_answers(works):
+    work, jobs = works["check"]
+    assert work.wait(*jobs) == ["COMPLETED"], work.log()
+    assert work.log().splitlines()[-1].startswith("set-up: works on 2 ranks with mpirun")
+    assert [path.name for path in work.folder.iterdir() if path.name != "site.sh"] == ["logs"]
+
+
+def test_a_rank_has_a_core_of_two_hyper_threads(works):
+    work, (setup, array, _) = works["parts"]
+    for job in (setup, array):
+        told = work.cluster.ask("scontrol", "--oneliner", "show", "job", job)
+        assert set(re.findall(r"NumCPUs=(\d+)", told)) == {"4"}, told  # of two ranks
+
+
+def test_a_sweep_in_an_array(works, single):
+    """Each task computes its part of both runs; every run gets its merged file."""
+    work, (_, array, merge) = works["sweep"]
+    assert work.wait(array) == ["COMPLETED"] * 2, work.log()
+    assert work.wait(merge) == ["COMPLETED"], work.log()
+    merged = [p for p in (work.folder / "results").rglob("*.h5") if "part" not in p.name]
+    assert len(merged) == 2
+    for bumps in (4, 3):
+        (path,) = [p for p in merged if f"n_bumps={bumps}" in p.name]
+        assert datasets(path) == single(7, bumps)
 
 
 def test_parts_and_their_merge(works, single):
