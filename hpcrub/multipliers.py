@@ -62,7 +62,9 @@ def candidates(lanes, contact, state, deepest, shortcut):
 @compiled(inline=True)
 def unsettled(lanes, limit, change, largest):
     """Lanes that did not converge, from the change of the last sweep and the largest of all."""
-    ran_away = below(splat(lanes, RUNAWAY) * limit, largest)
+    # the tolerance of a denormal penetration is 0
+    far = larger(splat(lanes, RUNAWAY) * limit, splat(lanes, RUNAWAY * TOLERANCE))
+    ran_away = below(far, largest)
     return below(limit, select(ran_away, largest, change))
 
 
