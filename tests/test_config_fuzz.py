@@ -56,7 +56,7 @@ def test_any_values(keys, unknown):
 def test_any_file(tmp_path_factory, content, overrides):
     path = tmp_path_factory.mktemp("fuzz", numbered=True) / "a.yaml"
     path.write_bytes(content)
-    refused_in_one_line(config.load, path, overrides)
+    refused_in_one_line(config.load_runs, path, overrides)
 
 
 def mutilated(seed):

@@ -260,7 +260,7 @@ def test_time_response(random):
     )  # fmt: skip
     panels = np.reshape(histories.time([file]).axes[:8], (4, 2))
     close = time > 0.5 - 3 / 30
-    rows = ("radial_m", 1e3), ("tangential_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
+    rows = ("tangential_m", 1e3), ("radial_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
     for (name, scale), (left, right) in zip(rows, panels, strict=True):
         values = scale * file.read(name, 1)
         for blade in range(12):

@@ -13,6 +13,7 @@ from conftest import ROOT
 
 from faults import files, inputs, job, kills
 from hpcrub import cli, config, jit, warmup
+from hpcrub.config import Config
 from hpcrub.errors import InputError
 from hpcrub.parallel import Team
 from hpcrub.studies import casing
@@ -209,28 +210,28 @@ def test_a_folder_of_compiled_code_that_cannot_be_written_is_told_once(
     """For all ranks by rank 0, whichever of them it is that cannot."""
     monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    monkeypatch.setattr(warmup.sweep, "warm_up", lambda: None)
+    monkeypatch.setattr(warmup, "_load", lambda config: None)
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert jit._cache_folder() == ""
     assert "Not a directory" in jit.cache.lost
     team = Team()
-    warmup.warm_up(team)
+    warmup.warm_up(team, Config())
     err = capfd.readouterr().err
     assert err.count("\n") == err.count("compiled code cannot be kept on 1 of 1 ranks") == 1
     assert "XDG_CACHE_HOME=" in err
     team.size, team.gather = 3, lambda own: ["", jit.cache.lost, ""]
     team.bcast = lambda value: value
-    warmup.warm_up(team)
+    warmup.warm_up(team, Config())
     assert "cannot be kept on 1 of 3 ranks" in capfd.readouterr().err
     team.rank = 2
     team.gather = team.on_root = lambda *_: None
-    warmup.warm_up(team)
+    warmup.warm_up(team, Config())
     assert capfd.readouterr().err == ""
 
 
 def test_damaged_compiled_code_is_told(monkeypatch, capfd):
     monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=True))
-    monkeypatch.setattr(warmup.sweep, "warm_up", lambda: None)
-    warmup.warm_up(Team())
+    monkeypatch.setattr(warmup, "_load", lambda config: None)
+    warmup.warm_up(Team(), Config())
     assert capfd.readouterr().err.count("damaged compiled code in") == 1
