@@ -41,7 +41,9 @@ def bump_table(contact_angle, n_bumps, height, steps_per_revolution, n_steps):
 
 
 def growth(t, growth_time):
-    """Growth factor s(t) of the bumps, 0 at t = 0 and 1 from ``growth_time`` [s] on."""
+    """Growth factor s(t) of the bumps, 0 until t = 0 and 1 from ``growth_time`` [s] on."""
+    if t <= 0.0:
+        return 0.0
     if t >= growth_time:
         return 1.0
     return (1.0 - math.exp(-5.0 * t / growth_time)) / (1.0 - math.exp(-5.0))

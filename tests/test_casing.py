@@ -29,4 +29,5 @@ def test_growth():
     assert growth(0.0, 0.01) == 0.0
     assert growth(0.01, 0.01) == 1.0 == growth(1.0, 0.01)
     assert growth(0.004, 0.01) == pytest.approx((1 - math.exp(-2)) / (1 - math.exp(-5)))
-    assert growth(0.0, 0.0) == 1.0
+    assert growth(0.0, 0.0) == 0.0  # bumps of no growth time are there after the first step
+    assert growth(1e-300, 0.0) == 1.0

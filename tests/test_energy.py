@@ -153,3 +153,13 @@ def test_energy_from_nowhere_is_found(monkeypatch):
     assert np.isnan(result.amplitude).all()
     *_, last = history.march(modes, scene, [34.2], 0.1)
     assert last.reason == [reasons.UNBALANCED]
+
+
+def test_bumps_that_are_there_at_once_do_work_and_balance():
+    """No growth time, no clearance: tips stand where the casing will be after the first step."""
+    problem = study.build_problem(Config.from_yaml(TINY))
+    scene = problem.scene._replace(audit=True, growth_time=0.0, clearance=0.0)
+    modes = study.modes_of(Config.from_yaml(TINY), problem, np.zeros(12))
+    result = sweep.run_sweep(modes, scene, np.array([34.0]))
+    assert result.point_reason[0] == reasons.NONE
+    assert result.energy[0, energy.CASING] > 0.0
