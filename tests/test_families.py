@@ -17,16 +17,14 @@ from scipy import stats
 
 from hpcrub import cli, config, history, parts, plot, reasons, storage
 from hpcrub.errors import InputError
-from hpcrub.layout import DIVERGED, DONE, STEADY
-from hpcrub.mistuning import stiffness_deviation
+from hpcrub.layout import DONE
 from hpcrub.plot import families
-from hpcrub.reduction import Modes, mistuned_modes
+from hpcrub.reduction import mistuned_modes
 from hpcrub.runlog import RunLog, Work
-from hpcrub.steady import localisation
 from hpcrub.storage import ResultFile
-from hpcrub.studies import branches, cross, energy
+from hpcrub.studies import cross, energy
 from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, SweepResult, run_sweep
+from hpcrub.sweep import Motion, run_sweep
 
 SWEEP = "sweep: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
 
@@ -309,54 +307,6 @@ def test_amplification_of_the_energy_is_largest_over_largest():
     np.testing.assert_array_equal(found, [6.0 / 4.0, 1.0 / 4.0])
 
 
-def test_branches(folder, monkeypatch):
-    monkeypatch.setattr(branches, "N_WINDOWS", 12)  # 60 take longer
-    file = compute(f"study: branches\nbranches: {{perturbed: 1}}\n{TINY}", "branches")
-    amplitude = file.read("amplitude_m")
-    assert amplitude.shape == (4, 3)
-    assert np.isfinite(amplitude).all()
-    problem = build_problem(file.config)
-    modes = mistuned_modes(problem.reduced, np.zeros(12))
-    rest = run_sweep(modes, problem.scene, file.config.speeds.values_hz)
-    np.testing.assert_array_equal(amplitude[0], rest.amplitude)
-    assert amplitude[1, 0] == rest.amplitude[0]  # both chains begin at rest
-    assert amplitude[2, -1] == rest.amplitude[-1]
-    windows, local = file.read("window_amplitude_m"), file.read("window_localisation")
-    mean = windows.mean(axis=-1)
-    assert windows.shape == local.shape == (4, 3, 12)
-    assert np.abs(mean - amplitude).max() < 0.2 * amplitude.max()
-    assert (windows.std(axis=-1) < 0.2 * mean).all()
-    found = branches.label_file(file)
-    np.testing.assert_array_equal(found >= 0, file.read("point_status") == STEADY)
-    motion = Motion.at_rest(3, len(modes.omega))
-    speeds = file.config.speeds.values_hz
-    run_sweep(modes, problem.scene, speeds, motion=motion)
-    largest = np.zeros((12, 3, 12))  # windows of three revolutions, speeds, tips
-    for window in largest:
-        for piece in history.march(modes, problem.scene, speeds, 3 / speeds.max(), motion):
-            tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position))
-            np.maximum(window, tips.max(axis=0), out=window)
-    np.testing.assert_allclose(motion.time, rest.time + 12 * 3 / speeds)
-    np.testing.assert_allclose(windows[0].T, largest.max(axis=2), rtol=1e-9)
-    np.testing.assert_allclose(local[0].T, localisation(largest), rtol=1e-9)
-    start = branches.deflection(modes, 1, 3, 0.02)
-    assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
-    assert (folder / "branches.png").stat().st_size > 10_000
-
-
-def test_initial_states_share_no_random_number():
-    """Neither with one another, of whatever seed and number, nor with the deviations of blades."""
-    tips = np.eye(12)
-    modes = Modes(np.ones(12), tips, tips, tips)
-    places = [(seed, task) for seed in range(6) for task in range(6)]
-    drawn = [branches.deflection(modes, *place, 0.02) for place in places]
-    assert np.abs(drawn).max(axis=1) == pytest.approx(0.02)
-    drawn += [stiffness_deviation(seed, 0, sample, 12, 1.0) for seed, sample in places]
-    drawn += [stiffness_deviation(seed, 1 + level, 0, 12, 1.0) for seed, level in places]
-    shapes = np.divide(drawn, np.array(drawn)[:, :1])[:, 1:]  # whatever their sizes
-    assert len(np.unique(shapes)) == shapes.size
-
-
 def test_figures_of_files_with_other_levels_and_percentiles(folder):
     """Twelve percentiles, more than there are markers; a colour is the same σ in every panel."""
     at = [float(p) for p in range(5, 65, 5)]
@@ -394,35 +344,6 @@ def test_a_fault_of_the_program_is_not_told_as_odd_numbers(folder, monkeypatch, 
     monkeypatch.setattr(families, "running", faulty)
     with pytest.raises(fault, match="wrong"):
         plot.draw([HIGH], "running")
-
-
-@pytest.mark.parametrize("downwards", [False, True])
-def test_every_speed_follows_the_one_before(monkeypatch, downwards):
-    """From where that has ended; beside a diverged one, from the motion that was given."""
-    begun = {}
-
-    def fake(modes, scene, speeds_hz, poll, selection, motion, width):
-        (i,) = selection
-        begun[i] = [float(values[i].flat[0]) for values in motion]
-        for number, values in enumerate(motion):
-            values[i] = 10 * (i + 1) + number
-        result = SweepResult.empty(len(speeds_hz))
-        result.point_status[i] = DIVERGED if i == 2 else STEADY
-        result.amplitude[i] = speeds_hz[i]
-        return result
-
-    monkeypatch.setattr(branches, "run_sweep", fake)
-    given = Motion(np.full((5, 3), -1.0), np.full((5, 3), -2.0), np.full(5, -3.0))
-    speeds = np.linspace(30.0, 34.0, 5)
-    result = branches.follow(None, None, speeds, given, downwards)
-    order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
-    assert list(begun) == order
-    for i in order:
-        first = i == order[0] or i + step == 2
-        expected = [-1.0, -2.0, -3.0] if first else [10 * (i + step + 1) + n for n in range(3)]
-        assert begun[i] == expected
-    np.testing.assert_array_equal(result.amplitude, speeds)
-    np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)
 
 
 def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
