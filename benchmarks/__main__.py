@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: measure everything, write ``benchmarks/report.md`` and its figure."""
+"""`python -m benchmarks [SECTION ...]`: measure, write ``benchmarks/report.md`` and its figure."""
 
 import os
 
@@ -16,37 +16,61 @@ FOLDER = Path(__file__).parent
 MEASURED = FOLDER.parent / "build" / "benchmarks.pickle"
 
 
-def measure():
-    """Everything that the report tells, as one dictionary."""
-    out = {"began": time.time()}
-    print("kernel", flush=True)
-    out["kernel"] = kernel_speed.measure()
-    print("sample", flush=True)
-    out["parts"], out["shortcuts"] = sample_cost.parts(), sample_cost.shortcuts()
-    out["whole"] = sample_cost.whole_samples()
-    print("size", flush=True)
-    out["scaling"] = sample_cost.scaling()
-    print("start, ranks", flush=True)
-    out["start"], out["ranks"] = sample_cost.start_up(), sample_cost.ranks()
-    out["memory"] = sample_cost.memory()
-    print("run time against error", flush=True)
+def kernel():
+    return {"kernel": kernel_speed.measure()}
+
+
+def sample():
+    whole, parts = sample_cost.whole_samples(), sample_cost.parts()
+    return {"parts": parts, "whole": whole, "shortcuts": sample_cost.shortcuts()}
+
+
+def size():
+    return {"scaling": sample_cost.scaling()}
+
+
+def start():
+    return {"start": sample_cost.start_up(), "memory": sample_cost.memory()}
+
+
+def ranks():
+    return {"ranks": sample_cost.ranks()}
+
+
+def precision():
     with work_precision.pool_of_two() as pool:
-        out["results"] = work_precision.measure(pool)
-        out["periodic"] = work_precision.periodic_errors(pool)
-    return out | {"minutes": (time.time() - out["began"]) / 60.0}
+        results = work_precision.measure(pool)
+        return {"results": results, "periodic": work_precision.periodic_errors(pool)}
+
+
+SECTIONS = kernel, sample, size, start, ranks, precision
+
+
+def measure(names):
+    """Measure the sections of these names, all for none, and take the others as they were."""
+    again = [section for section in SECTIONS if section.__name__ in names]
+    out = pickle.loads(MEASURED.read_bytes()) if again else {}
+    began = time.time()
+    for section in again or SECTIONS:
+        print(section.__name__, flush=True)
+        out |= section()
+    if not again:
+        out["minutes"] = (time.time() - began) / 60.0
+    return out | {"again": [section.__name__ for section in again]}
 
 
 def main():
-    """Measure, or take the last measurement with --report, and write the report."""
+    """Measure all, or the sections named, or with --report none, and write the report."""
     if "--report" not in sys.argv:
         MEASURED.parent.mkdir(exist_ok=True)
-        MEASURED.write_bytes(pickle.dumps(measure()))
+        MEASURED.write_bytes(pickle.dumps(measure(sys.argv[1:])))
     m = pickle.loads(MEASURED.read_bytes())
+    again = f"; measured once more by itself: {', '.join(m['again'])}" if m["again"] else ""
     text = "\n".join((
         "# Benchmark report\n",
         f"Written by `make bench` in {m['minutes']:.0f} minutes on a virtual machine with "
         f"{os.cpu_count()} cores\n({processor()}), Python {platform.python_version()}, one thread "
-        "per core.\n",
+        f"per core{again}.\n",
         report.kernel_section(m["kernel"]),
         report.precision_section(m["results"], m["periodic"]),
         "![Work-precision diagram](work_precision.png)\n",
