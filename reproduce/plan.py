@@ -46,7 +46,7 @@ STEPS = (
     Step("branches", "branches", FINE),
     Step("contact", "nodal_diameters", {"convergence.step": 10, **REFERENCE}, CONTACT),
     Step("contact_low", "paper_nd4", LOW | REFERENCE, CONTACT),
-    Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 500, 20)),
+    Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 1_000, 20)),
     Step("cross", "cross", {}, sources=(FILE_4,)),
     Step("damping", "damping", {}, sources=(FILE_4, "contact_low.h5")),
     Step("energy_4", "energy", ND4, ("energy.samples", 100, 5), (FILE_4,)),
