@@ -233,11 +233,15 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, res
     assert line.startswith(f"hpcrub: stopped: {'SIGTERM' if ended else number.name}")
     assert "--resume" in line
     with h5py.File(path) as file:
-        n_done = np.count_nonzero(file["samples/status"][()])
+        done = file["samples/status"][()] > 0
+        n_done = np.count_nonzero(done)
         assert f"{n_done} of {2 * N_SAMPLES} samples" in line
         assert 3 <= n_done < 2 * N_SAMPLES
+        # the statistics of what is there, of each level up to its first gap; rank 0 may not have
+        # heard of the last sample of each rank
+        leading = np.cumprod(done, axis=1).sum()
         n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
-        assert n_blocks >= 2  # the statistics of what is there
+        assert leading - ranks <= n_blocks <= leading  # without mpirun: exactly
     if not ended:  # after that mpirun leaves little time
         log = path.with_suffix(".runs.jsonl").read_text().splitlines()
         summary = json.loads(log[-1])
