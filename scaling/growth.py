@@ -69,7 +69,9 @@ def statistics_written(n_samples=MANY):
         }
     )
     with tempfile.TemporaryDirectory() as folder:
-        file = storage.ResultFile.create(Path(folder) / "a.h5", config)
+        path = Path(folder) / "a.h5"
+        storage.lay_out(path, config)
+        file = storage.ResultFile(path, mode="r+")
         shape = file.status().shape
         file.write({"samples/status": np.full(shape, DONE)}, ())
         for name in ("samples/amplification", "samples/linear_amplification"):

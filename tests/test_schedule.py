@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from hpcrub import cli, runlog
+from hpcrub import cli, runlog, storage
 from hpcrub.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
-from scaling import simulate
+from scaling import growth, simulate
 from scaling.costs import Costs
 
 
@@ -146,3 +146,15 @@ def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):
     log.end(runlog.Work(), 0)
     assert "no run log" in capfd.readouterr().err
     assert json.loads((tmp_path / "x.runs.jsonl").read_text())["exit_code"] == 0
+
+
+def test_the_measured_statistics_are_those_of_all_levels_and_kinds(monkeypatch):
+    written, write = [], storage.ResultFile.write_statistics
+
+    def counted(file, kind, level, *values):
+        written.append((kind, level))
+        write(file, kind, level, *values)
+
+    monkeypatch.setattr(storage.ResultFile, "write_statistics", counted)
+    growth.statistics_written(20)
+    assert written == [(kind, level) for kind in ("contact", "linear") for level in range(4)]
