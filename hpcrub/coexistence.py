@@ -140,6 +140,11 @@ def _by_size(found):
     return found
 
 
+def stretches(several):
+    """Runs of true values (S,) bool: first index of each and the one after its last, (n, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], several, [0]]))).reshape(-1, 2)
+
+
 def coexisting(found):
     """Number of different branches at every speed (S,); found: as `label` returns."""
     return np.array([len(set(column[column >= 0])) for column in found.T])

@@ -23,6 +23,7 @@ class Piece(NamedTuple):
 
     time: np.ndarray  # since the bumps began to grow (R, S) [s]
     position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
+    tangential: np.ndarray  # displacement of the tips u_t (R, n_c, S) [m]
     radial_force: np.ndarray  # inward on each tip, mean since the last record (R, n_c, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, n_c, S) [N]
     reason: np.ndarray  # (S,) uint8: code of ``reasons``; once fatal, it stays and nothing counts
@@ -80,7 +81,7 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
         duration: [s], rounded up to blocks of the fastest speed.
         motion: sweep.Motion to start from, rest by default (modified: the motion at the end).
-        poll: called without arguments every few milliseconds; what it raises ends the march.
+        poll: called without arguments after every Piece; what it raises ends the march.
 
     Yields:
         Piece. What the last one's `reason` says holds for the whole history.
@@ -101,8 +102,8 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
     books = _audit(copy.deepcopy(bank), n_speeds, n_blocks) if scene.audit else None
     reason = np.zeros(n_speeds, dtype=np.uint8)
     for _ in range(n_blocks):
-        piece = _piece(bank, scene, grid, n_speeds)
-        _judge(bank, modes, scene, piece, books, reason)
+        piece = _piece(bank, modes, scene, grid, n_speeds)
+        _judge(bank, scene, piece, books, reason)
         yield piece._replace(reason=reason.copy())
         if poll is not None:
             poll()
@@ -120,15 +121,13 @@ def _audit(bank, n_speeds, n_blocks):
     return books
 
 
-def _judge(bank, modes, scene, piece, books, reason):
+def _judge(bank, scene, piece, books, reason):
     """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
-    with np.errstate(all="ignore"):  # numbers of a diverged speed
-        size = np.abs(modes.tangential @ piece.position)
     for lane in np.flatnonzero(~reasons.are_fatal(reason)):
-        reason[lane] = judge(bank, lane, size[:, :, lane], scene, books)
+        reason[lane] = judge(bank, lane, np.abs(piece.tangential[:, :, lane]), scene, books)
 
 
-def _piece(bank, scene, grid, n_speeds):
+def _piece(bank, modes, scene, grid, n_speeds):
     """The next Piece, its reasons unknown (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.stride, len(LANES)
     position = np.empty((n_records, len(bank.state.position), width))
@@ -142,4 +141,7 @@ def _piece(bank, scene, grid, n_speeds):
     polar = bank.polar.enabled
     tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * radial
     time = steps * bank.scheme.step[:n_speeds]
-    return Piece(time, position[:, :, :n_speeds], radial, tangential, reason=np.empty(0))
+    position = position[:, :, :n_speeds]
+    with np.errstate(all="ignore"):  # numbers of a diverged speed
+        moved = modes.tangential @ position
+    return Piece(time, position, moved, radial, tangential, reason=np.empty(0))

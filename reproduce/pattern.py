@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hpcrub.coexistence import coexisting
+from hpcrub.coexistence import coexisting, stretches
 from hpcrub.config_text import flatten
 from hpcrub.statistics import Z_95, percentile_interval
 from hpcrub.storage import ResultFile
@@ -98,10 +98,9 @@ def coexistence(results):
 
 def _stretches(speeds, several):
     """Ranges of at least three successive speeds, as text."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], several, [0]])))
     return ", ".join(
         f"{speeds[first]:.3f}–{speeds[end - 1]:.3f}"
-        for first, end in edges.reshape(-1, 2)
+        for first, end in stretches(several)
         if end - first > 2
     ) or "none"  # fmt: skip
 

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from hpcrub.coexistence import coexisting
+from hpcrub.coexistence import coexisting, stretches
 from hpcrub.layout import DIVERGED, NOT_STEADY
 from hpcrub.plot.style import (
     BLACK,
@@ -96,8 +96,7 @@ def _draw_closer(axes, file, found, several):
     """The longest stretch of speeds at which branches coexist, with as much on either side."""
     speeds = file.read("speeds_hz")
     amplitude, scatter, local = _windows(file)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], several, [0]])))
-    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=np.ptp)
+    first, last = max(stretches(several), key=np.ptp)
     near = slice(max(0, first - (last - first)), 2 * last - first)
     _draw_bands(axes, speeds, several)
     mine = np.zeros_like(found, dtype=bool)

@@ -139,18 +139,15 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
             march = history.march(modes, scene, speeds_hz[group], duration, part, poll)
-            tips, codes = zip(*((_largest(modes, p), p.reason) for p in march), strict=True)
+            tips, codes = zip(
+                *((np.abs(p.tangential).max(axis=0).T, p.reason) for p in march), strict=True
+            )
             largest = np.max(tips, axis=0)  # (speeds of the group, tips)
             well = ~reasons.are_fatal(codes[-1])
             at, largest = group[well], largest[well]
             found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
             reason[group] = np.where(reasons.are_fatal(reason[group]), reason[group], codes[-1])
     return *found, reason
-
-
-def _largest(modes, piece):
-    """Largest |u_t| of every tip in a history.Piece, (S, n_c) [m]."""
-    return np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position)).max(axis=0)
 
 
 def deflection(modes, seed, task, size):

@@ -63,7 +63,7 @@ def compute(problem, task, poll):
     modes, group = problem.modes[disk], groups[group]
     speeds = config.speeds.values_hz[group]
     parts = [
-        (piece.time, np.einsum("ck,rks->rcs", modes.tangential, piece.position), piece.reason)
+        (piece.time, piece.tangential, piece.reason)
         for piece in history.march(modes, scene, speeds, config.history.duration_s, poll=poll)
     ]
     *values, reason = zip(*parts, strict=True)

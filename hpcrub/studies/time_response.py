@@ -91,8 +91,8 @@ def compute(problem, task, poll):
     if reasons.are_fatal(reason):
         yield "point_status", task, DIVERGED
         return
-    position = np.concatenate([piece.position[:, :, 0] for piece in pieces])
-    radial, tangential = position @ modes.radial.T, position @ modes.tangential.T
+    radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.radial.T
+    tangential = np.concatenate([piece.tangential[:, :, 0] for piece in pieces])
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial, tangential)
