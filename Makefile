@@ -41,32 +41,32 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 	@$(VENV_PYTHON) -m pytest $(ARGS)
 
 test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
-	@$(VENV_PYTHON) -m pytest tests_slurm $(ARGS)
+	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 
 validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md); fails if one does
-	@$(VENV_PYTHON) -m validation
+	@$(VENV_PYTHON) -m evidence.validation
 
 stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
-	@$(VENV_PYTHON) -m stress
+	@$(VENV_PYTHON) -m evidence.stress
 
 test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes docs/faults.md; 20 to 40 min)
-	@$(VENV_PYTHON) -m faults $(ARGS)
+	@$(VENV_PYTHON) -m evidence.faults $(ARGS)
 
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
-	@$(VENV_PYTHON) -m stress.measure
+	@$(VENV_PYTHON) -m evidence.stress.measure
 
 lint: $(STAMP)  ## check style
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
 
 bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
-	@$(VENV_PYTHON) -m benchmarks
+	@$(VENV_PYTHON) -m evidence.benchmarks
 
 scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 minutes)
-	@$(VENV_PYTHON) -m scaling $(ARGS)
+	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
-	@$(VENV_PYTHON) -m reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
+	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
 
 readme: $(STAMP)  ## write the table of input keys in README.md anew
 	@$(VENV_PYTHON) tools/readme.py

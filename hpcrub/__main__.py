@@ -1,14 +1,19 @@
 """The program, as `python main.py`, `python -m hpcrub` or the command `hpcrub`."""
 
-from hpcrub import parallel
+import sys
+from importlib import import_module
+
+from hpcrub.run import parallel
+
+COMMANDS = "run", "merge", "inspect", "plot"
 
 
-def main():
-    """Run the program; returns the exit code."""
+def main(argv=None):
+    """Run a command, `run` when none is named; returns the exit code."""
     parallel.listen()  # the libraries that the next line loads take a second
-    from hpcrub.cli import main
-
-    return main()
+    argv = sys.argv[1:] if argv is None else argv
+    name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
+    return import_module(f"hpcrub.commands.{name}").main(rest)
 
 
 if __name__ == "__main__":

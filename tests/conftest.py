@@ -9,8 +9,9 @@ import h5py
 import pytest
 from hypothesis import settings
 
-from hpcrub import config, storage
-from hpcrub.layout import LAYOUT
+from hpcrub.config import schema as config
+from hpcrub.results import storage
+from hpcrub.results.layout import LAYOUT
 
 # the same examples in every run; how long one takes is no result
 settings.register_profile("reproducible", derandomize=True, deadline=None)

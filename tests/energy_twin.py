@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import casing
-from validation.motion import single_steps
+from evidence.validation.motion import single_steps
+from hpcrub.model import casing
 
 
 class Ledger(NamedTuple):

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hpcrub.disk import build_disk
-from hpcrub.reduction import craig_bampton
-from hpcrub.sweep import Scene
+from hpcrub.model.disk import build_disk
+from hpcrub.model.reduction import craig_bampton
+from hpcrub.response.sweep import Scene
 
 MATERIAL = SimpleNamespace(young_modulus=2.1e11, density=7800.0)
 DAMPING_RATIO = 5e-3

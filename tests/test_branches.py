@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import cli, history
-from hpcrub.layout import DIVERGED, STEADY
-from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import Modes, mistuned_modes
-from hpcrub.steady import localisation
-from hpcrub.storage import ResultFile
+from hpcrub.commands import run as cli
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.steady import localisation
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
+from hpcrub.results.layout import DIVERGED, STEADY
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies import branches
-from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, SweepResult, run_sweep
+from hpcrub.studies.problem import build_problem
 
 
 def test_branches(tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hpcrub.casing import bump_height, bump_table, growth
+from hpcrub.model.casing import bump_height, bump_table, growth
 
 
 @pytest.mark.parametrize("n_bumps", [1, 3, 4, 7])

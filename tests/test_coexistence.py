@@ -9,8 +9,8 @@ same label along a branch.
 import numpy as np
 import pytest
 
-from hpcrub import coexistence
-from hpcrub.layout import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.statistics import coexistence
 
 N_WINDOWS = 60
 SCATTER = np.array([0.04, 0.02])  # of the windows: amplitude (mean near 1), localisation

@@ -10,12 +10,12 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcrub import multipliers, reasons
-from hpcrub.complementarity import flaw, is_p_matrix, solve_by_pivoting
-from hpcrub.layout import DIVERGED, STEADY
-from hpcrub.reduction import Modes
-from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import Scene, run_sweep
+from hpcrub.contact import multipliers, reasons
+from hpcrub.contact.complementarity import flaw, is_p_matrix, solve_by_pivoting
+from hpcrub.model.reduction import Modes
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import Scene, run_sweep
+from hpcrub.results.layout import DIVERGED, STEADY
 
 CYCLE = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
 

@@ -14,10 +14,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from hpcrub import config
-from hpcrub.config import Config
+from hpcrub.config import schema as config
+from hpcrub.config.schema import Config
+from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.errors import InputError
-from hpcrub.yaml_text import MAX_CHARACTERS
 
 INPUTS = sorted((Path(__file__).parents[1] / "inputs").glob("*.yaml"))
 TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"

@@ -5,8 +5,9 @@ import random
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from hpcrub import config, size
+from hpcrub.config import schema as config
 from hpcrub.errors import InputError
+from hpcrub.studies import size
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),

@@ -9,10 +9,11 @@ import pytest
 from reference import make_disk, reference_scene
 from test_kernel import march, textbook
 
-from hpcrub import config, study
-from hpcrub.reduction import craig_bampton, mistuned_modes
-from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import cut_revolution, run_sweep
+from hpcrub.config import schema as config
+from hpcrub.model.reduction import craig_bampton, mistuned_modes
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import cut_revolution, run_sweep
+from hpcrub.studies import problem as study
 
 N_BLADES, SPEED = 4, 34.0
 APART = 0.03  # [rad] from the tip to the second point

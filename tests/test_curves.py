@@ -10,8 +10,7 @@ import pytest
 from conftest import TINY
 from matplotlib import pyplot as plt
 
-from hpcrub.config import Config
-from hpcrub.layout import DONE, NOT_STEADY, STEADY
+from hpcrub.config.schema import Config
 from hpcrub.plot import (
     branches,
     casing,
@@ -24,7 +23,8 @@ from hpcrub.plot import (
     linear,
     modal,
 )
-from hpcrub.statistics import percentile_interval
+from hpcrub.results.layout import DONE, NOT_STEADY, STEADY
+from hpcrub.statistics.percentiles import percentile_interval
 
 N = 40  # samples of every level
 PATTERN = f"mistuning: {{pattern_gpa: {[205.0, 215.0] * 6}}}\n"

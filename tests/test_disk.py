@@ -13,7 +13,7 @@ import pytest
 from reference import MATERIAL, disk_section, make_disk, reference_disk
 from scipy.linalg import eigh
 
-from hpcrub.disk import build_disk
+from hpcrub.model.disk import build_disk
 from hpcrub.studies.modal import displacements
 
 # Reference values of an independent implementation of the same equations and geometry.

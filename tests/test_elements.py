@@ -21,7 +21,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from hpcrub.elements import frame_element, rectangular_beam, ring_element, spoke_element
+from hpcrub.model.elements import frame_element, rectangular_beam, ring_element, spoke_element
 
 BEAM = rectangular_beam(width=0.1, thickness=0.013, young_modulus=2.1e11, density=7800.0)
 LENGTH, RADIUS = 0.3, 0.2

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import casing, energy, history, kernel, reasons, study, sweep
-from hpcrub.config import Config
-from hpcrub.layout import DIVERGED
-from validation.energy_audit import REVOLUTION, SPEEDS, bank_of, signs
-from validation.motion import Structure, make_bank, single_steps, start_free
-from validation.report import fitted_order
+from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of, signs
+from evidence.validation.motion import Structure, make_bank, single_steps, start_free
+from evidence.validation.report import fitted_order
+from hpcrub.config.schema import Config
+from hpcrub.contact import kernel, reasons
+from hpcrub.model import casing
+from hpcrub.response import energy, history, sweep
+from hpcrub.results.layout import DIVERGED
+from hpcrub.studies import problem as study
 
 N_BLOCKS, N_ROWS = 2, REVOLUTION // 4
 SCHEMES = ["central_difference", "exact_modal"]

@@ -15,16 +15,22 @@ import yaml
 from conftest import TINY, error_lines
 from scipy import stats
 
-from hpcrub import cli, config, history, parts, plot, reasons, storage
+from hpcrub import plot
+from hpcrub.commands import run as cli
+from hpcrub.config import parts
+from hpcrub.config import schema as config
+from hpcrub.contact import reasons
 from hpcrub.errors import InputError
-from hpcrub.layout import DONE
+from hpcrub.model.reduction import mistuned_modes
 from hpcrub.plot import families
-from hpcrub.reduction import mistuned_modes
-from hpcrub.runlog import RunLog, Work
-from hpcrub.storage import ResultFile
+from hpcrub.response import history
+from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.results import storage
+from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
+from hpcrub.run.runlog import RunLog, Work
 from hpcrub.studies import cross, energy
-from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, run_sweep
+from hpcrub.studies.problem import build_problem
 
 SWEEP = "sweep: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
 

@@ -11,12 +11,14 @@ import numba
 import pytest
 from conftest import ROOT
 
-from faults import files, inputs, job, kills
-from hpcrub import cli, config, jit, warmup
-from hpcrub.config import Config
+from evidence.faults import files, inputs, job, kills
+from hpcrub.commands import run as cli
+from hpcrub.config import schema as config
+from hpcrub.config.schema import Config
+from hpcrub.contact import jit
 from hpcrub.errors import InputError
-from hpcrub.parallel import Team
-from hpcrub.studies import casing
+from hpcrub.run.parallel import Team
+from hpcrub.studies import casing, warmup
 
 
 def sound(trials):
@@ -166,7 +168,9 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
     """The second time it comes from the cache; with any of its two files damaged it does not, but
     the numbers are right, and the time after that it does again."""
     source = tmp_path / "small.py"
-    source.write_text("from hpcrub.jit import compiled\n@compiled\ndef f(x):\n    return x + 1.5\n")
+    source.write_text(
+        "from hpcrub.contact.jit import compiled\n@compiled\ndef f(x):\n    return x + 1.5\n"
+    )
 
     def comes_from_cache():
         # every time: numba reads its settings anew when the environment has changed

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.text import Text
 from scipy import stats
 
-from hpcrub.config import Config, load_runs
+from hpcrub.config.schema import Config, load_runs
 from hpcrub.plot import casing, cross, families, histories, modal
 from hpcrub.plot.labels import labels, ordered
 from hpcrub.plot.style import STYLE

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import history, reasons
-from hpcrub.config import Config
-from hpcrub.layout import DIVERGED, STEADY
-from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import blade_stiffness, mistuned_modes
-from hpcrub.steady import localisation
+from hpcrub.config.schema import Config
+from hpcrub.contact import reasons
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import blade_stiffness, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.steady import localisation
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
+from hpcrub.results.layout import DIVERGED, STEADY
 from hpcrub.studies import branches, energy, interaction_map, time_response
-from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, SweepResult, run_sweep
+from hpcrub.studies.problem import build_problem
 
 
 @pytest.fixture(scope="module")

@@ -135,7 +135,7 @@ def parts(tmp_path):
     return make
 
 
-MERGE = "-m hpcrub.merge results/{0}.h5 results/{0}.part-1-of-2.h5 results/{0}.part-2-of-2.h5"
+MERGE = "-m hpcrub merge results/{0}.h5 results/{0}.part-1-of-2.h5 results/{0}.part-2-of-2.h5"
 
 
 def merge_calls(log):

@@ -17,11 +17,12 @@ import numpy as np
 import pytest
 from reference import reference_reduced, reference_scene
 
-from hpcrub import casing, kernel, scheme
-from hpcrub import history as histories
-from hpcrub.lanes import aligned_zeros
-from hpcrub.reduction import Modes, mistuned_modes
-from hpcrub.sweep import Grid, Scene, cut_revolution
+from hpcrub.contact import kernel, scheme
+from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.model import casing
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import history as histories
+from hpcrub.response.sweep import Grid, Scene, cut_revolution
 
 SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
@@ -152,7 +153,7 @@ import numpy as np
 sys.path.insert(0, {tests!r})
 from test_kernel import SPEEDS, march
 from reference import reference_reduced, reference_scene
-from hpcrub.reduction import mistuned_modes
+from hpcrub.model.reduction import mistuned_modes
 reduced = reference_reduced()
 scene = reference_scene(kinematics={kinematics!r})
 history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 8, 1200)

@@ -10,9 +10,9 @@ import pytest
 from reference import DAMPING_RATIO, LOAD, reference_disk, reference_reduced
 from scipy.linalg import eigh
 
-from hpcrub.linear import linear_peak, travelling_load_response
-from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import Modes, mistune, mistuned_modes
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import Modes, mistune, mistuned_modes
+from hpcrub.response.linear import linear_peak, travelling_load_response
 
 ANGLE = 2 * np.pi * np.arange(12) / 12
 DIAMETERS = range(1, 7)

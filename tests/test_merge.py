@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 from conftest import TINY, datasets, error_lines, load
 
-from hpcrub import cli, config, merge, ownership, parts, storage, study
+from hpcrub.commands import merge
+from hpcrub.commands import run as cli
+from hpcrub.config import parts
+from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.layout import DONE, PENDING
+from hpcrub.results import ownership, storage
+from hpcrub.results.layout import DONE, PENDING
+from hpcrub.studies import problem as study
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
 

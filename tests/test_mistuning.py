@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from hpcrub.mistuning import stiffness_deviation, uniform
+from hpcrub.model.mistuning import stiffness_deviation, uniform
 
 N_BLADES = 12
 

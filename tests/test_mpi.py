@@ -20,7 +20,7 @@ WAIT = 60.0  # [s] for anything to happen
 
 DRIVER = """\
 import os, signal, sys, time
-from hpcrub import parallel, schedule
+from hpcrub.run import parallel, schedule
 from hpcrub.errors import InputError
 
 if "waits" in sys.argv:  # several tasks with a message, all of which wait for the first task
@@ -71,8 +71,8 @@ sys.exit(parallel.run(program))
 
 HELD = f"""\
 import sys, time
-from hpcrub import sweep
-from hpcrub.cli import main
+from hpcrub.response import sweep
+from hpcrub.commands.run import main
 
 march, n_marched = sweep.run_sweep, 0
 
@@ -91,7 +91,8 @@ sys.exit(main())
 
 BAD_INPUTS = """\
 import os, sys
-from hpcrub import cli, parallel
+from hpcrub.commands import run as cli
+from hpcrub.run import parallel
 
 inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
@@ -335,7 +336,7 @@ def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
         "import h5py",
         "from types import SimpleNamespace",
         "h5py.get_config = lambda: SimpleNamespace(mpi=False)",
-        "from hpcrub.cli import main",
+        "from hpcrub.commands.run import main",
         "raise SystemExit(main())",
     ]
     (tmp_path / "main.py").write_text("\n".join(lines))
@@ -354,7 +355,9 @@ def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
     monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")
     for rank, n_lines in ((0, 1), (1, 0)):
         monkeypatch.setenv("OMPI_COMM_WORLD_RANK", str(rank))
-        (tmp_path / "main.py").write_text("from hpcrub.cli import main\nraise SystemExit(main())")
+        (tmp_path / "main.py").write_text(
+            "from hpcrub.commands.run import main\nraise SystemExit(main())"
+        )
         code, _, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
         assert code == 2
         assert len(error_lines(err)) == n_lines
@@ -363,6 +366,8 @@ def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
 
 def test_without_mpi4py_one_rank_works(tiny, tmp_path):
     (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
-    (tmp_path / "main.py").write_text("from hpcrub.cli import main\nraise SystemExit(main())")
+    (tmp_path / "main.py").write_text(
+        "from hpcrub.commands.run import main\nraise SystemExit(main())"
+    )
     code, out, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
     assert code == 0, out + err

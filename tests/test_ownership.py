@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcrub import ownership, storage
 from hpcrub.errors import HpcrubError, InputError
+from hpcrub.results import ownership, storage
 
 FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
 

@@ -6,8 +6,9 @@ import shlex
 import pytest
 from conftest import ROOT
 
-from hpcrub import plot, yaml_text
-from hpcrub.config import load_runs
+from hpcrub import plot
+from hpcrub.config import yaml_text
+from hpcrub.config.schema import load_runs
 
 PAGE = ROOT / "docs" / "questions.md"
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -10,8 +10,8 @@ import pytest
 from reference import make_disk, reference_disk, reference_reduced
 from scipy.linalg import eigh
 
-from hpcrub.mistuning import stiffness_deviation
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 
 ALL_MODES = 216
 DEVIATION = stiffness_deviation(2020, 3, 0, 12, 0.04)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from conftest import ROOT, load
 
-from hpcrub import config, studies
-from reproduce import plan, report, rows
+from evidence.reproduce import plan, report, rows
+from hpcrub import studies
+from hpcrub.config import schema as config
 
 
 @pytest.mark.parametrize("step", plan.STEPS, ids=lambda step: step.name)

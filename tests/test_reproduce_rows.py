@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from hpcrub.config import Config
-from hpcrub.layout import DONE, STEADY
-from reproduce import numbers, pattern, rows, sensitivity
+from evidence.reproduce import numbers, pattern, rows, sensitivity
+from hpcrub.config.schema import Config
+from hpcrub.results.layout import DONE, STEADY
 
 RNG = np.random.default_rng(0)
 SPEEDS = np.arange(33.5, 35.51, 0.05)

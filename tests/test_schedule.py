@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from hpcrub import cli, runlog, storage
-from hpcrub.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
-from scaling import growth, simulate
-from scaling.costs import Costs
+from evidence.scaling import growth, simulate
+from evidence.scaling.costs import Costs
+from hpcrub.commands import run as cli
+from hpcrub.results import storage
+from hpcrub.run import runlog
+from hpcrub.run.schedule import Desk, StudyTasks, Tasks, Tuned, most_parts, n_parts
 
 
 def fake_costs(n=5, most=6):

@@ -101,7 +101,9 @@ def test_what_pip_installs_runs_without_the_checkout(tmp_path):
             [*command, "--version"], cwd=elsewhere, env=alone, capture_output=True, text=True
         )
         assert done.stdout.startswith("hpcrub "), done.stderr
-    everything = "import hpcrub.plot, hpcrub.merge, hpcrub.inspect, hpcrub.studies.branches as last"
+    everything = (
+        "import hpcrub.commands.plot, hpcrub.commands.merge, hpcrub.studies.branches as last"
+    )
     show = f"{everything}; print(last.__file__)"
     command = [sys.executable, "-c", show]
     done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from conftest import ROOT, load
 
-from hpcrub import config, size
+from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.reduction import mistuned_modes
-from hpcrub.study import build_problem
-from hpcrub.sweep import run_sweep
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.sweep import run_sweep
+from hpcrub.studies import size
+from hpcrub.studies.problem import build_problem
 
 HUGE = "mistuning: {samples: 1000000}\nspeeds: {from_hz: 10, to_hz: 90, step_hz: 0.001}"
 

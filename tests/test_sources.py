@@ -12,13 +12,18 @@ import numpy as np
 import pytest
 from conftest import TINY
 
-from hpcrub import cli, config, history, inspect, plot, yaml_text
-from hpcrub.layout import FAILED
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
-from hpcrub.storage import ResultFile
+from hpcrub import plot
+from hpcrub.commands import inspect
+from hpcrub.commands import run as cli
+from hpcrub.config import schema as config
+from hpcrub.config import yaml_text
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.results.layout import FAILED
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies import energy
-from hpcrub.study import build_problem
-from hpcrub.sweep import Motion, run_sweep
+from hpcrub.studies.problem import build_problem
 
 ONE_SPEED = {"speeds.from_hz": 34.0, "speeds.to_hz": 34.0}
 

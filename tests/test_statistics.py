@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from hpcrub.statistics import (
+from hpcrub.statistics.percentiles import (
     MIN_VALUES,
     confidence,
     first_converged,

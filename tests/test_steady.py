@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from hpcrub import config, study
-from hpcrub.steady import SteadyCriteria, correlation, is_constant, is_repeated, localisation
+from hpcrub.config import schema as config
+from hpcrub.response.steady import (
+    SteadyCriteria,
+    correlation,
+    is_constant,
+    is_repeated,
+    localisation,
+)
+from hpcrub.studies import problem as study
 
 CRITERIA = SteadyCriteria()
 T = np.linspace(0.0, 6.0, 1200, endpoint=False)  # two windows of three revolutions

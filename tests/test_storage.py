@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from hpcrub import __version__, config, layout, seal, storage, studies
+from hpcrub import __version__, studies
+from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.statistics import running_intervals, running_percentiles
+from hpcrub.results import layout, seal, storage
+from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 
 V, N_SAMPLES, S, N_BLADES, K = 2, 2, 3, 12, 2
 CONTRACT = {
@@ -284,7 +286,8 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
     program = f"""if True:
         import resource, sys
         sys.path.insert(0, {str(ROOT)!r})
-        from hpcrub import config, storage
+        from hpcrub.config import schema as config
+        from hpcrub.results import storage
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
         try:
             storage.lay_out({str(tmp_path / "a.h5")!r}, config.Config())

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from hpcrub import energy, reasons
-from hpcrub.layout import DIVERGED, STEADY
-from hpcrub.reduction import mistuned_modes
-from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import cut_revolution
-from stress import checks, histories, marches, monte_carlo, operators, steady_state
-from stress.corners import CORNERS, Case, build, cases
-from stress.model import reference_reduced, reference_scene
+from evidence.stress import checks, histories, marches, monte_carlo, operators, steady_state
+from evidence.stress.corners import CORNERS, Case, build, cases
+from evidence.stress.model import reference_reduced, reference_scene
+from hpcrub.contact import reasons
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response import energy
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import cut_revolution
+from hpcrub.results.layout import DIVERGED, STEADY
 
 FIRST = {case.corner: case for case in cases(share=0.01)}
 

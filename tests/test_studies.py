@@ -9,16 +9,22 @@ import numpy as np
 import pytest
 from conftest import ROOT, load, run
 
-from hpcrub import cli, config, history, inspect, plot, reasons, storage, studies
-from hpcrub.layout import DIVERGED, STEADY
-from hpcrub.linear import travelling_load_response
-from hpcrub.mistuning import stiffness_deviation
-from hpcrub.plot.__main__ import main as plot_main
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
-from hpcrub.storage import ResultFile
+from hpcrub import plot, studies
+from hpcrub.commands import inspect
+from hpcrub.commands import run as cli
+from hpcrub.commands.plot import main as plot_main
+from hpcrub.config import schema as config
+from hpcrub.contact import reasons
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.linear import travelling_load_response
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results import storage
+from hpcrub.results.layout import DIVERGED, STEADY
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies import time_response
-from hpcrub.study import build_model, build_problem
-from hpcrub.sweep import run_sweep
+from hpcrub.studies.problem import build_model, build_problem
 
 
 @pytest.fixture

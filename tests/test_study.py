@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 from conftest import TINY, datasets, error_lines, load
 
-from hpcrub import cli, ownership, reasons, study, sweep
-from hpcrub.layout import DONE, FAILED, NO_POINT
-from hpcrub.parallel import Team
-from hpcrub.progress import level_table, point_lines
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
-from hpcrub.statistics import running_intervals, running_percentiles
-from hpcrub.storage import ResultFile, lay_out
-from hpcrub.sweep import SweepResult
+from hpcrub.commands import run as cli
+from hpcrub.contact import reasons
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import sweep
+from hpcrub.response.sweep import SweepResult
+from hpcrub.results import ownership
+from hpcrub.results.layout import DONE, FAILED, NO_POINT
+from hpcrub.results.storage import ResultFile, lay_out
+from hpcrub.run.parallel import Team
+from hpcrub.run.progress import level_table, point_lines
+from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from hpcrub.studies import problem as study
 
 
 def main(*arguments):

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from reference import reference_reduced, reference_scene
 
-from hpcrub import kernel, reasons, sweep
+from evidence.validation.events import Reference, Wall
+from evidence.validation.motion import Structure
+from hpcrub.contact import kernel, reasons
+from hpcrub.contact.kernel import Shortcuts
 from hpcrub.errors import Interrupted
-from hpcrub.kernel import Shortcuts
-from hpcrub.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
-from hpcrub.reduction import Modes, mistuned_modes
-from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import (
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import sweep
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import (
     PIECE,
     Scene,
     cut_revolution,
@@ -18,8 +20,7 @@ from hpcrub.sweep import (
     run_sweep,
     speed_bands,
 )
-from validation.events import Reference, Wall
-from validation.motion import Structure
+from hpcrub.results.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 

@@ -11,8 +11,12 @@ from conftest import ENVIRONMENT, ROOT, TINY, command, run
 
 WARM = """\
 import sys
-from hpcrub import config, energy, history, kernel, studies, warmup
-from hpcrub.parallel import Team
+from hpcrub import studies
+from hpcrub.config import schema as config
+from hpcrub.contact import kernel
+from hpcrub.response import energy, history
+from hpcrub.studies import warmup
+from hpcrub.run.parallel import Team
 
 cfg = config.Config.from_yaml(sys.argv[1])
 compiled = kernel.march, energy.march, history.trace
@@ -20,7 +24,8 @@ problem = studies.find(cfg).prepare(cfg)
 warmup.warm_up(Team(), cfg)
 warm = [list(function.signatures) for function in compiled]
 if cfg.study == "contact":
-    from hpcrub import study, sweep
+    from hpcrub.response import sweep
+    from hpcrub.studies import problem as study
     modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
     sweep.run_sweep(modes, problem.scene, cfg.speeds.values_hz)
 else:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hpcrub import kernel
-from hpcrub.lanes import aligned_zeros
-from validation import bouncing_bar as bar
-from validation.report import fitted_order
+from evidence.validation import bouncing_bar as bar
+from evidence.validation.report import fitted_order
+from hpcrub.contact import kernel
+from hpcrub.contact.lanes import aligned_zeros
 
 SCHEMES = ["central_difference", "exact_modal"]
 

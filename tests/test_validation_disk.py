@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from reference import MATERIAL, disk_section
 
-from hpcrub.disk import build_disk
-from hpcrub.layout import STEADY
-from hpcrub.reduction import craig_bampton, mistune, mistuned_modes
-from hpcrub.steady import SteadyCriteria
-from hpcrub.sweep import Scene, run_sweep
-from validation import disk, full_disk, linear_load
-from validation.report import fitted_order
+from evidence.validation import disk, full_disk, linear_load
+from evidence.validation.report import fitted_order
+from hpcrub.model.disk import build_disk
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import Scene, run_sweep
+from hpcrub.results.layout import STEADY
 
 DAMPING_RATIO = 0.02
 SPEEDS = np.array([33.25, 34.0])

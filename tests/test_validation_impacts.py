@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from validation import cantilever, moving_wall
-from validation.events import Reference, Wall, fixed_wall
-from validation.motion import Structure
-from validation.report import fitted_order
+from evidence.validation import cantilever, moving_wall
+from evidence.validation.events import Reference, Wall, fixed_wall
+from evidence.validation.motion import Structure
+from evidence.validation.report import fitted_order
 
 SCHEMES = ["central_difference", "exact_modal"]
 

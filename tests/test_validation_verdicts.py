@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from validation import __main__, report
+from evidence.validation import __main__, report
 
 
 @pytest.mark.parametrize(

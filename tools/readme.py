@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
-from hpcrub.config import key_table
-from hpcrub.layout import LAYOUT
+from hpcrub.config.schema import key_table
 from hpcrub.plot import FIGURES
+from hpcrub.results.layout import LAYOUT
 from hpcrub.studies import STUDIES
 
 README = Path(__file__).parents[1] / "README.md"

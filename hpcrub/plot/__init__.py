@@ -10,10 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from hpcrub.config_types import without_suffix
+from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.style import STYLE
-from hpcrub.storage import ResultFile
+from hpcrub.results.storage import ResultFile
 
 # What numbers that no study computes make of a drawing: nothing guards the data of a file, among
 # them numbers of nodes. All else is a fault of the program, and is to be seen as one.

@@ -3,8 +3,6 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from hpcrub.coexistence import coexisting, stretches
-from hpcrub.layout import DIVERGED, NOT_STEADY
 from hpcrub.plot.style import (
     BLACK,
     BLUE,
@@ -17,6 +15,8 @@ from hpcrub.plot.style import (
     legend_below,
     say,
 )
+from hpcrub.results.layout import DIVERGED, NOT_STEADY
+from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.studies.branches import label_file, starts
 
 COLOURS = [BLUE, ORANGE, GREEN, PINK, YELLOW, SKY]  # of branches; black for the others

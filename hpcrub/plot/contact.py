@@ -3,9 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from hpcrub.layout import DONE, NOT_STEADY
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, legend_below
-from hpcrub.statistics import percentile_interval
+from hpcrub.results.layout import DONE, NOT_STEADY
+from hpcrub.statistics.percentiles import percentile_interval
 
 BAR_DISTANCE = 0.012  # of neighbouring error bars, of the axis
 MOST = 20_000  # samples of a level behind the band of a frequency response

@@ -5,9 +5,9 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 
-from hpcrub import reasons
-from hpcrub.layout import DIVERGED
+from hpcrub.contact import reasons
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK, say
+from hpcrub.results.layout import DIVERGED
 from hpcrub.studies.time_response import first_steady
 
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history

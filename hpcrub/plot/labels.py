@@ -5,9 +5,9 @@ from collections import Counter
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config import key_table
-from hpcrub.config_text import flatten, show
-from hpcrub.config_types import without_suffix
+from hpcrub.config.schema import key_table
+from hpcrub.config.text import flatten, show
+from hpcrub.config.types import without_suffix
 
 SYMBOLS = {"time.step_s": "h", "reduction.n_modes": "η", "material.damping_ratio": "ξ"}
 FEW = 3  # keys that are all named; with more, only those with an unusual value

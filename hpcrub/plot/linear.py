@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE
-from hpcrub.statistics import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
 
 COLOURS = [GREEN, BLUE, ORANGE]
 

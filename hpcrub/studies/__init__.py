@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.layout import AUDIT, Dataset
+from hpcrub.results.layout import AUDIT, Dataset
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 

@@ -13,13 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import coexistence, history, mistuning, reasons, steady
-from hpcrub.config import Config
-from hpcrub.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
-from hpcrub.reduction import Modes
+from hpcrub.config.schema import Config
+from hpcrub.contact import reasons
+from hpcrub.model import mistuning
+from hpcrub.model.reduction import Modes
+from hpcrub.response import history, steady
+from hpcrub.response.sweep import Motion, Scene, run_sweep
+from hpcrub.results.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
+from hpcrub.statistics import coexistence
+from hpcrub.studies.problem import build_problem, modes_of
 from hpcrub.studies.sources import disks
-from hpcrub.study import build_problem, modes_of
-from hpcrub.sweep import Motion, Scene, run_sweep
 
 KERNEL = True
 _SS = ("start", "speed")

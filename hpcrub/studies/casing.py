@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hpcrub.casing import bump_height, growth
-from hpcrub.layout import Dataset
+from hpcrub.model.casing import bump_height, growth
+from hpcrub.results.layout import Dataset
 
 KERNEL = False
 N_ANGLES, N_TIMES = 2401, 201

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hpcrub.energy import ACCOUNTS
-from hpcrub.layout import KINDS, LAYOUT, SCALES
-from hpcrub.study import build_problem as prepare
-from hpcrub.study import sigma_of
+from hpcrub.response.energy import ACCOUNTS
+from hpcrub.results.layout import KINDS, LAYOUT, SCALES
+from hpcrub.studies.problem import build_problem as prepare
+from hpcrub.studies.problem import sigma_of
 
 __all__ = ["LAYOUT", "SCALES", "constants", "prepare", "sizes"]
 

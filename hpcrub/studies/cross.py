@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import gaussian_kde, norm, rankdata
 
-from hpcrub.layout import Dataset
+from hpcrub.results.layout import Dataset
 from hpcrub.studies.sources import amplifications, complete
 
 KERNEL = False

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hpcrub.config import differences
+from hpcrub.config.schema import differences
 from hpcrub.errors import InputError
-from hpcrub.layout import Dataset
-from hpcrub.statistics import Z_95, percentile_interval
+from hpcrub.results.layout import Dataset
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.sources import PHYSICS, amplifications, complete
 
 KERNEL = False

@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub import history, reasons
-from hpcrub.config import Config
+from hpcrub.config.schema import Config
+from hpcrub.contact import reasons
 from hpcrub.errors import InputError
-from hpcrub.layout import DIVERGED, DONE, POINT_REASON, POINT_STATUS, Dataset
-from hpcrub.reduction import blade_stiffness, mistuned_modes
+from hpcrub.model.reduction import blade_stiffness, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.results.layout import DIVERGED, DONE, POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.studies.problem import Problem as Model
+from hpcrub.studies.problem import basis_of, build_problem
 from hpcrub.studies.sources import complete
-from hpcrub.study import Problem as Model
-from hpcrub.study import basis_of, build_problem
-from hpcrub.sweep import Motion, run_sweep
 
 KERNEL = True
 _SAMPLE, _SS = ("sample",), ("sample", "speed")

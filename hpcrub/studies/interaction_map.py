@@ -4,8 +4,9 @@ import numpy as np
 from scipy.signal import zoom_fft
 from scipy.signal.windows import hann
 
-from hpcrub import history, reasons
-from hpcrub.layout import POINT_REASON, Dataset
+from hpcrub.contact import reasons
+from hpcrub.response import history
+from hpcrub.results.layout import POINT_REASON, Dataset
 from hpcrub.studies.sources import disks, prepare_disks
 
 KERNEL = True

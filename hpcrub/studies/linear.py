@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.config import Config
-from hpcrub.layout import Dataset
-from hpcrub.linear import linear_peak
-from hpcrub.statistics import Z_95, percentile_interval
-from hpcrub.study import Model, build_model, deviation, modes_of, sigma_of
+from hpcrub.config.schema import Config
+from hpcrub.response.linear import linear_peak
+from hpcrub.results.layout import Dataset
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.studies.problem import Model, build_model, deviation, modes_of, sigma_of
 
 KERNEL = False
 CHUNK = 50  # samples of a level that make a task

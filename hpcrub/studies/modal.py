@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.linalg import eigh
 
-from hpcrub.layout import Dataset
-from hpcrub.study import build_model
+from hpcrub.results.layout import Dataset
+from hpcrub.studies.problem import build_model
 
 KERNEL = False
 MOST_SHAPES = 48  # modes whose shapes are kept

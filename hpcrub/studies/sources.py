@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.config import Config, differences
+from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.layout import DONE, PENDING
-from hpcrub.reduction import Modes
-from hpcrub.storage import ResultFile
-from hpcrub.study import build_problem, modes_of
-from hpcrub.sweep import Scene
+from hpcrub.model.reduction import Modes
+from hpcrub.response.sweep import Scene
+from hpcrub.results.layout import DONE, PENDING
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.problem import build_problem, modes_of
 
 PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
 USED = (
@@ -87,7 +87,7 @@ def complete(path, config=None):
     if file.config.study != "contact":
         raise InputError(f"sources: {path} is of the study {file.config.study}, not contact")
     if file.config.is_part:
-        raise InputError(f"sources: {path} is a part; merge all parts (python -m hpcrub.merge)")
+        raise InputError(f"sources: {path} is a part; merge all parts (python -m hpcrub merge)")
     n_pending = int(np.count_nonzero(file.status() == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")

@@ -5,10 +5,10 @@ import time
 import numpy as np
 
 from hpcrub import studies
-from hpcrub.layout import DONE, PENDING
-from hpcrub.progress import console, print_line
-from hpcrub.runlog import Work
-from hpcrub.warmup import warm_up
+from hpcrub.results.layout import DONE, PENDING
+from hpcrub.run.progress import console, print_line
+from hpcrub.run.runlog import Work
+from hpcrub.studies.warmup import warm_up
 
 
 class TaskStudy:

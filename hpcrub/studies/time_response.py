@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
-from hpcrub import history, reasons
-from hpcrub.casing import bump_height, growth
-from hpcrub.layout import DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY, Dataset
-from hpcrub.steady import correlation
+from hpcrub.contact import reasons
+from hpcrub.model.casing import bump_height, growth
+from hpcrub.response import history
+from hpcrub.response.steady import correlation
+from hpcrub.response.sweep import cut_revolution
+from hpcrub.results.layout import DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY, Dataset
 from hpcrub.studies.sources import disks, prepare_disks, time_grid
-from hpcrub.sweep import cut_revolution
 
 KERNEL = True
 _DTB = ("disk", "time", "blade")

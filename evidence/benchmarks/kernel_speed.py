@@ -1,0 +1,183 @@
+"""Simulated steps per second and core, against plain NumPy, plain C and the machine's limit."""
+
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from evidence.benchmarks import cases
+from hpcrub.contact import kernel, scheme
+from hpcrub.model import casing
+from hpcrub.response.sweep import cut_revolution
+
+LANES = (1, 4, 8, 16, 32)
+N_MODES = (36, 60, 120)
+WARM = 80  # blocks until the blades rub as they do most of the time
+REPEATS = 7  # of which the best counts
+
+
+def best(function, repeats=REPEATS):
+    """Shortest wall time of a call [s]."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        function()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+class Lanes:
+    """Lanes of one mistuned sample that rub, ready to be timed."""
+
+    def __init__(self, width, n_modes=60, name="exact_modal", model=None):
+        if model is None:
+            step = 2e-5 if n_modes <= 60 or name == "exact_modal" else 1e-5
+            built = cases.problem(n_modes, name, step)
+            model = cases.modes_of(built.reduced, 0), built.scene
+        self.modes, self.scene = model
+        self.grid = cut_revolution(33.5, self.scene)
+        self.bank = scheme.allocate(self.modes, self.scene, self.grid, width)
+        self.width = width
+        for lane, speed in enumerate(np.linspace(33.5, 35.5, width)):
+            scheme.empty_lane(self.bank, lane)
+            h = 1.0 / (speed * self.grid.steps_per_revolution)
+            scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
+        self.march(WARM)
+
+    def march(self, n_blocks, place=-1):
+        kernel.march((0,) * self.width, *self.bank, n_blocks, place, self.grid.stride)
+
+    def rate(self, n_blocks=10, place=-1):
+        """Simulated steps per second."""
+        seconds = best(lambda: self.march(n_blocks, place))
+        return n_blocks * self.grid.steps_per_block * self.width / seconds
+
+    def contacts(self, n_blocks=20):
+        """Mean number of points in contact at a time, looked at after each block."""
+        counts = []
+        for _ in range(n_blocks):
+            self.march(1)
+            counts.append((self.bank.state.multiplier[:-1] > 0.0).sum() / self.width)
+        return float(np.mean(counts))
+
+
+def dense_matrices(lanes, speed=34.0):
+    """The same scheme in the coordinates of the reduced model: u+ = A1 u + A2 u-, push, W, bump."""
+    modes, scene, grid = lanes.modes, lanes.scene, lanes.grid
+    h = 1.0 / (speed * grid.steps_per_revolution)
+    keep, push = scheme.coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    inverse = np.linalg.inv(modes.shapes)
+    A1 = modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse
+    A2 = -modes.shapes @ np.diag(keep) @ inverse
+    load = -(modes.radial + scene.friction * modes.tangential).T
+    moved = modes.shapes @ (push[:, None] * load)
+    bump = casing.bump_table(
+        scene.contact_angle, scene.n_bumps, scene.bump_height,
+        grid.steps_per_revolution, grid.steps_per_block,
+    )  # fmt: skip
+    return h, A1, A2, moved, -moved[: len(modes.radial)], bump
+
+
+def plain_c(lanes, n_steps=100_000):
+    """Steps per second of ``dense.c``."""
+    h, *matrices, bump = dense_matrices(lanes)
+    with tempfile.TemporaryDirectory() as folder:
+        source, program = Path(__file__).with_name("dense.c"), Path(folder) / "dense"
+        options = ["-O3", "-march=native", "-ffast-math"]
+        subprocess.run(["gcc", *options, "-o", program, source, "-lm"], check=True)
+        with open(Path(folder) / "case.bin", "wb") as file:
+            np.array([len(matrices[0]), bump.shape[1], len(bump), n_steps]).tofile(file)
+            np.array([h, lanes.scene.growth_time, lanes.scene.clearance]).tofile(file)
+            for matrix in (*matrices, bump):
+                np.ascontiguousarray(matrix).tofile(file)
+        runs = [
+            subprocess.run([program, file.name], check=True, capture_output=True, text=True)
+            for _ in range(3)
+        ]
+    return n_steps / min(float(run.stdout.split()[0]) for run in runs)
+
+
+def plain_numpy(lanes, n_steps=4000):
+    """Steps per second of a straightforward NumPy loop."""
+    h, A1, A2, moved, W, bump = dense_matrices(lanes)
+    n_c = len(W)
+
+    def march():
+        u, before = np.zeros(len(A1)), np.zeros(len(A1))
+        for step in range(n_steps):
+            u, before = A1 @ u + A2 @ before, u
+            grown = casing.growth((step + 1) * h, lanes.scene.growth_time)
+            depth = u[:n_c] + grown * bump[step % len(bump)] - lanes.scene.clearance
+            if depth.max() > 0.0:
+                force = np.zeros(n_c)
+                for _ in range(50):
+                    old = force.copy()
+                    for i in np.flatnonzero(depth > -1e-4):
+                        free = depth[i] - W[i] @ force + W[i, i] * force[i]
+                        force[i] = max(0.0, free / W[i, i])
+                    if np.abs(force - old).max() <= 1e-12 * force.max():
+                        break
+                u = u + moved @ force
+
+    return n_steps / best(march, 2)
+
+
+def peak_gflops(n=1024):
+    """Floating-point operations per second of a large matrix product on one core [1e9/s]."""
+    a = np.random.default_rng(0).random((n, n))
+    return 2.0 * n**3 / best(lambda: a @ a) / 1e9
+
+
+def peak_bandwidth(n_bytes):
+    """Bytes per second that one core moves while it goes through so many again and again."""
+    a, b = np.random.default_rng(0).random((2, n_bytes // 16))
+    return 3 * a.nbytes * 100 / best(lambda: [np.add(a, b, out=a) for _ in range(100)])
+
+
+def touched(bank):
+    """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
+    s = bank.scheme
+    read = s.radial, s.load, s.keep, s.squared, s.push, bank.state.position, bank.state.increment
+    return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
+
+
+def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
+    """Floating-point operations that one step of one speed needs: modes, penetrations, contacts."""
+    modal = 6 * n_modes
+    penetrations = 2 * n_modes * n_points + 2 * n_points
+    correction = 2 * n_modes * n_contacts + n_modes
+    multipliers = sweeps * n_contacts * (2 * n_contacts + 2)
+    return modal + penetrations + correction + multipliers
+
+
+def measure():
+    """All numbers of the kernel table, taken side by side."""
+    reference = Lanes(16)
+    rows = []
+    for name in ("central_difference", "exact_modal"):
+        for n_modes in N_MODES:
+            for width in LANES:
+                lanes = Lanes(width, n_modes, name)
+                rows.append((name, n_modes, width, lanes.rate(), lanes.rate(place=0)))
+    # in turns: the machine's speed drifts
+    read, written = touched(reference.bank)
+    sides = [
+        (
+            reference.rate(),
+            plain_c(reference),
+            plain_numpy(reference),
+            peak_gflops(),
+            peak_bandwidth(read) / (read + written) * reference.width,
+        )
+        for _ in range(5)
+    ]
+    contacts = reference.contacts()
+    return {
+        "rows": rows,
+        "sides": sides,
+        "contacts": contacts,
+        "flops": needed_flops(len(reference.modes.omega), 12, contacts),
+        "bytes": (read, written),
+    }

@@ -1,0 +1,107 @@
+"""`python -m evidence.faults [WORD ...]`: cause all faults and check what the program does.
+
+Ends with 1 if anything is wrong. Words choose faults by their names; without any, docs/faults.md is
+written anew.
+"""
+
+import collections
+import concurrent.futures
+import re
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from evidence.faults import disks, files, inputs, kills, system
+from evidence.faults.job import Skip
+
+REPORT = Path(__file__).parents[2] / "docs" / "faults.md"
+AT_ONCE = 6  # faults: most of the time they wait
+KILLS = 13  # of each kind, at programs that still ran
+GROUPS = {
+    "killed": {
+        f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
+        for target in kills.TARGETS
+    },
+    "disks and files": disks.FAULTS,
+    "signals, clocks, compiled code, samples": system.FAULTS,
+    "hostile inputs": inputs.FAULTS,
+    "hostile result files": files.FAULTS,
+}
+
+
+def main(words):
+    """Run, print, write the report; returns the exit code."""
+    began = time.monotonic()
+    chosen = [
+        (group, name)
+        for group, faults in GROUPS.items()
+        for name in faults
+        if not words or any(word in name for word in words)
+    ]
+    with (
+        tempfile.TemporaryDirectory(prefix="faults-") as folder,
+        concurrent.futures.ProcessPoolExecutor(AT_ONCE) as pool,
+    ):
+        futures = [pool.submit(row, *names, Path(folder)) for names in chosen]
+        found = [future.result() for future in futures]
+    problems = [problem for _, some in found for problem in some]
+    tables = []
+    for group in GROUPS:
+        rows = [line for (g, _), (line, _) in zip(chosen, found, strict=True) if g == group]
+        if rows:
+            tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
+    text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)
+    print(text)
+    if not words:
+        old = REPORT.read_text(encoding="utf-8")
+        block = re.compile(r"(?<=<!-- results -->\n).*?(?=<!-- end of results -->)", re.DOTALL)
+        REPORT.write_text(block.sub(lambda _: text, old), encoding="utf-8")
+    for problem in problems:
+        print(f"FAILED {problem}", file=sys.stderr)
+    return 1 if problems else 0
+
+
+def row(group, name, folder):
+    """Cause one fault: the line of its table, and what went wrong."""
+    place = folder / _slug(group) / _slug(name)
+    began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
+    whens, mine = collections.Counter(), []
+    try:
+        for trial in GROUPS[group][name](place):
+            n_trials += 1
+            codes[str(trial.code)] += 1
+            said.setdefault(str(trial.code), trial.said)
+            whens.update([trial.when] * bool(trial.when))
+            if trial.problem:
+                mine.append(f"{name}: {trial.problem}")
+    except Skip as reason:
+        said["skipped"] = str(reason)
+    except Exception as error:  # the trial itself went wrong: as bad as what it looks for
+        mine.append(f"{name}: {type(error).__name__}: {error}")
+    took = time.monotonic() - began
+    told = f"{name}: {n_trials} trials, {len(mine)} problems, {took:.0f} s"
+    print("\n".join([told, *mine]), flush=True)
+    ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
+    message = next((text for text in said.values() if text), "")
+    message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or message
+    return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"], mine
+
+
+def _slug(name):
+    return re.sub(r"\W+", "-", name)
+
+
+def _short(message):
+    message = re.sub(r"/\S*/", "", message.removeprefix("hpcrub: ")).replace("|", "/")
+    return message if len(message) <= 110 else message[:107] + "..."
+
+
+def _markdown(rows):
+    heads = ["fault", "trials", "exit codes (how often)", "when, or for example", "problems"]
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,89 @@
+"""What is run, with the paper's numbers of samples; a scale multiplies these and nothing else."""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+from hpcrub import studies
+from hpcrub.config import schema as config
+
+ROOT = Path(__file__).parents[2]
+USUAL_TIME = 0.9  # [s] simulated until steady, on average
+
+
+class Step(NamedTuple):
+    """One input of `inputs/`, the keys that it is given, and how many samples at full scale."""
+
+    name: str
+    input: str
+    keys: dict = {}  # noqa: RUF012, never changed
+    samples: tuple = ()  # (key, number at full scale, fewest)
+    sources: tuple = ()  # names of results below the folder
+
+
+LINEAR = ("mistuning.samples", 10_000, 50)
+RUNS = 65  # of the tuned disk
+CONTACT = ("mistuning.samples", 5_000, 20)
+FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
+REFERENCE = {"mistuning.tuned_runs": RUNS}
+LOW = {"material.damping_ratio": 4e-3}
+ND4 = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.05, "casing.n_bumps": 4}
+ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.0, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
+(TABLE_2,) = config.load_runs(ROOT / "inputs" / "table2.yaml")
+PRINTED = TABLE_2.mistuning.pattern_gpa[::-1]  # E_1 to E_12
+FILE_4 = "contact/n_bumps=4_from_hz=33.5_to_hz=35.5.h5"
+FILE_6 = "contact/n_bumps=6_from_hz=22.0_to_hz=23.0.h5"
+STEPS = (
+    Step("modal", "modal"),
+    Step("casing", "casing"),
+    Step("linear", "linear", samples=LINEAR),
+    Step("time_response", "time_response", {"history.duration_s": 1.0}),
+    Step("interaction_map", "interaction_map", {"speeds.step_hz": 0.25}),
+    Step("table2", "table2"),
+    Step("table2_printed", "table2", {"mistuning.pattern_gpa": PRINTED}),
+    Step("casing_parameters", "casing_parameters"),
+    Step("time_step", "time_step"),
+    Step("reduction", "reduction"),
+    Step("branches", "branches", FINE),
+    Step("contact", "nodal_diameters", {"convergence.step": 10, **REFERENCE}, CONTACT),
+    Step("contact_low", "paper_nd4", LOW | REFERENCE, CONTACT),
+    Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 1_000, 20)),
+    Step("cross", "cross", {}, sources=(FILE_4,)),
+    Step("damping", "damping", {}, sources=(FILE_4, "contact_low.h5")),
+    Step("energy_4", "energy", ND4, ("energy.samples", 100, 5), (FILE_4,)),
+    Step("energy_6", "energy", ND6, ("energy.samples", 100, 5), (FILE_6,)),
+)
+
+
+def overrides(step, folder, scale):
+    """Options --set of a step, as "key=value"."""
+    keys = dict(step.keys)
+    if step.samples:
+        key, full, fewest = step.samples
+        keys[key] = max(fewest, round(scale * full))
+    if step.sources:
+        keys["sources"] = [str(folder / source) for source in step.sources]
+    return [f"{key}={json.dumps(value)}" for key, value in keys.items()]
+
+
+def arguments(step, folder, scale):
+    """Arguments of main.py."""
+    found = [str(ROOT / "inputs" / f"{step.input}.yaml")]
+    found += ["--output", str(folder / f"{step.name}.h5")]
+    for override in overrides(step, folder, scale):
+        found += ["--set", override]
+    return found
+
+
+def time_steps(step, folder, scale):
+    """Time steps of all speeds of a step, about."""
+    path = ROOT / "inputs" / f"{step.input}.yaml"
+    return sum(map(_steps, config.load_runs(path, overrides(step, folder, scale))))
+
+
+def _steps(cfg):
+    if studies.is_tasks(cfg):
+        return studies.find(cfg).cost(cfg)
+    n_disks = len(cfg.mistuning.half_range) * cfg.mistuning.samples + cfg.mistuning.tuned_runs
+    slow = 6 if cfg.contact.kinematics == "polar" else 1  # a step costs several times more
+    return slow * n_disks * cfg.speeds.n_values * USUAL_TIME / cfg.time.step

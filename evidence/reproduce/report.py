@@ -1,0 +1,108 @@
+"""Result files → docs/reproduction.md: every published number beside ours, and the figures."""
+
+import shutil
+from datetime import date
+
+from evidence.reproduce import numbers, plan, rows, sensitivity
+from hpcrub import __version__, plot
+from hpcrub.config.schema import Time
+
+DEFAULT = Time()
+HEAD = """# Reproduction of the paper
+
+Every number that J. Joachim, F. Nyssen and A. Batailly, *Numerical Investigation of a Mistuned
+Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), gives for this model, beside ours.
+Written by `make reproduce SCALE={scale:g}` on {today} with hpcrub {version}: {samples} samples per
+level and number of bumps where the paper has 5000. At full scale nothing changes but the sample
+counts. The time integration is the default one, {scheme} with {step:g} s, but for figure 9a; the
+paper has central differences with 1e-6 s. A_nl is relative to the median of {runs} runs of
+the tuned disk that hardly differ; the paper has one run.
+
+Intervals are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
+scatter of the samples; "–" is an end that so few samples do not bound. "Yes" means that the paper's
+number lies in the interval or, where there is none, within 1 % (a speed: 0.1 Hz), rounding allowed
+for; "near" means within 5 % (a speed: 1 %); "open" that there are too few samples to tell. Several
+numbers in a row are as good as the worst. A statement agrees or not; where that is no matter of
+plain order, the row says when. The dimensions of the disk are not published: they were found by a
+search, and the rows marked *fitted* took part in it, so that their agreement proves nothing. The
+others are predictions.
+
+"""
+
+
+def write(folder, scale, target):
+    """Write the report and copy its figures.
+
+    Args:
+        folder: where the result files are.
+        scale: of the sample counts.
+        target: Markdown file to write; figures go to a folder of its name beside it.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    results = rows.Results(folder)
+    samples = max(plan.CONTACT[2], round(scale * plan.CONTACT[1]))
+    text = HEAD.format(
+        scale=scale, today=date.today().isoformat(), version=__version__, samples=samples,
+        scheme=DEFAULT.scheme, step=DEFAULT.step_s, runs=plan.RUNS,
+    )  # fmt: skip
+    text += table(numbers.rows(results))
+    text += "\n## What it depends on\n\n" + sensitivity.table(results)
+    text += "\n## Figures\n\n" + figures(folder, target)
+    target.write_text(text, encoding="utf-8")
+
+
+def table(rows):
+    """Markdown table of the rows, the remarks on those that disagree below it."""
+    lines = ["| # | quantity | paper | ours | interval | agrees |", "|---|---|---|---|---|---|"]
+    remarks = []
+    for row in rows:
+        mark = " *fitted*" if row.fitted else ""
+        note = ""
+        if row.remark and row.agrees != "yes":
+            if row.remark not in remarks:
+                remarks.append(row.remark)
+            note = f" ({remarks.index(row.remark) + 1})"
+        lines.append(
+            f"| {row.number} | {row.quantity}{mark} | {row.paper} | {row.ours} | {row.interval} | "
+            f"{row.agrees}{note} |"
+        )
+    lines += ["", *(f"{i}. {remark}" for i, remark in enumerate(remarks, 1))]
+    return "\n".join(lines) + "\n"
+
+
+FIGURES = (
+    ("1", "modal_disk", "the disk", ("modal.h5",), "disk"),
+    ("2", "safe", "SAFE diagram, full and reduced model", ("modal.h5",), "safe"),
+    ("3", "casing", "casing", ("casing.h5",), "casing"),
+    ("4", "linear", "linear amplification", ("linear.h5",), "linear"),
+    ("5", "time_response", "one simulation in full", ("time_response.h5",), "time"),
+    ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "map"),
+    ("7", "table2", "tuned disk and the pattern of Table 2", ("table2.h5",), "summary"),
+    ("8", "casing_parameters", "other casings", ("casing_parameters/*.h5",), "family"),
+    ("9a", "time_step", "other time steps", ("time_step/*.h5",), "family"),
+    ("9b", "reduction", "other reduced models", ("reduction/*.h5",), "family"),
+    ("10", "running", "running means of the percentiles", ("contact/*.h5",), "running"),
+    ("11", "errors", "convergence errors", ("contact/*.h5",), "errors"),
+    ("12", "percentiles", "amplifications", ("contact/*.h5",), "percentiles"),
+    ("13", "amplitudes", "largest amplitudes", ("contact/*.h5",), "amplitudes"),
+    ("14", "energies", "amplification by energy", ("energy_4.h5", "energy_6.h5"), "energies"),
+    ("15", "cross", "contact beside linear amplification", ("cross.h5",), "cross"),
+    ("16", "damping", "damping", ("damping.h5",), "damping"),
+    ("17", "branches", "several initial states", ("branches.h5",), "branches"),
+)
+
+
+def figures(folder, target):
+    """Draw every figure of the paper; returns the Markdown that shows them."""
+    pictures = target.with_suffix("")
+    pictures.mkdir(parents=True, exist_ok=True)
+    parts = []
+    for number, name, title, patterns, figure in FIGURES:
+        paths = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
+        if not paths:
+            continue
+        (drawn,) = plot.draw(paths, figure, pictures)
+        picture = pictures / f"figure_{number}_{name}.png"
+        shutil.move(drawn, picture)
+        parts.append(f"Figure {number}: {title}\n\n![{title}]({pictures.name}/{picture.name})\n")
+    return "\n".join(parts)

@@ -1,0 +1,235 @@
+"""A study on any number of ranks in simulated time, with the program's own decisions.
+
+Rank 0's book is the program's `schedule.Desk`; ranks behave as in `parallel`: rank 0 looks at its
+messages at the polls of its own task, or every PAUSE when it has none; the others ask when they
+begin their last task. Messages take no time on the way, but rank 0 handles one after another. At
+the end it says good-bye to every rank and hears the same.
+"""
+
+import heapq
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Mistuning
+from hpcrub.run import schedule
+from hpcrub.run.parallel import PAUSE
+
+TUNED_RUNS = Mistuning().tuned_runs
+
+
+class Machine(NamedTuple):
+    """What a rank needs besides marching [s]."""
+
+    receive: float  # rank 0, for a message with its results
+    send: float  # rank 0
+    finish: float  # eigenproblem, linear peak and writing of a sample
+    slowdown: float = 1.0  # of all, when ranks share cores
+
+
+class Result(NamedTuple):
+    """What a simulated study took."""
+
+    seconds: float
+    useful: float  # sum of all sweeps, as one rank would march them [s]
+    n_messages: int
+    serving: float  # seconds that rank 0 was busy with messages
+    reference: float  # when the tuned disk was known [s]
+
+    def efficiency(self, n_ranks):
+        """Share of the ranks' time that went into useful work."""
+        return self.useful / (n_ranks * self.seconds)
+
+
+def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True, drawn=True):
+    """Simulate one case of n_samples samples in all.
+
+    costs: `costs.Costs`; cut: whether samples are cut into parts; overlap: whether samples begin
+    before the tuned disk is known; drawn: whether the costs of a disk are those of a measured one
+    drawn at random, or those of the measured one of its number.
+    """
+    if not overlap:
+        first = _Simulation(costs, machine, n_ranks, seed, cut).run(0)
+        rest = _Simulation(costs, machine, n_ranks, seed, cut, tuned=False).run(n_samples)
+        sums = (a + b for a, b in zip(first, rest, strict=True))
+        return Result(*sums)
+    return _Simulation(costs, machine, n_ranks, seed, cut, drawn=drawn).run(n_samples)
+
+
+class _Simulation:
+    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True, drawn=True):
+        self.costs, self.machine, self.n_ranks, self.drawn = costs, machine, n_ranks, drawn
+        self.random = np.random.default_rng(seed)
+        self.most = max(costs.parts[0], default=1) if cut else 1
+        self.tuned = tuned
+        self.events, self.order = [], count()
+        self.queue = [[] for _ in range(n_ranks)]
+        self.results = [[] for _ in range(n_ranks)]
+        self.running = [None] * n_ranks
+        self.waiting = {}  # ranks with a marched sample and no reference
+        self.inbox, self.asleep = [], False
+        self.known_at = None if tuned else 0.0
+        self.shared_at = np.full(n_ranks, np.inf if tuned else 0.0)
+        self.parts, self.records = {}, {}
+        self.useful = self.serving = 0.0
+        self.n_messages = 0
+        self.free_at = 0.0  # when rank 0 has handled its last messages
+
+    def run(self, n_samples):
+        n_runs = TUNED_RUNS * self.tuned
+        cut = schedule.n_parts(n_runs, self.n_ranks, self.most)
+        tuned = [schedule.Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
+        self.n_tuned = len(tuned)
+        samples = ((0, number) for number in range(n_samples))
+        self.tasks = schedule.StudyTasks(tuned, samples, n_samples, self.most)
+        self.desk = schedule.Desk(self.tasks, self.n_ranks)
+        for rank in range(1, self.n_ranks):
+            self._report(rank, 0.0)
+        self._at(0.0, self._serve)
+        now = 0.0
+        while self.events:
+            now, _, action, arguments = heapq.heappop(self.events)
+            action(now, *arguments)
+        assert self.desk.finished(), "the ranks wait for each other"
+        farewell = self.machine.send + self.machine.receive
+        farewell *= (self.n_ranks - 1) * self.machine.slowdown
+        seconds = max(now, self.free_at) + farewell
+        serving = self.serving + farewell
+        return Result(seconds, self.useful, self.n_messages, serving, self.known_at or 0.0)
+
+    def _at(self, when, action, *arguments):
+        heapq.heappush(self.events, (when, next(self.order), action, arguments))
+
+    def _cost(self, task):
+        """Seconds of a task; all parts of a disk have the costs of one measured disk."""
+        if isinstance(task, schedule.Sample) and task.marched:
+            return 0.0
+        key = task._replace(part=0)
+        if key not in self.records:
+            self.records[key] = self._record(task)
+            self.useful += self.costs.whole[self.records[key]] * self.machine.slowdown
+        record = self.records[key]
+        if task.n_parts == 1:
+            seconds = self.costs.whole[record]
+            del self.records[key]
+        else:
+            seconds = self.costs.parts[record][task.n_parts][task.part]
+        return seconds * self.machine.slowdown
+
+    def _record(self, task):
+        """Number of the measured disk whose costs a disk has."""
+        if self.drawn:
+            return int(self.random.integers(len(self.costs.whole)))
+        number = task.run if isinstance(task, schedule.Tuned) else task.sample
+        return number % len(self.costs.whole)
+
+    # rank 0
+
+    def _serve(self, now):
+        """Handle all messages, send all answers, then go on with the own task."""
+        began = now
+        for rank, tasks, asks in self.inbox:
+            now += self.machine.receive * self.machine.slowdown
+            now = self._collect(self.desk.done(rank, len(tasks)), now)
+            if asks:
+                self.desk.ask(rank)
+        self.inbox = []
+        for rank, tasks in self.desk.answers():
+            now += self.machine.send * self.machine.slowdown
+            self.n_messages += 1
+            self._at(now, self._receive, rank, tasks)
+        self.serving += now - began
+        self.free_at = now
+        self._go_on(now)
+
+    def _collect(self, tasks, now):
+        """As `monte_carlo.Study._collect`: the tuned disk and parts of samples."""
+        for task in tasks:
+            if isinstance(task, schedule.Tuned):
+                self.n_tuned -= 1
+                if not self.n_tuned:
+                    self.known_at = self.shared_at[0] = now
+                    for rank in range(1, self.n_ranks):
+                        now += self.machine.send * self.machine.slowdown
+                        self._at(now, self._share, rank)
+            elif task.n_parts > 1:
+                known = self.parts[task.sample] = self.parts.get(task.sample, 0) + 1
+                if known == task.n_parts:
+                    self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, marched=(0,)))
+        return now
+
+    def _go_on(self, now):
+        if self.running[0] is None:
+            task = self.desk.own()
+            if task is None:
+                self.asleep = True
+                return
+            self.running[0] = [task, self._cost(task)]
+        task, left = self.running[0]
+        if left <= 0.0:
+            if not self._may_finish(0, task):
+                self._at(now + PAUSE, self._serve)
+                return
+            self.running[0] = None
+            now = self._collect(self.desk.done(0, 1), now + self._finish(task))
+            self._at(now, self._serve)
+            return
+        polls = self.costs.polls
+        step = min(left, polls[self.random.integers(len(polls))] * self.machine.slowdown)
+        self.running[0][1] -= step
+        self._at(now + step, self._serve)
+
+    def _arrive(self, now, *message):
+        self.inbox.append(message)
+        self.n_messages += 1
+        if self.asleep:
+            self.asleep = False
+            self._at(max(now + self.random.random() * PAUSE, self.free_at), self._serve)
+
+    # the others
+
+    def _report(self, rank, now, asks=True):
+        tasks, self.results[rank] = self.results[rank], []
+        self._at(now, self._arrive, rank, tasks, asks)
+
+    def _receive(self, now, rank, tasks):
+        self.queue[rank].extend(tasks)
+        if self.running[rank] is None:
+            self._begin(now + self.random.random() * PAUSE, rank)
+
+    def _begin(self, now, rank):
+        task = self.queue[rank].pop(0)
+        self.running[rank] = task
+        if not self.queue[rank]:
+            self._report(rank, now)
+        self._at(now + self._cost(task), self._marched, rank)
+
+    def _marched(self, now, rank):
+        if self._may_finish(rank, self.running[rank]):
+            self._at(now + self._finish(self.running[rank]), self._end, rank)
+        else:
+            self.waiting[rank] = True
+
+    def _share(self, now, rank):
+        self.shared_at[rank] = now
+        if self.waiting.pop(rank, False):
+            self._marched(now, rank)
+
+    def _end(self, now, rank):
+        self.results[rank].append(self.running[rank])
+        self.running[rank] = None
+        if not self.queue[rank]:
+            self._report(rank, now)
+            return
+        if np.isinf(self.shared_at[rank]):
+            self._report(rank, now, asks=False)
+        self._begin(now, rank)
+
+    def _may_finish(self, rank, task):
+        whole = isinstance(task, schedule.Sample) and task.n_parts == 1
+        return not whole or np.isfinite(self.shared_at[rank])
+
+    def _finish(self, task):
+        whole = isinstance(task, schedule.Sample) and task.n_parts == 1
+        return self.machine.finish * self.machine.slowdown * whole

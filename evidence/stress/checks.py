@@ -1,0 +1,255 @@
+"""What must hold for every case, checked by other means than the sweep's own."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from evidence.stress import marches, operators
+from evidence.stress.corners import build
+from evidence.stress.marches import STEEPEST
+from hpcrub.contact import kernel, reasons, scheme
+from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.model.casing import bump_height, bump_table
+from hpcrub.response.sweep import cut_revolution, run_sweep, speed_bands
+from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
+
+WIDTH = 8
+STEPWISE = 300  # time steps that are looked at one by one
+AFTER = 10  # revolutions that a steady point is followed
+TOO_EARLY = 0.01  # change of amplitude after acceptance that is counted
+LARGEST_FINE_STEP = 2e-5  # [s]: a point must not diverge below it if it does not at a quarter of it
+# The solver stops at 1e-12 of the deepest penetration, which may be some hundred units
+MOST_ROUND_OFF = 1000.0
+EVERY = 8  # cases of which one is audited, and another marched as a whole history
+
+
+class Findings(NamedTuple):
+    """What one case gave."""
+
+    corner: str
+    number: int
+    seconds: float
+    status: np.ndarray  # (S,)
+    reason: np.ndarray  # (S,)
+    sweeps: np.ndarray  # (S,)
+    followed: int  # steady points that were run on
+    early: int  # of these, points whose amplitude changed by more than TOO_EARLY
+    penetration: float  # largest after the corrector, in round-off units
+    contacts: int  # forces looked at
+    left: float  # largest gap or penetration at a force after the corrector [m]
+    unconfirmed: int  # diverged points that do not diverge with a quarter of the step
+    judged: int  # points whose Delassus operator was looked at again
+    audited: int  # points whose energy was
+    unbalanced: int  # of these, points whose audit does not close
+    histories: int  # speeds marched as whole histories
+    faults: tuple  # texts; empty when all is well
+
+
+def examine(case):
+    """Run a case and check everything; returns Findings."""
+    began = time.perf_counter()
+    modes, scene, speeds = build(case)
+    with np.errstate(all="ignore"):
+        result = run_sweep(modes, scene, speeds, width=WIDTH)
+        seconds = time.perf_counter() - began
+        faults = list(consistent(result, scene, speeds))
+        followed, early, more = follow(modes, scene, speeds, result)
+        faults += more
+        penetration, contacts, left, more = stepwise(modes, scene, speeds, result)
+        faults += more
+        unconfirmed, more = refine(modes, scene, speeds, result)
+        faults += more
+        judged, more = operators.judge(case, modes, scene, speeds, result)
+        faults += more
+        audited, unbalanced, n_histories = 0, 0, 0
+        if case.number % EVERY == 0 and scene.kinematics == "small":
+            audited, unbalanced, more = marches.audited(modes, scene, speeds, result, WIDTH)
+            faults += more
+        if case.number % EVERY == 1:
+            n_histories, more = marches.whole(modes, scene, speeds, result, MOST_ROUND_OFF)
+            faults += more
+    return Findings(
+        case.corner, case.number, seconds, result.point_status, result.point_reason,
+        result.max_sweeps, followed, early, penetration, contacts, left, unconfirmed, judged,
+        audited, unbalanced, n_histories, tuple(faults),
+    )  # fmt: skip
+
+
+def consistent(result, scene, speeds):
+    """No NaN or infinity in a result, no result without a status, no failure without a reason."""
+    numbers = np.stack([result.amplitude, result.localisation])
+    failed = result.point_status == DIVERGED
+    if not np.isin(result.point_status, (STEADY, NOT_STEADY, DIVERGED)).all():
+        yield "a point without a status"
+    if not np.isfinite(numbers[:, ~failed]).all() or not np.isfinite(result.time).all():
+        yield "NaN or infinity in a result that has not diverged"
+    if not np.isnan(numbers[:, failed]).all():
+        yield "a diverged point with a result"
+    if not np.array_equal(failed, np.isin(result.point_reason, reasons.FATAL)):
+        yield "status and reason contradict each other"
+    # a touch at the very end of the windows of six revolutions may pass the time limit
+    limit = np.maximum(scene.steady.max_time, scene.steady.first_check) + 7.0 / speeds
+    if not (result.time <= limit).all():
+        yield "simulated longer than allowed"
+
+
+def _bank(modes, scene, speeds, grid):
+    bank = scheme.allocate(modes, scene, grid, WIDTH)
+    for lane in range(WIDTH):
+        scheme.empty_lane(bank, lane)
+    for lane, speed in enumerate(speeds):
+        h = 1.0 / (speed * grid.steps_per_revolution)
+        scheme.fill_lane(bank, lane, modes, scene, h)
+    return bank
+
+
+def follow(modes, scene, speeds, result):
+    """March all points again, at once and with nothing skipped, and go on after they were steady.
+
+    Returns the number of steady points, of those whose amplitude still changed, and faults.
+    """
+    grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
+    per_turn = grid.blocks_per_revolution
+    n_blocks = np.round(result.time * speeds * per_turn).astype(int)
+    steady = np.flatnonzero((result.point_status == STEADY) & (n_blocks > 0))
+    n_points, n_modes = (-(-n // 12) * 12 for n in modes.radial.shape)
+    rows = grid.steps_per_block // grid.stride * n_points
+    total = n_blocks.max(initial=0) + AFTER * per_turn
+    if not len(steady) or total * rows * WIDTH * 8 > 4e8:
+        return 0, 0, []
+    bank = _bank(modes, scene, speeds, grid)
+    record = kernel.Record(
+        aligned_zeros((total * rows, WIDTH)), aligned_zeros((total * n_points, WIDTH))
+    )
+    kernel.march((0,) * WIDTH, *bank._replace(record=record), total, 0, grid.stride)
+    history = record.history.reshape(total, -1, n_points, WIDTH)[:, :, : len(modes.radial)]
+    faults, early = [], 0
+    for i in steady:
+        end, window = n_blocks[i], scene.steady.window_revolutions * per_turn
+        both = history[end - 2 * window : end, :, :, i]
+        before, last = np.abs(both).reshape(2, -1, both.shape[-1]).max(axis=1)
+        tip = np.argmax(last)
+        if last[tip] != result.amplitude[i]:
+            faults.append(f"amplitude {result.amplitude[i]:.17g}, marched again {last[tip]:.17g}")
+        if not accepted(both[:, :, tip], before[tip], last[tip], scene.steady):
+            faults.append("steady against the criteria")
+        after = np.abs(history[end : end + AFTER * per_turn, :, :, i]).max()
+        if not after < np.max(scene.contact_radius):
+            faults.append(f"steady, then {after:.3g} m")
+        early += abs(after - last[tip]) > TOO_EARLY * last[tip]
+    return len(steady), early, faults
+
+
+def accepted(signal, before, last, steady):
+    """The paper's criteria once more, by NumPy's own correlation."""
+    a, b = signal.reshape(2, -1)
+    if np.ptp(a) == 0.0 and np.ptp(b) == 0.0:
+        return before == last
+    with np.errstate(all="ignore"):
+        size = max(np.abs(a).max(), np.abs(b).max())  # corrcoef squares
+        correlation = np.corrcoef(a / size, b / size)[0, 1]
+    change = abs(last - before) - steady.max_amplitude_change * last
+    return correlation > steady.min_correlation - 1e-6 and change <= 1e-12 * last
+
+
+def stepwise(modes, scene, speeds, result):
+    """λ ≥ 0, no penetration and λ·gap = 0 after every single step of a part of the run.
+
+    Returns the largest penetration, or gap at a force, in units of round-off, less what displaced
+    kinematics leave by their nature; the number of contact forces seen; the largest gap or
+    penetration at a force [m]; and faults. Points that diverged are left out.
+    """
+    fine = np.flatnonzero(result.point_status != DIVERGED)
+    if not len(fine):
+        return 0.0, 0, 0.0, []
+    grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
+    bank = _bank(modes, scene, speeds, grid)
+    kernel.march((0,) * WIDTH, *bank, 1, -1, 1)
+    table, angle = bank.scheme.bump.copy(), bank.polar.angle.copy()
+    shown = bump_table(
+        scene.contact_angle, scene.n_bumps, scene.bump_height, grid.steps_per_revolution, len(table)
+    )
+    row = aligned_zeros((1, table.shape[1]))
+    one = bank._replace(scheme=bank.scheme._replace(bump=row))
+    worst, contacts, left, faults = 0.0, 0, 0.0, set()
+    for step in _busiest(shown, STEPWISE):
+        row[0], bank.polar.angle[:] = table[step], angle + step * bank.polar.turn
+        bank.state.multiplier[:] = 0.0
+        kernel.march((0,) * WIDTH, *one, 1, -1, 1)
+        look = _displaced if bank.polar.enabled else _undisplaced
+        depth, size, force, known = (v[:, fine] for v in look(bank, scene, shown[step]))
+        # p and Wλ are sums over the modes; the solver stops at 1e-12 of the deepest penetration
+        unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max(axis=0) + 5e-324
+        gap = np.where(force > 0.0, np.abs(depth), depth)
+        worst = np.max([worst, ((gap - known) / unit).max()])  # NaN stays
+        left = np.max([left, np.abs(depth[force > 0.0]).max(initial=0.0)])
+        contacts += int((force > 0.0).sum())
+        if not force.min() >= 0.0:
+            faults.add("tension in a contact")
+    if not worst <= MOST_ROUND_OFF:
+        faults.add(f"penetration or gap at a contact of {worst:.3g} units of round-off")
+    return float(worst), contacts, float(left), sorted(faults)
+
+
+def _undisplaced(bank, scene, bump):
+    """After a step, of every tip and lane (n, L): depth [m], the magnitudes it is the sum of,
+    normal force, and what may remain of the depth."""
+    n = len(bump)
+    radial, wall = bank.scheme.radial[:, :n].T, bank.state.growth * bump[:, None]
+    depth = radial @ bank.state.position + wall - scene.clearance
+    size = np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance
+    return depth, size, bank.state.multiplier[:n].copy(), np.zeros_like(depth)
+
+
+def _displaced(bank, scene, bump):
+    """The same for displaced kinematics, where forces are found along the radius of the predicted
+    position: what remains is the curvature of the tip's circle and the slope of the casing, times
+    the way from there to the corrected position."""
+    n, n_forces = len(bump), bank.scheme.load.shape[1] - 1
+    padded = n_forces // 2
+    radial, tangential = bank.scheme.radial[:, :n].T, bank.scheme.tangential[:, :n].T
+    kick = bank.scheme.push * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
+    R = bank.polar.radius[:, None]
+    r, t = R + radial @ bank.state.position, tangential @ bank.state.position
+    r_before, t_before = r - radial @ kick, t - tangential @ kick
+    rho, rho_before = np.hypot(r, t), np.hypot(r_before, t_before)
+    turned = bank.polar.angle[:, None] + bank.polar.turn + np.arctan2(t, r)
+    wall = bank.state.growth * bump_height(turned, scene.n_bumps, scene.bump_height)
+    depth = rho - R + wall - scene.clearance
+    size = np.abs(radial) @ np.abs(bank.state.position) + R + wall + scene.clearance
+    way = np.hypot(radial @ kick, tangential @ kick)
+    slope = STEEPEST * scene.n_bumps * scene.bump_height * bank.state.growth
+    nearest = np.minimum(rho, rho_before) - way
+    known = np.where(nearest > 0.0, way**2 / (2.0 * nearest) + slope * way / nearest, np.inf)
+    forces = bank.state.multiplier[:n], bank.state.multiplier[padded : padded + n]
+    force = (forces[0] * r_before + forces[1] * t_before) / rho_before
+    return depth, size, force, known
+
+
+def _busiest(table, n):
+    """Consecutive rows of the bump table that end a little after a bump has passed a blade."""
+    last = min(len(table), int(np.argmax(table.max(axis=1))) + n // 2)
+    return range(max(0, last - n), last)
+
+
+def refine(modes, scene, speeds, result):
+    """Points that diverged, with a quarter of the step: it must then diverge too, or be coarse.
+
+    Returns how many do not, and a fault for each of these at a fine step within the limit of
+    stability.
+    """
+    failed = np.flatnonzero(
+        np.isin(result.point_reason, (reasons.NOT_FINITE, reasons.TOO_LARGE, reasons.UNSOLVED))
+    )
+    if not len(failed):
+        return 0, []
+    limit = scene.step * modes.omega.max()
+    stable = scene.scheme == "exact_modal" or limit < 2.0
+    finer = scene._replace(step=scene.step / 4.0)
+    again = run_sweep(modes, finer, speeds, width=WIDTH, selection=failed)
+    well = failed[again.point_status[failed] != DIVERGED]
+    if stable and scene.step <= LARGEST_FINE_STEP:
+        words = {reasons.WORDS[r] for r in result.point_reason[well]}
+        return len(well), [f"{w}, but not with a quarter of the step" for w in sorted(words)]
+    return len(well), []

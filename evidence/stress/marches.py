@@ -1,0 +1,82 @@
+"""The same case once more: step by step with its energy audited, and as a whole history."""
+
+import numpy as np
+
+from hpcrub.contact import reasons
+from hpcrub.response import history
+from hpcrub.response.sweep import cut_revolution, run_sweep
+from hpcrub.results.layout import DIVERGED
+from hpcrub.studies.time_response import gap
+
+STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
+SAME = ("amplitude", "localisation", "time", "point_status", "point_reason", "max_sweeps")
+
+
+def audited(modes, scene, speeds, result, width):
+    """The sweep with an energy audit: the same bits, and no energy from nowhere.
+
+    Returns the number of points that touched, those whose audit does not close, and faults.
+    """
+    again = run_sweep(modes, scene._replace(audit=True), speeds, width=width)
+    open_ = again.point_reason == reasons.UNBALANCED
+    faults = ["the energy audit does not close"] if open_.any() else []
+    for name in SAME:
+        pair = (getattr(r, name)[~open_] for r in (again, result))
+        if not np.array_equal(*pair, equal_nan=True):
+            faults.append(f"an audit changes {name}")
+    return int(np.count_nonzero(result.max_sweeps)), int(open_.sum()), faults
+
+
+def whole(modes, scene, speeds, result, allowed):
+    """All speeds as a history, each as long as the sweep marched it.
+
+    No NaN, tension or penetration without a fatal reason, a reason where the sweep has one and
+    nowhere else, and the sweep's amplitude. `allowed`: penetration of small kinematics, in units
+    of round-off. Returns the number of histories, and faults.
+    """
+    grid, faults = cut_revolution(speeds.min(), scene), set()
+    per_turn = grid.blocks_per_revolution
+    ends = np.round(result.time * speeds * per_turn).astype(int)
+    if not ends.any():
+        return 0, []  # no bump reaches a tip: nothing was marched
+    window = scene.steady.window_revolutions * per_turn
+    amplitude, failed = np.zeros(len(speeds)), np.zeros(len(speeds), dtype=bool)
+    duration = (ends.max() - 0.5) / (speeds.max() * per_turn)
+    for block, piece in enumerate(history.march(modes, scene, speeds, duration), 1):
+        lost = reasons.are_fatal(piece.reason)
+        failed[block == ends] = lost[block == ends]
+        last = (block <= ends) & (block > ends - window) & ~lost
+        tips = np.abs(modes.tangential @ piece.position[:, :, last]).max(axis=(0, 1))
+        amplitude[last] = np.maximum(amplitude[last], tips)
+        faults |= set(_odd(piece, ~lost))
+        if scene.kinematics == "small":
+            faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last), allowed))
+    if not np.array_equal(failed, result.point_status == DIVERGED):
+        faults.add("a history fails where its sweep does not, or the other way round")
+    well = ~failed & (result.point_status != DIVERGED)
+    if not np.allclose(amplitude[well], result.amplitude[well], rtol=1e-9, atol=0.0):
+        faults.add("a history has another amplitude than its sweep")
+    return len(speeds), sorted(faults)
+
+
+def _odd(piece, well):
+    forces = piece.radial_force, piece.tangential_force
+    if not all(np.isfinite(v[..., well]).all() for v in (piece.time, piece.position, *forces)):
+        yield "NaN or infinity in a history without a reason"
+
+
+def _depth(modes, scene, speeds, piece, lanes, allowed):
+    """Contact law at the records of some lanes, small kinematics."""
+    for lane in lanes:
+        q = piece.position[:, :, lane]
+        time, radial = piece.time[:, lane], q @ modes.radial.T
+        depth = -gap(scene, speeds[lane], time, radial, np.zeros_like(radial))
+        size = np.abs(q) @ np.abs(modes.radial.T) + scene.bump_height + scene.clearance
+        unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max() + 5e-324
+        # the casing's own angle is rounded, too
+        turns = 2.0 * np.pi * (speeds[lane] * time[-1] + 1.0) * np.finfo(float).eps
+        unit += turns * STEEPEST * scene.n_bumps * scene.bump_height
+        if not depth.max() <= allowed * unit:
+            yield "a history goes through the casing without a reason"
+        if not piece.radial_force[..., lane].min() >= 0.0:
+            yield "tension in a contact of a history"

@@ -1,0 +1,138 @@
+"""Keys of a configuration that must fit each other → one line per misfit."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from hpcrub.config.text import scientific_notation, show
+
+MAX_SPEEDS = 100_000
+BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
+
+
+def problems(config):
+    """Lines that say which keys do not fit together; none when all is well."""
+    yield from _disk_problems(config)
+    yield from _run_problems(config)
+    yield from _pattern_problems(config)
+    yield from _part_problems(config)
+
+
+def pattern_half_range(data, default_modulus):
+    """Width of the level that holds a pattern of moduli, from an input not yet validated.
+
+    Args:
+        data: input file as a dict, `mistuning.pattern_gpa` given.
+        default_modulus: Young's modulus when the input gives none [GPa].
+
+    Returns:
+        largest |E/E0 - 1| [%]; 0 when it cannot be computed or is 100 or more, which the
+        validation of the keys concerned then refuses.
+    """
+    try:
+        e0 = data.get("material", {}).get("young_modulus_gpa", default_modulus)
+        moduli = [scientific_notation(e) for e in data["mistuning"]["pattern_gpa"]]
+        width = max(abs(e / scientific_notation(e0) - 1) for e in moduli) * 100
+        return width if width < 100 else 0.0
+    except (AttributeError, TypeError, ValueError, ArithmeticError):
+        return 0.0
+
+
+def _disk_problems(c):
+    d = c.disk
+    if d.hub_radius_mm >= d.tip_radius_mm:
+        yield (
+            f"disk.hub_radius_mm: {d.hub_radius_mm} is not below "
+            f"disk.tip_radius_mm, {d.tip_radius_mm}"
+        )
+    if d.inner_radius_mm >= d.hub_radius_mm:
+        yield (
+            f"disk.inner_radius_mm: {d.inner_radius_mm} is not below "
+            f"disk.hub_radius_mm, {d.hub_radius_mm}"
+        )
+    most = d.n_dof - 2 * d.n_blades
+    if c.reduction.n_modes > most:
+        yield (
+            f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface "
+            "modes that this disk has"
+        )
+
+
+def _run_problems(c):
+    if c.output.lower().endswith(BESIDE):
+        yield f"output: {show(c.output)} ends as the figures and logs beside a result file do"
+    s = c.speeds
+    if s.to_hz < s.from_hz:
+        yield f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"
+    elif s.n_values > MAX_SPEEDS:
+        yield (
+            f"speeds.step_hz: {s.step_hz} gives {s.n_values:,} speeds; "
+            f"at most {MAX_SPEEDS:,} are allowed"
+        )
+    steady = c.steady_state
+    if steady.max_time_s < steady.first_check_s:
+        yield (
+            f"steady_state.max_time_s: {steady.max_time_s} is below "
+            f"steady_state.first_check_s, {steady.first_check_s}"
+        )
+    wanted = {"energy": 1, "cross": 1, "damping": 2}.get(c.study)
+    if wanted is not None and len(c.sources) != wanted:
+        yield f"sources: {len(c.sources)} result files given, {c.study} needs {wanted}"
+    if c.study == "time_response" and s.n_values != 1:
+        yield (
+            f"speeds.to_hz: {s.to_hz} is not speeds.from_hz, {s.from_hz}; a time_response is of "
+            "one speed"
+        )
+    if c.study == "interaction_map" and c.spectrum.window_s > c.history.duration_s:
+        yield (
+            f"spectrum.window_s: {c.spectrum.window_s} is more than "
+            f"history.duration_s, {c.history.duration_s}"
+        )
+    p = c.convergence.percentiles
+    if any(low >= high for low, high in pairwise(p)):
+        yield f"convergence.percentiles: {show(p)} are not increasing"
+
+
+def _pattern_problems(c):
+    m = c.mistuning
+    if m.pattern_gpa is None:
+        return
+    if len(m.pattern_gpa) != c.disk.n_blades:
+        yield (
+            f"mistuning.pattern_gpa: {len(m.pattern_gpa)} moduli given for the "
+            f"{c.disk.n_blades} blades of disk.n_blades"
+        )
+    largest = float(np.abs(c.pattern_deviation).max()) * 100
+    if largest >= 100:
+        yield (
+            f"mistuning.pattern_gpa: a modulus deviates by {largest:.6g} % from "
+            "material.young_modulus_gpa; less than 100 % is allowed"
+        )
+        return
+    alone = "cannot be combined with mistuning.pattern_gpa, which is one sample; leave one out"
+    if m.samples != 1:
+        yield f"mistuning.samples: {m.samples} {alone}"
+    if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
+        yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
+
+
+def _part_problems(c):
+    levels, samples = c.part.levels, c.part.samples
+    if levels is None and samples is None:
+        return
+    key = "part.samples" if levels is None else "part.levels"
+    if c.study != "contact":
+        yield f"{key}: only a contact study can be computed in parts, not {c.study}"
+    if c.convergence.stop_when_converged:
+        yield (
+            f"{key}: a part cannot know when the whole study has converged; leave out "
+            "convergence.stop_when_converged"
+        )
+    n_levels = len(c.mistuning.half_range_percent)
+    if levels is not None and (levels[-1] >= n_levels or any(a >= b for a, b in pairwise(levels))):
+        yield f"part.levels: {show(levels)} are not increasing numbers of levels below {n_levels}"
+    if samples is not None and not samples[0] < samples[1] <= c.mistuning.samples:
+        yield (
+            f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
+            "mistuning.samples"
+        )

@@ -1,0 +1,76 @@
+"""One input with a `sweep` → the inputs of several runs, one result file each.
+
+    sweep:
+      - {casing.clearance_mm: 0.20}
+      - {casing.clearance_mm: 0.25, casing.n_bumps: 3}
+
+Every entry replaces keys of the input, by their whole path, for one run. The result files lie in a
+folder named like the input's output, each under the keys that it replaces.
+"""
+
+import copy
+
+from hpcrub.config.text import flatten, show
+from hpcrub.config.types import names_a_file, without_suffix
+from hpcrub.errors import InputError
+
+MOST = 1000  # runs
+
+
+def expand(data):
+    """Inputs of all runs.
+
+    Args:
+        data: input as a dict, `output` given; not yet validated.
+
+    Returns:
+        list of dicts without `sweep`.
+
+    Raises:
+        InputError: `sweep` is not a list of mappings, or two runs have the same output.
+    """
+    data = dict(data)
+    if "sweep" not in data:
+        return [data]
+    entries = data.pop("sweep")
+    if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
+        raise InputError(f"sweep: {show(entries)} is not a list of 1 to {MOST} runs")
+    runs = [_run(data, entry) for entry in entries]
+    outputs = [str(run["output"]) for run in runs]
+    twice = next((o for o in outputs if outputs.count(o) > 1), None)
+    if twice is not None:
+        raise InputError(f"sweep: two runs have the output {twice}")
+    return runs
+
+
+def _run(data, entry):
+    if not isinstance(entry, dict) or not entry:
+        raise InputError(f"sweep: {show(entry)} does not replace keys, as {{key.path: value}}")
+    run = copy.deepcopy(data)
+    replaced = flatten(entry)
+    if "output" not in replaced:
+        label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
+        output = str(data["output"])
+        if not names_a_file(output):
+            raise InputError(f"output: {show(output)} is not a file name")
+        run["output"] = str(without_suffix(output) / f"{label[:200]}.h5")
+    for path, value in replaced.items():
+        set_key(run, path, value)
+    return run
+
+
+def _short(value):
+    return show(value).strip("'").replace("/", "-").replace(" ", "")
+
+
+def set_key(data, path, value):
+    """Set a key of an input, by its path (data is modified).
+
+    Raises InputError when the path leads through something that is not a section.
+    """
+    *sections, key = path.split(".")
+    for name in sections:
+        data = data.setdefault(name, {})
+        if not isinstance(data, dict):
+            raise InputError(f"{path}: {name} is not a section")
+    data[key] = value

@@ -1,0 +1,414 @@
+"""YAML text → validated `Config`.
+
+Keys carry the user's unit (`clearance_mm`); the property without the unit (`clearance`) is SI.
+Every key has a default, a range and a description here and nowhere else: error messages and the
+table in the README are made from them.
+"""
+
+from math import pi
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from hpcrub.config import checks as config_checks
+from hpcrub.config import runs as config_runs
+from hpcrub.config import text as config_text
+from hpcrub.config import yaml_text
+from hpcrub.config.study_keys import (
+    Branches,
+    Debug,
+    Energy,
+    History,
+    Linear,
+    Part,
+    Spectrum,
+    StudyName,
+)
+from hpcrub.config.types import (
+    MOST_SAMPLES,
+    FileName,
+    Files,
+    Levels,
+    Moduli,
+    Number,
+    Percentiles,
+    Section,
+    Switch,
+    Whole,
+    si,
+)
+from hpcrub.errors import InputError
+from hpcrub.response.steady import SteadyCriteria
+
+CRITERIA = SteadyCriteria()
+
+
+class Blade(Section):
+    n_elements: Whole = Field(5, ge=1, le=50, description="beam elements per blade")
+    thickness_mm: Number = Field(13.44, gt=0, le=1e4, description="thickness of a blade [mm]")
+    lean_deg: Number = Field(
+        45.41, gt=-90, lt=90, description="angle of the chord with the radius at the root [deg]"
+    )
+    bow: Number = Field(
+        -0.0459, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
+    )
+
+    thickness = si("thickness_mm", "m", per=1000)
+    lean = si("lean_deg", "rad", times=pi, per=180)
+
+
+class Disk(Section):
+    n_blades: Whole = Field(12, ge=2, le=200, description="number of blades")
+    tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
+    hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
+    inner_radius_mm: Number = Field(
+        169.9, gt=0, le=1e5, description="radius at which the spokes are clamped [mm]"
+    )
+    width_mm: Number = Field(100.0, gt=0, le=1e5, description="axial width of all sections [mm]")
+    ring_thickness_mm: Number = Field(13.39, gt=0, le=1e4, description="thickness of ring [mm]")
+    spoke_thickness_mm: Number = Field(7.23, gt=0, le=1e4, description="thickness of spokes [mm]")
+    blade: Blade = Blade()
+
+    tip_radius = si("tip_radius_mm", "m", per=1000)
+    hub_radius = si("hub_radius_mm", "m", per=1000)
+    inner_radius = si("inner_radius_mm", "m", per=1000)
+    width = si("width_mm", "m", per=1000)
+    ring_thickness = si("ring_thickness_mm", "m", per=1000)
+    spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
+
+    @property
+    def n_dof(self):
+        """Degrees of freedom of the full finite-element model."""
+        return self.n_blades * (3 * self.blade.n_elements + 5)
+
+
+class Material(Section):
+    young_modulus_gpa: Number = Field(210.0, gt=0, le=1e5, description="Young's modulus [GPa]")
+    density_kg_m3: Number = Field(7800.0, gt=0, le=1e6, description="density [kg/m³]")
+    damping_ratio: Number = Field(0.005, gt=0, lt=1, description="damping ratio of every mode [-]")
+
+    young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
+    density = si("density_kg_m3", "kg/m³")
+
+
+class Reduction(Section):
+    n_modes: Whole = Field(60, ge=0, description="fixed-interface modes of the Craig-Bampton basis")
+    basis: Literal["tuned", "per_sample"] = Field(
+        "tuned", description="basis of the tuned disk for all samples, or a new one for each"
+    )
+
+
+class Casing(Section):
+    n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
+    clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
+    bump_height_mm: Number = Field(1.25, ge=0, le=1e4, description="height of the bumps [mm]")
+    growth_time_s: Number = Field(
+        0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
+    )
+
+    clearance = si("clearance_mm", "m", per=1000)
+    bump_height = si("bump_height_mm", "m", per=1000)
+    growth_time = si("growth_time_s", "s")
+
+
+class Contact(Section):
+    friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
+    kinematics: Literal["small", "polar"] = Field(
+        "small", description="gap by small displacements, or of the displaced tip"
+    )
+
+
+class Forcing(Section):
+    amplitude_n: Number = Field(
+        150.0, gt=0, le=1e9, description="radial load on every tip, linear response only [N]"
+    )
+
+    amplitude = si("amplitude_n", "N")
+
+
+class Speeds(Section):
+    from_hz: Number = Field(33.5, gt=0, le=1e5, description="lowest speed of rotation [Hz]")
+    to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
+    step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
+    search: Literal["full", "peak"] = Field(
+        "full", description="march all speeds, or only those around the largest amplitudes"
+    )
+
+    @property
+    def n_values(self):
+        """Number of speeds."""
+        # a millionth of a step forgives the rounding of decimal fractions
+        return int((self.to_hz - self.from_hz) / self.step_hz + 1e-6) + 1
+
+    @property
+    def values_hz(self):
+        """Speeds from `from_hz` by `step_hz`, `to_hz` included when a step falls on it (S,)."""
+        values = np.round(self.from_hz + self.step_hz * np.arange(self.n_values), 10)
+        return np.minimum(values, self.to_hz)
+
+
+class Time(Section):
+    scheme: Literal["central_difference", "exact_modal"] = Field(
+        "exact_modal", description="time integration between contacts"
+    )
+    step_s: Number = Field(
+        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
+    )
+
+    step = si("step_s", "s")
+
+
+class SteadyState(Section):
+    first_check_s: Number = Field(
+        CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
+    )
+    window_revolutions: Whole = Field(
+        CRITERIA.window_revolutions,
+        ge=1,
+        le=1000,
+        description="revolutions compared with as many before them",
+    )
+    extend_revolutions: Whole = Field(
+        CRITERIA.extend_revolutions,
+        ge=1,
+        le=10000,
+        description="revolutions to the next check when not yet steady",
+    )
+    min_correlation: Number = Field(
+        CRITERIA.min_correlation,
+        ge=0,
+        le=1,
+        description="correlation of the two windows when steady, at least [-]",
+    )
+    max_amplitude_change: Number = Field(
+        CRITERIA.max_amplitude_change,
+        gt=0,
+        le=1,
+        description="relative change of amplitude when steady, below [-]",
+    )
+    max_time_s: Number = Field(
+        CRITERIA.max_time,
+        gt=0,
+        le=1e4,
+        description="simulated time after which a point is given up [s]",
+    )
+    confirmations: Whole = Field(
+        CRITERIA.confirmations,
+        ge=1,
+        le=1000,
+        description="checks passed in succession until steady; 1 in the paper",
+    )
+
+    first_check = si("first_check_s", "s")
+    max_time = si("max_time_s", "s")
+
+
+class Mistuning(Section):
+    half_range_percent: Levels = Field(
+        (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
+    )
+    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES, description="samples per level")
+    seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
+    tuned_runs: Whole = Field(
+        9,
+        ge=1,
+        le=1000,
+        description="runs of the tuned disk, each with blades stiffer by another "
+        "1e-6, whose median amplitude is the reference; 1 in the paper",
+    )
+    pattern_gpa: Moduli | None = Field(
+        None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
+    )
+
+    @property
+    def half_range(self):
+        """Largest relative deviation of stiffness of every level [-], (V,)."""
+        return np.array(self.half_range_percent) / 100
+
+
+class Convergence(Section):
+    percentiles: Percentiles = Field(
+        (1.0, 50.0, 99.0), description="percentiles of the amplifications, increasing [%]"
+    )
+    z: Number = Field(2.81, gt=0, le=10, description="normal quantile of the convergence error [-]")
+    step: Whole = Field(10, ge=1, le=1_000_000, description="samples between two estimates")
+    criterion: Literal["standard_error", "interval"] = Field(
+        "standard_error",
+        description="error that is compared with the target: equation (6), as in the paper, which "
+        "is too optimistic, or half the confidence interval",
+    )
+    target_error: Number = Field(
+        0.005, gt=0, le=1, description="error of the amplifications' percentiles aimed at [-]"
+    )
+    stop_when_converged: Switch = Field(
+        False, description="end the study as soon as all levels are at the target"
+    )
+
+
+class Config(Section):
+    """The whole input of one study."""
+
+    study: StudyName = Field("contact", description="what is computed")
+    output: FileName = Field(
+        "results/quickstart.h5",
+        description="result file; a file without this key gets results/(its name).h5",
+    )
+    sources: Files = Field(
+        (), description="result files of contact studies that energy, cross and damping start from"
+    )
+    disk: Disk = Disk()
+    material: Material = Material()
+    reduction: Reduction = Reduction()
+    casing: Casing = Casing()
+    contact: Contact = Contact()
+    forcing: Forcing = Forcing()
+    speeds: Speeds = Speeds()
+    time: Time = Time()
+    steady_state: SteadyState = SteadyState()
+    mistuning: Mistuning = Mistuning()
+    convergence: Convergence = Convergence()
+    part: Part = Part()
+    linear: Linear = Linear()
+    history: History = History()
+    spectrum: Spectrum = Spectrum()
+    energy: Energy = Energy()
+    branches: Branches = Branches()
+    debug: Debug = Debug()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _pattern_is_one_sample(cls, data):
+        """With a pattern: one sample, one level as wide as the pattern, unless given."""
+        mistuning = data.get("mistuning") if isinstance(data, dict) else None
+        if not isinstance(mistuning, dict) or mistuning.get("pattern_gpa") is None:
+            return data
+        deviation = config_checks.pattern_half_range(data, Material().young_modulus_gpa)
+        filled = {"samples": 1, "half_range_percent": [deviation]} | mistuning
+        return data | {"mistuning": filled}
+
+    @model_validator(mode="after")
+    def _keys_fit_together(self):
+        problems = list(config_checks.problems(self))
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    @property
+    def is_part(self):
+        """Whether the result file holds a part of the study only."""
+        return self.part != Part()
+
+    @property
+    def levels(self):
+        """Mistuning levels of this file, counted in the whole study (V,)."""
+        all_levels = range(len(self.mistuning.half_range_percent))
+        return tuple(all_levels) if self.part.levels is None else self.part.levels
+
+    @property
+    def samples(self):
+        """Samples of this file on each level, counted in the whole study: a range of n."""
+        return range(*(self.part.samples or (0, self.mistuning.samples)))
+
+    @property
+    def pattern_deviation(self):
+        """Relative deviation of stiffness of every blade of `pattern_gpa` (N,), None without."""
+        if self.mistuning.pattern_gpa is None:
+            return None
+        return np.array(self.mistuning.pattern_gpa) / self.material.young_modulus_gpa - 1
+
+    def to_yaml(self):
+        """The effective configuration, every key, as `from_yaml` reads it back."""
+        return yaml_text.dump(self.model_dump(mode="json"))
+
+    @classmethod
+    def from_yaml(cls, text):
+        """Validated configuration of a YAML text.
+
+        Args:
+            text: YAML with any of the keys.
+
+        Raises:
+            InputError: names the first wrong key, its value and what is allowed.
+        """
+        return _validated(_mapping(text))
+
+
+def load_runs(path, overrides=()):
+    """Read and validate an input file.
+
+    Args:
+        path: YAML file.
+        overrides: texts "key.path=value" that replace keys of the file.
+
+    Returns:
+        list of Config: one, or all those of its `sweep`.
+
+    Raises:
+        InputError: unreadable file, or the first wrong key, its value and what is allowed.
+    """
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            text = file.read(yaml_text.MAX_CHARACTERS + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not a UTF-8 text file"
+        raise InputError(config_text.one_line(f"{path}: cannot be read ({reason})")) from None
+    try:
+        data = _mapping(text)
+        for override in overrides:
+            config_text.apply_override(data, override)
+        data.setdefault("output", f"results/{Path(path).stem}.h5")
+        return [_validated(run) for run in config_runs.expand(data)]
+    except InputError as error:
+        raise InputError(config_text.one_line(f"{path}: {error}")) from None
+
+
+def replaced(config, keys):
+    """A configuration with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
+
+    Raises InputError as `Config.from_yaml`.
+    """
+    data = config.model_dump(mode="json")
+    for path, value in keys.items():
+        config_runs.set_key(data, path, value)
+    return _validated(data)
+
+
+def differences(a, b, where=("in the file", "asked for")):
+    """Keys in which two configurations differ, `output` aside.
+
+    Args:
+        a: Config of the file.
+        b: Config asked for.
+        where: words for a and b.
+
+    Returns:
+        list of lines such as "casing.n_bumps: 4 in the file, 3 asked for"
+    """
+    first, second = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
+    show = config_text.show
+    return [
+        f"{key}: {show(first[key])} {where[0]}, {show(second[key])} {where[1]}"
+        for key in first
+        if key != "output" and first[key] != second[key]
+    ]
+
+
+def key_table():
+    """Every key with default, allowed values and description, as `config_text.Key` rows."""
+    return config_text.key_table(Config)
+
+
+def _mapping(text):
+    data = yaml_text.parse(text)
+    if not isinstance(data, dict):
+        raise InputError("no keys found; a line such as 'study: contact' is expected")
+    return data
+
+
+def _validated(data):
+    try:
+        return Config.model_validate(data)
+    except ValidationError as error:
+        raise InputError(config_text.first_error(Config, error)) from None

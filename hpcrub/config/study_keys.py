@@ -1,0 +1,91 @@
+"""Keys of the input that only one study reads, or two."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hpcrub.config.types import MOST_SAMPLES, Number, Section, Switch, Whole, si
+
+StudyName = Literal[
+    "contact",
+    "modal",
+    "casing",
+    "linear",
+    "time_response",
+    "interaction_map",
+    "energy",
+    "cross",
+    "damping",
+    "branches",
+]
+Diameters = Annotated[
+    tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
+]
+
+Indices = Annotated[
+    tuple[Annotated[Whole, Field(ge=0, le=999)], ...], Field(min_length=1, max_length=1000)
+]
+Bounds = Annotated[
+    tuple[Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)], ...], Field(min_length=2, max_length=2)
+]
+
+
+class Part(Section):
+    levels: Indices | None = Field(
+        None, description="levels that the file of a part holds, counted from 0; null: all"
+    )
+    samples: Bounds | None = Field(
+        None, description="its first sample, counted from 0, and the first after it; null: all"
+    )
+
+
+class Linear(Section):
+    n_diameters: Diameters = Field(
+        (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
+    )
+
+
+class History(Section):
+    duration_s: Number = Field(
+        1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
+    )
+
+
+class Spectrum(Section):
+    max_frequency_hz: Number = Field(
+        200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
+    )
+    step_hz: Number = Field(0.5, ge=1e-3, le=1e4, description="its step of frequencies [Hz]")
+    window_s: Number = Field(
+        0.5, gt=0, le=1000, description="end of each history that is transformed [s]"
+    )
+
+    @property
+    def n_frequencies(self):
+        """Number of frequencies, zero included."""
+        return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
+
+
+class Energy(Section):
+    samples: Whole = Field(
+        100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
+    )
+
+
+class Branches(Section):
+    perturbed: Whole = Field(
+        2, ge=0, le=100, description="random initial states of a branches study"
+    )
+    perturbation_mm: Number = Field(
+        20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
+    )
+
+    perturbation = si("perturbation_mm", "m", per=1000)
+
+
+class Debug(Section):
+    energy_audit: Switch = Field(
+        False,
+        description="account for the energy of every step, several times the run time: points "
+        "where it does not add up are marked as diverged",
+    )

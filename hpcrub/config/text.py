@@ -1,0 +1,218 @@
+"""Configuration ↔ words: what a key allows, error lines, overrides, the table of keys."""
+
+import difflib
+import re
+from functools import cache
+from typing import NamedTuple
+
+from hpcrub.config import yaml_text
+from hpcrub.errors import InputError
+
+_SCIENTIFIC = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
+
+
+class Key(NamedTuple):
+    """One key of the input, for people."""
+
+    path: str
+    default: str
+    allowed: str
+    description: str
+
+
+def scientific_notation(value):
+    """A text such as "1e-6", which YAML 1.1 does not read as a number, as a float."""
+    return float(value) if isinstance(value, str) and _SCIENTIFIC.fullmatch(value) else value
+
+
+def whole_number(value):
+    """A float without fraction, such as 1e4, as an int; anything else unchanged."""
+    value = scientific_notation(value)
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def show(value):
+    """A value as one would write it in the input file, on one line and not too long."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, (list, tuple)):
+        text = "[" + ", ".join(show(v) for v in value[:50]) + "]"
+    elif isinstance(value, dict):
+        text = "a section" if value else "{}"
+    else:
+        text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def one_line(text):
+    """The text with line breaks and other control characters made visible."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def flatten(data, prefix=""):
+    """Nested dicts as {"casing.n_bumps": 4, ...}, in their order."""
+    flat = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat
+
+
+def apply_override(data, override):
+    """Set one key of an input not yet validated.
+
+    Args:
+        data: input file as a dict (modified).
+        override: "key.path=value", the value as in the file.
+
+    Raises:
+        InputError: not of that form.
+    """
+    path, equals, text = override.partition("=")
+    *sections, key = path.strip().split(".")
+    if not equals or not key or not all(sections):
+        raise InputError(f"override {show(override)} is not of the form key.path=value")
+    try:
+        value = yaml_text.parse(text)
+    except InputError as error:
+        raise InputError(f"override {show(override)}: {error}") from None
+    if isinstance(value, dict):
+        raise InputError(f"override {show(override)}: give one key at a time, as key.path=value")
+    for name in sections:
+        data = data.setdefault(name, {})
+        if not isinstance(data, dict):
+            raise InputError(f"override {show(override)}: {name} is not a section")
+    data[key] = value
+
+
+def key_table(model):
+    """Every key of a pydantic model, sections unfolded.
+
+    Args:
+        model: class of the whole configuration.
+
+    Returns:
+        list of Key
+    """
+    return [
+        Key(path, show(default).strip("'"), _allowed(node), node.get("description", ""))
+        for path, node in _leaves(model).items()
+        for default in [node.get("default")]
+    ]
+
+
+def first_error(model, error):
+    """The first of pydantic's errors as one line, and how many more there are.
+
+    Args:
+        model: class of the whole configuration.
+        error: pydantic's ValidationError.
+    """
+    lines = []
+    for detail in error.errors(include_url=False):
+        if detail["loc"] == ():
+            lines += str(detail["ctx"]["error"]).split("\n") if "ctx" in detail else ["not keys"]
+        elif detail["type"] == "extra_forbidden":
+            lines.append(_unknown_key(model, [str(part) for part in detail["loc"]]))
+        else:
+            lines.append(_wrong_value(model, detail["loc"], detail["input"]))
+    more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+    return one_line(lines[0] + more)
+
+
+def _unknown_key(model, path):
+    section, wrong = ".".join(path[:-1]), path[-1]
+    known = _children(model)[section]
+    everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
+    prefix = section + "." if section else ""
+    near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
+    far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
+    alike = difflib.SequenceMatcher(None, wrong, near[0]).ratio() if near else 0
+    if near and (alike > 0.7 or wrong not in everywhere):
+        hint = f"did you mean {prefix}{near[0]}?"
+    elif far:
+        hint = f"did you mean {everywhere[far[0]]}?"
+    else:
+        hint = f"known here: {', '.join(known)}"
+    return f"{prefix}{wrong}: unknown key; {hint}"
+
+
+def _wrong_value(model, loc, value):
+    names = [part for part in loc if isinstance(part, str)]
+    path = ".".join(names) + "".join(f"[{part}]" for part in loc if isinstance(part, int))
+    node = _leaves(model).get(".".join(names))
+    if node is None:
+        known = ", ".join(_children(model).get(".".join(names), ()))
+        return f"{path}: {show(value)} is not a section with keys such as {known}"
+    about = f" ({node['description']})" if "description" in node else ""
+    if isinstance(loc[-1], int):
+        node = _first_variant(node)["items"]
+    return f"{path}: {show(value)} is not {_allowed(node)}{about}"
+
+
+def _allowed(node):
+    """What a node of the JSON schema allows, to be read after "is not"."""
+    if "anyOf" in node:
+        return " or ".join(_allowed(variant) for variant in node["anyOf"])
+    if "enum" in node or "const" in node:
+        choices = node.get("enum", [node.get("const")])
+        return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
+    kind = node["type"]
+    if kind == "array":
+        length = f"{node.get('minItems', 0)} or more"
+        if "maxItems" in node:
+            length = f"{node.get('minItems', 0)} to {node['maxItems']}"
+        return f"a list of {length} values, each {_allowed(node['items'])}"
+    names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
+    text = node.get("format", "a text")
+    return names.get(kind, "null" if kind == "null" else text) + _range(node)
+
+
+def _range(node):
+    words = {
+        "exclusiveMinimum": "above",
+        "minimum": "from",
+        "exclusiveMaximum": "below",
+        "maximum": "up to",
+    }
+    limits = [f" {word} {_plain(node[key])}" for key, word in words.items() if key in node]
+    closed = "minimum" in node and "maximum" in node
+    return "".join(limits) if closed else " and".join(limits)
+
+
+def _plain(limit):
+    return f"{int(limit):,}" if limit == int(limit) else f"{limit:g}"
+
+
+def _first_variant(node):
+    return node["anyOf"][0] if "anyOf" in node else node
+
+
+@cache
+def _leaves(model):
+    """Path of every key that holds a value → its JSON schema."""
+    return {p: n for p, n in _walk(model.model_json_schema()) if "properties" not in n}
+
+
+@cache
+def _children(model):
+    """Path of every section ("" the whole) → names of its keys."""
+    schema = model.model_json_schema()
+    sections = {p: list(n["properties"]) for p, n in _walk(schema) if "properties" in n}
+    return {"": list(schema["properties"])} | sections
+
+
+def _walk(schema):
+    """Every (path, node) below the root of a JSON schema, sections before their keys."""
+
+    def below(node, prefix):
+        for name, child in node["properties"].items():
+            if "$ref" in child:
+                child = schema["$defs"][child["$ref"].rsplit("/", 1)[-1]]
+            yield prefix + name, child
+            if "properties" in child:
+                yield from below(child, f"{prefix}{name}.")
+
+    return below(schema, "")

@@ -1,0 +1,71 @@
+"""What the values of an input can be, and what a section of it is."""
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import (
+    AfterValidator,
+    AllowInfNan,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+)
+
+from hpcrub.config import text as config_text
+
+
+def _number(**limits):
+    """Type of a finite number within limits: no booleans, no texts but scientific notation."""
+    read = BeforeValidator(config_text.scientific_notation)
+    return Annotated[float, Strict(), AllowInfNan(False), Field(**limits), read]
+
+
+Number = _number()
+MOST_SAMPLES = 10**12
+Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
+Switch = Annotated[bool, Strict()]
+Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
+Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
+Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
+
+
+def names_a_file(text):
+    """Whether a text can be the name of a file, and not only of a folder."""
+    return text.isprintable() and Path(text).name not in ("", "..")
+
+
+def _file_name(text):
+    if not names_a_file(text):
+        raise ValueError("no name of a file")
+    return text
+
+
+FileName = Annotated[
+    str,
+    Strict(),
+    AfterValidator(_file_name),
+    Field(max_length=999, json_schema_extra={"format": "a file name"}),
+]
+Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
+
+
+def si(key, unit, times=1, per=1):
+    """Property with the value of `key` in SI."""
+    return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
+
+
+def without_suffix(output):
+    """Path of a result file less its .h5: the names of all that lies beside it begin so.
+
+    Any other suffix stays: the runs r_0.25 and r_0.50 share nothing.
+    """
+    path = Path(output)
+    return path.with_suffix("") if path.suffix == ".h5" else path
+
+
+class Section(BaseModel):
+    """A mapping of the input file: frozen, and without keys that nobody reads."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

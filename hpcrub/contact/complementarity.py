@@ -1,0 +1,130 @@
+"""The linear complementarity problem of the contact forces: λ ≥ 0, w = Wλ − p ≥ 0, λ·w = 0.
+
+It has exactly one solution for every p if and only if W is a P-matrix: all its principal minors
+are positive. Without friction W is positive definite. Friction on a leaned blade takes from the
+diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (self-locking), and before
+that other minors may have changed sign.
+Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters 3 and 4.
+"""
+
+import numpy as np
+
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.reasons import NONE, NOT_FINITE, NOT_UNIQUE, SELF_LOCKING, UNPROVEN
+
+SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `kernel.State.report`
+MOST_MINORS = 14  # points up to which all principal minors are looked at: 2^14 of them
+PIVOTS = 20  # allowed to `pivot` per row; one or two are usual
+SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest penetration
+
+
+def flaw(W):
+    """What keeps the contact forces from being unique.
+
+    Args:
+        W: Delassus operator (n, n) [m/N].
+
+    Returns:
+        code of ``reasons``: NONE, SELF_LOCKING, NOT_UNIQUE, UNPROVEN when there are too many
+        points to decide, NOT_FINITE.
+    """
+    if not np.isfinite(W).all():
+        return NOT_FINITE
+    diagonal = np.diag(W)
+    if not (diagonal > 0.0).all():
+        return SELF_LOCKING
+    coupling = np.abs(W / diagonal)
+    np.fill_diagonal(coupling, 0.0)
+    if coupling.sum(axis=1).max() < 1.0:
+        return NONE  # diagonally dominant
+    if np.linalg.eigvalsh(W + W.T)[0] > 0.0:
+        return NONE  # positive definite
+    if len(W) > MOST_MINORS:
+        return UNPROVEN
+    return NONE if is_p_matrix(W) else NOT_UNIQUE
+
+
+def is_p_matrix(W):
+    """Whether all principal minors are positive, by the Schur complements of Tsatsomeros and Li.
+
+    W is a P-matrix if and only if W_00 > 0 and both W without row and column 0, and its Schur
+    complement with respect to W_00, are P-matrices.
+    """
+    stack = np.asarray(W, dtype=float)[None]
+    while stack.shape[-1] > 0:
+        pivot = stack[:, 0, 0]
+        if not (pivot > 0.0).all():
+            return False
+        rest = stack[:, 1:, 1:]
+        schur = rest - stack[:, 1:, :1] * stack[:, :1, 1:] / pivot[:, None, None]
+        stack = np.concatenate([rest, schur])
+    return True
+
+
+@compiled
+def pivot(tableau, basis, row, column):
+    """Bring ``column`` into the basis in place of that of ``row`` (tableau, basis modified)."""
+    tableau[row] /= tableau[row, column]
+    for i in range(len(basis)):
+        if i != row:
+            tableau[i] -= tableau[i, column] * tableau[row]
+    basis[row] = column
+
+
+@compiled
+def leaving_row(tableau, basis, column):
+    """Row of the smallest ratio, the artificial variable first; −1 for an unbounded ray."""
+    n = len(basis)
+    best, row = np.inf, -1
+    smallest = 1e-11 * np.abs(tableau[:, column]).max()
+    for i in range(n):
+        if tableau[i, column] > smallest:
+            ratio = tableau[i, 2 * n + 1] / tableau[i, column]
+            if ratio < best or (ratio == best and basis[i] == 2 * n):
+                best, row = ratio, i
+    return row
+
+
+@compiled
+def solve_by_pivoting(M, p, x):
+    """Solve x ≥ 0, w = Mx − p ≥ 0, x·w = 0 with some p > 0 by Lemke's method (x is modified).
+
+    Args:
+        M: (n, n).
+        p: (n,).
+        x: (n,) result; zero when none is found.
+
+    Returns:
+        Whether it is solved. Lemke's method solves every problem with a P-matrix.
+    """
+    n = len(p)
+    tableau = np.zeros((n, 2 * n + 2))  # w, x, the artificial variable, right-hand side
+    tableau[:, n : 2 * n] = -M
+    for i in range(n):
+        tableau[i, i] = 1.0
+    tableau[:, 2 * n] = -1.0
+    tableau[:, 2 * n + 1] = -p
+    basis = np.arange(n)
+    row, column = int(np.argmax(p)), 2 * n
+    for _ in range(PIVOTS * n):
+        left = basis[row]
+        pivot(tableau, basis, row, column)
+        if left == 2 * n:
+            break
+        column = left + n if left < n else left - n
+        row = leaving_row(tableau, basis, column)
+        if row < 0:
+            break
+    x[:] = 0.0
+    for i in range(n):
+        if n <= basis[i] < 2 * n:
+            x[basis[i] - n] = max(tableau[i, 2 * n + 1], 0.0)
+    worst = SLACK * p.max()
+    for i in range(n):
+        w = -p[i]
+        for j in range(n):
+            w += M[i, j] * x[j]
+        if not (w >= -worst and (x[i] <= 0.0 or w <= worst)):
+            x[:] = 0.0
+            return False
+    return True

@@ -1,0 +1,286 @@
+"""Time steps of the reduced disk with unilateral contact and friction, several speeds at once.
+
+Modal equations of motion  q'' + 2ξω q' + ω² q = Φᵀf,  f the contact forces. With d = q_n − q_{n−1}
+both schemes are the same three lines (``docs/theory.md`` derives them):
+
+    predictor   d ← keep·d − pull·q,  q ← q + d        no contact force       → penetrations p
+    multipliers λ ≥ 0,  w = p − W λ ≤ 0,  λ w = 0       all contact points at once
+    corrector   d ← d + push·Gλ,  q ← q + push·Gλ       G = −(R + μT)ᵀ: normal force and friction
+
+keep, push and pull = ω² push are numbers per mode and lane (`scheme.coefficients`); R and T hold
+the radial and tangential displacement of every contact point per unit modal coordinate;
+W = R·push·(R + μT)ᵀ.
+
+The corrector of a step is applied on the way through the next predictor, so that each step reads
+and writes the modal state once. What one lane computes never depends on the other lanes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    TIPS,
+    any_lane,
+    below,
+    indices,
+    larger,
+    load,
+    splat,
+    store,
+    tile_add,
+    tile_dot,
+    tile_gather,
+    tile_largest,
+    tile_splat,
+    tile_store,
+)
+from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACTS, candidates, solve
+from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
+from hpcrub.model import casing
+
+growth = compiled(casing.growth)
+
+NO_CONTACTS = ()
+
+
+class Shortcuts(NamedTuple):
+    """Work that is left out where it cannot matter; none of them changes a bit of the result."""
+
+    nothing_touches: bool = True  # no run where no bump reaches the tips: its time is 0
+    no_contact: bool = True  # no multipliers where nothing penetrates
+    candidates: bool = True  # only the points that may carry a force
+    grown: bool = True  # no growth factor after the growth time
+    windows: bool = True  # no tangential displacements outside the windows that are compared
+    narrow: bool = True  # half the lanes when a sweep runs dry
+
+
+class Scheme(NamedTuple):
+    """What the steps read. K modes, L lanes, C contact points padded to a multiple of TILE."""
+
+    radial: np.ndarray  # R (K, C) [1/√kg]
+    tangential: np.ndarray  # T (K, C)
+    load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
+    keep: np.ndarray  # (K, L) [-]
+    squared: np.ndarray  # ω² (K,) [rad²/s²]; pull = ω² push in both schemes
+    push: np.ndarray  # (K, L) [s²]
+    clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane; polar: else zero
+    step: np.ndarray  # h (L,) [s]
+    bump: np.ndarray  # (P, C) [m]; polar: zero
+    external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
+    growth_time: float  # [s]
+    shortcuts: Shortcuts
+
+
+class Contact(NamedTuple):
+    """The Delassus operator W; constant for small kinematics, renewed at each step for polar."""
+
+    coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
+    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
+    reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
+
+
+class State(NamedTuple):
+    """What the steps modify."""
+
+    position: np.ndarray  # q (K, L) [m·√kg]
+    increment: np.ndarray  # d (K, L)
+    penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
+    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; polar: (2C + 1, L)
+    depth: np.ndarray  # (C + 1, L) [m], work space of `solve_many`
+    active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
+    growth: np.ndarray  # (1, L) growth factor of the bumps [-]
+    n_steps: np.ndarray  # (L,) steps done since the start of each lane
+    # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
+    # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
+    # of the Delassus operator, code of ``reasons``. One array: the kernel's calls pay for each.
+    report: np.ndarray
+
+
+class Record(NamedTuple):
+    """Where tangential displacements go: a ring of B blocks, each of M records."""
+
+    history: np.ndarray  # (B·M·C, L) [m]
+    peak: np.ndarray  # (B·C, L) largest |u_t| of a block [m]
+
+
+@compiled(inline=True)
+def predict(lanes, contacts, scheme, state, step):
+    """Corrector of the step before, predictor of this one (state is modified).
+
+    The first ``len(contacts)`` active points are corrected. Returns the deepest penetration of
+    the first TILE contact points.
+    """
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
+    loaded = scheme.external.shape[0] > 0
+    for k in range(state.position.shape[0]):
+        push = load(lanes, scheme.push, k)
+        q = load(lanes, state.position, k)
+        d = load(lanes, state.increment, k)
+        if len(contacts) > 0:
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * push
+            q = q + kick
+            d = d + kick
+        d = load(lanes, scheme.keep, k) * d - (push * splat(lanes, scheme.squared[k])) * q
+        if loaded:
+            d = d + splat(lanes, scheme.external[step, k]) * push
+        q = q + d
+        store(state.increment, k, d)
+        store(state.position, k, q)
+        depth = tile_add(depth, scheme.radial, k, 0, q)
+    tile_store(state.penetration, 0, depth)
+    return tile_largest(depth)
+
+
+@compiled
+def predict_more(lanes, first, scheme, state, step):
+    """Penetrations of the contact points from ``first`` on (modified); returns the deepest."""
+    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.growth, 0))
+    for k in range(state.position.shape[0]):
+        depth = tile_add(depth, scheme.radial, k, first, load(lanes, state.position, k))
+    tile_store(state.penetration, first, depth)
+    return tile_largest(depth)
+
+
+@compiled
+def correct(lanes, scheme, state, n_active):
+    """Corrector by itself, for any number of active points (state is modified)."""
+    for k in range(state.position.shape[0]):
+        kick = splat(lanes, 0.0)
+        for first in range(0, n_active, TILE):
+            columns = indices(MANY_CONTACTS, state.active, first)
+            forces = tile_gather(lanes, state.multiplier, columns)
+            kick = tile_dot(scheme.load, k, columns, forces, kick)
+        kick = kick * load(lanes, scheme.push, k)
+        store(state.position, k, load(lanes, state.position, k) + kick)
+        store(state.increment, k, load(lanes, state.increment, k) + kick)
+
+
+@compiled(inline=True)
+def settle(lanes, contacts, scheme, state):
+    """Corrector by itself (state is modified); tangential motion of the first TILE points."""
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    tips = tile_splat(TIPS, splat(lanes, 0.0))
+    for k in range(state.position.shape[0]):
+        q = load(lanes, state.position, k)
+        if len(contacts) > 0:
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
+            kick = kick * load(lanes, scheme.push, k)
+            q = q + kick
+            store(state.position, k, q)
+            store(state.increment, k, load(lanes, state.increment, k) + kick)
+        tips = tile_add(tips, scheme.tangential, k, 0, q)
+    return tips
+
+
+@compiled
+def observe(lanes, scheme, state, record, row, block, n_active):
+    """Apply the corrector and record all tangential displacements (state, record are modified)."""
+    n_points = state.penetration.shape[0] - 1
+    if n_active > len(MANY_CONTACTS):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        tips = settle(lanes, NO_CONTACTS, scheme, state)
+    elif n_active <= len(FEW_CONTACTS):
+        tips = settle(lanes, FEW_CONTACTS, scheme, state)
+    elif n_active <= len(SOME_CONTACTS):
+        tips = settle(lanes, SOME_CONTACTS, scheme, state)
+    else:
+        tips = settle(lanes, MANY_CONTACTS, scheme, state)
+    tile_store(record.history, row * n_points, tips)
+    for first in range(TILE, n_points, TILE):
+        tips = tile_splat(TIPS, splat(lanes, 0.0))
+        for k in range(state.position.shape[0]):
+            tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
+        tile_store(record.history, row * n_points + first, tips)
+    for i in range(n_points):
+        u = load(lanes, record.history, row * n_points + i)
+        size = larger(u, splat(lanes, 0.0) - u)
+        at = block * n_points + i
+        store(record.peak, at, larger(size, load(lanes, record.peak, at)))
+
+
+@compiled
+def grow(scheme, state):
+    """Growth factor of the bumps at the coming step (state is modified); False once all is 1."""
+    growing = False
+    for lane in range(scheme.step.shape[0]):
+        t = (state.n_steps[lane] + 1) * scheme.step[lane]
+        state.growth[0, lane] = growth(t, scheme.growth_time)
+        growing = growing or t < scheme.growth_time
+    return growing
+
+
+@compiled(inline=True)
+def apply_and_predict(lanes, scheme, state, step, n_active):
+    """Choose the narrowest pass that holds the active points; returns the deepest penetration."""
+    if n_active > len(MANY_CONTACTS):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        deepest = predict(lanes, NO_CONTACTS, scheme, state, step)
+    elif n_active <= len(FEW_CONTACTS):
+        deepest = predict(lanes, FEW_CONTACTS, scheme, state, step)
+    elif n_active <= len(SOME_CONTACTS):
+        deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
+    else:
+        deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
+    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
+        deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
+    return deepest
+
+
+@compiled(inline=True)
+def advance(lanes, scheme, contact, state, polar, step, n_active):
+    """Predictor and multipliers of one step (state is modified); returns the active points.
+
+    ``n_active`` points are still to be corrected for the step before.
+    """
+    deepest = apply_and_predict(lanes, scheme, state, step, n_active)
+    if polar.enabled:
+        deepest = displaced_depths(lanes, scheme, state, polar, step)
+    if scheme.shortcuts.no_contact and not any_lane(below(splat(lanes, 0.0), deepest)):
+        return 0
+    n_active = candidates(lanes, contact, state, deepest, scheme.shortcuts.candidates)
+    if polar.enabled:
+        displaced_delassus(lanes, contact, state, polar, n_active)
+    solve(lanes, contact, state, deepest, n_active)
+    if polar.enabled:
+        n_active = displaced_forces(lanes, state, polar, n_active)
+    return n_active
+
+
+@compiled
+def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
+    """Advance every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
+
+    ``block`` is the place in the ring of the first block to record, or negative to record nothing;
+    every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
+    """
+    n_points = state.penetration.shape[0] - 1
+    n_steps = scheme.bump.shape[0]
+    n_active = 0
+    growing = True
+    for b in range(n_blocks):
+        place = (block + b) % (record.peak.shape[0] // n_points)
+        if block >= 0:
+            record.peak[place * n_points : (place + 1) * n_points] = 0.0
+        for step in range(n_steps):
+            if growing:
+                growing = grow(scheme, state) or not scheme.shortcuts.grown
+            for lane in range(len(lanes)):
+                state.n_steps[lane] += 1
+            n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
+            if block >= 0 and (step + 1) % stride == 0:
+                row = place * (n_steps // stride) + step // stride
+                observe(lanes, scheme, state, record, row, place, n_active)
+                n_active = 0
+    correct(lanes, scheme, state, n_active)

@@ -1,0 +1,118 @@
+"""Contact in the displaced position: the option beside small-perturbation kinematics.
+
+A tip at (R + u_r, u_t) has the radius ρ and lies at the angle α from its nominal place. It meets
+the casing at θ + Ωt + α with its normal along ρ, so the Delassus operator changes at every step.
+Kept apart from ``kernel.py`` because it costs several times more and the default needs none of it.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.complementarity import FLAW
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import TILE, TIPS, load, splat, store, tile_add, tile_splat, tile_store
+from hpcrub.contact.reasons import SELF_LOCKING
+
+
+class Polar(NamedTuple):
+    """Casing and compliance for displaced contact points; C of them (padded), L lanes."""
+
+    enabled: bool
+    angle: np.ndarray  # θ, of the real points only [rad]
+    radius: np.ndarray  # R, of the real points only [m]
+    pitch: float  # angle between bumps [rad]
+    height: float  # of the bumps [m]
+    clearance: float  # [m]
+    friction: float
+    turn: float  # rotation in one step [rad]
+    compliance: np.ndarray  # (4·C·C, L) motion a of i by force b on j, row (2a + b)·C² + i·C + j
+    tangential: np.ndarray  # (C, L) predicted u_t [m] (modified)
+    cosine: np.ndarray  # cos α (C, L) (modified)
+    sine: np.ndarray  # sin α (C, L) (modified)
+    deepest: np.ndarray  # (1, L) [m] (modified)
+
+
+@compiled
+def displaced_depths(lanes, scheme, state, polar, step):
+    """Penetrations and normals in the displaced position (state and polar are modified).
+
+    On entry ``state.penetration`` holds u_r. Returns the deepest penetration of each lane.
+    """
+    for first in range(0, state.penetration.shape[0] - 1, TILE):
+        tips = tile_splat(TIPS, splat(lanes, 0.0))
+        for k in range(state.position.shape[0]):
+            tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
+        tile_store(polar.tangential, first, tips)
+    polar.deepest[:] = -np.inf
+    for i in range(polar.angle.size):
+        for lane in range(len(lanes)):
+            if scheme.clearance[0, lane] > 0.0:
+                continue  # idle
+            r = polar.radius[i] + state.penetration[i, lane]
+            t = polar.tangential[i, lane]
+            rho = math.sqrt(r * r + t * t)
+            phi = polar.angle[i] + (step + 1) * polar.turn + math.atan2(t, r)
+            phi -= polar.pitch * math.floor(phi / polar.pitch + 0.5)
+            bump = polar.height * math.exp(-((phi / (0.1 * polar.pitch)) ** 2))
+            depth = rho - polar.radius[i] + state.growth[0, lane] * bump - polar.clearance
+            polar.cosine[i, lane] = r / rho
+            polar.sine[i, lane] = t / rho
+            state.penetration[i, lane] = depth
+            polar.deepest[0, lane] = max(polar.deepest[0, lane], depth)
+    return load(lanes, polar.deepest, 0)
+
+
+@compiled
+def displaced_delassus(lanes, contact, state, polar, n_active):
+    """Delassus operator of the active points for their present normals (modified; state.report)."""
+    n_points = state.penetration.shape[0] - 1
+    n_pairs = n_points * n_points
+    mu = splat(lanes, polar.friction)
+    for b in range(n_active):
+        j = state.active[b]
+        cosine, sine = load(lanes, polar.cosine, j), load(lanes, polar.sine, j)
+        e_r, e_t = cosine - mu * sine, sine + mu * cosine
+        for a in range(n_active):
+            i = state.active[a]
+            at = i * n_points + j
+            w_r = load(lanes, polar.compliance, at) * e_r
+            w_r = w_r + load(lanes, polar.compliance, n_pairs + at) * e_t
+            w_t = load(lanes, polar.compliance, 2 * n_pairs + at) * e_r
+            w_t = w_t + load(lanes, polar.compliance, 3 * n_pairs + at) * e_t
+            w = load(lanes, polar.cosine, i) * w_r + load(lanes, polar.sine, i) * w_t
+            store(contact.coupling, i * (n_points + 1) + j, w)
+    n_rows = n_points + 1
+    for b in range(n_active):
+        j = state.active[b]
+        for lane in range(len(lanes)):
+            w_jj = contact.coupling[j * n_rows + j, lane]
+            contact.stiffness[j, lane] = 1.0 / w_jj if w_jj > 0.0 else 0.0
+            nearest = -contact.reach[0, lane] * polar.deepest[0, lane]
+            # a lane that has diverged before has no normals, and w_jj says nothing
+            deep = 0.0 < polar.deepest[0, lane] < np.inf
+            if deep and state.penetration[j, lane] > nearest and w_jj <= 0.0:
+                state.report[FLAW, lane] = SELF_LOCKING
+        stiffness = load(lanes, contact.stiffness, j)
+        for a in range(n_active):
+            at = state.active[a] * n_rows + j
+            store(contact.coupling, at, load(lanes, contact.coupling, at) * stiffness)
+        store(contact.coupling, j * n_rows + j, splat(lanes, 0.0))
+
+
+@compiled
+def displaced_forces(lanes, state, polar, n_active):
+    """Turn the multipliers into radial and tangential forces (state is modified); how many rows."""
+    n_points = state.penetration.shape[0] - 1
+    mu = splat(lanes, polar.friction)
+    for a in range(n_active):
+        i = state.active[a]
+        force = load(lanes, state.multiplier, i)
+        cosine, sine = load(lanes, polar.cosine, i), load(lanes, polar.sine, i)
+        store(state.multiplier, i, force * (cosine - mu * sine))
+        store(state.multiplier, n_points + i, force * (sine + mu * cosine))
+        state.active[n_active + a] = n_points + i
+    for a in range(2 * n_active, 2 * n_active + TILE):
+        state.active[a] = 2 * n_points
+    return 2 * n_active

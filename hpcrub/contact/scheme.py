@@ -1,0 +1,276 @@
+"""Time-integration schemes: what a kernel lane needs to march one speed of one sample."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import complementarity
+from hpcrub.contact.complementarity import FLAW
+from hpcrub.contact.kernel import Contact, Record, Scheme, State
+from hpcrub.contact.lanes import TILE, aligned_zeros
+from hpcrub.contact.polar import Polar
+from hpcrub.contact.reasons import NONE, NOT_FINITE, UNPROVEN
+from hpcrub.model.casing import bump_table
+
+
+def coefficients(scheme, omega, damping_ratio, h):
+    """Modal coefficients of a time step.
+
+    Args:
+        scheme: ``central_difference`` or ``exact_modal``.
+        omega: angular eigenfrequencies (K,) [rad/s].
+        damping_ratio: modal damping ratio ξ [-].
+        h: time step [s].
+
+    Returns:
+        keep [-] and push [s²], each (K,), in d ← keep·d − ω² push·q + push·(force).
+
+    Source: Joachim, Nyssen, Batailly (2020), section 2.2.2; ``docs/theory.md`` for exact_modal.
+    """
+    c = damping_ratio * omega * h
+    if scheme == "central_difference":
+        push = h * h / (1.0 + c)
+        return (1.0 - c) / (1.0 + c), push
+    theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
+    keep = np.exp(-2.0 * c)
+    # 1 − 2e^{−c}cos θ + e^{−2c} without the cancellation at small steps
+    pull = np.real(np.expm1(-c) ** 2 + 4.0 * np.exp(-c) * np.sin(theta / 2.0) ** 2)
+    rigid = omega * h < 1e-8
+    push = np.where(rigid, h * h, pull / np.where(rigid, 1.0, omega) ** 2)
+    return keep, push
+
+
+def delassus(motion, load, push):
+    """Displacement of every contact point per unit force on every other in one step.
+
+    Args:
+        motion: displacement of the points per unit modal coordinate (K, C) [1/√kg].
+        load: modal force of a unit force on each point (K, C) [1/√kg].
+        push: (K,) [s²].
+
+    Returns:
+        (C, C) [m/N].
+    """
+    return (motion * push[:, None]).T @ load
+
+
+class Bank(NamedTuple):
+    """The lanes that march together: everything `kernel.march` works on."""
+
+    scheme: Scheme
+    contact: Contact
+    state: State
+    record: Record
+    polar: Polar
+
+    def take(self, lanes):
+        """A Bank of some of the lanes only."""
+        return Bank(*(_take(group, lanes) for group in self))
+
+
+# Members that have one column (or one number) per lane
+LANE_MEMBERS = {
+    Scheme: ("keep", "push", "clearance", "step"),
+    Contact: Contact._fields,
+    State: tuple(name for name in State._fields if name != "active"),
+    Record: Record._fields,
+    Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
+}
+
+
+def _take(group, lanes):
+    members = LANE_MEMBERS[type(group)]
+    return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
+
+
+def allocate(modes, scene, grid, width):
+    """Idle lanes for one sample and one band of speeds.
+
+    Args:
+        modes: Modes of the sample.
+        scene: sweep.Scene.
+        grid: sweep.Grid.
+        width: number of lanes.
+
+    Returns:
+        Bank.
+    """
+    polar = scene.kinematics == "polar"
+    n_modes, n_points = len(modes.omega), -(-len(modes.radial) // TILE) * TILE
+    padding = ((0, 0), (0, n_points - len(modes.radial)))
+    radial, tangential = np.pad(modes.radial.T, padding), np.pad(modes.tangential.T, padding)
+    load = -np.hstack([radial, tangential]) if polar else -(radial + scene.friction * tangential)
+    n_forces = load.shape[1] + 1
+    bump = bump_table(
+        scene.contact_angle,
+        scene.n_bumps,
+        0.0 if polar else scene.bump_height,
+        grid.steps_per_revolution,
+        grid.steps_per_block,
+    )
+    scheme = Scheme(
+        radial=_aligned(radial),
+        tangential=_aligned(tangential),
+        load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
+        keep=aligned_zeros((n_modes, width)),
+        squared=modes.omega**2,
+        push=aligned_zeros((n_modes, width)),
+        clearance=aligned_zeros((1, width)),
+        step=np.zeros(width),
+        bump=_aligned(np.pad(bump, padding)),
+        external=np.zeros((0, n_modes)),
+        growth_time=scene.growth_time,
+        shortcuts=scene.shortcuts,
+    )
+    contact = Contact(
+        coupling=aligned_zeros(((n_points + 1) ** 2, width)),
+        stiffness=aligned_zeros((n_points, width)),
+        reach=aligned_zeros((1, width)),
+    )
+    state = State(
+        position=aligned_zeros((n_modes, width)),
+        increment=aligned_zeros((n_modes, width)),
+        penetration=aligned_zeros((n_points + 1, width)),
+        multiplier=aligned_zeros((n_forces, width)),
+        depth=aligned_zeros((n_points + 1, width)),
+        active=np.full(n_forces + TILE, n_forces - 1),
+        growth=aligned_zeros((1, width)),
+        n_steps=np.zeros(width, dtype=np.int64),
+        report=aligned_zeros((4, width)),
+    )
+    n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
+    n_records = grid.steps_per_block // grid.stride
+    record = Record(
+        history=aligned_zeros((n_blocks * n_records * n_points, width)),
+        peak=aligned_zeros((n_blocks * n_points, width)),
+    )
+    return Bank(scheme, contact, state, record, _allocate_polar(scene, grid, n_points, width))
+
+
+def _allocate_polar(scene, grid, n_points, width):
+    enabled = scene.kinematics == "polar"
+    rows = n_points if enabled else 0
+    return Polar(
+        enabled=enabled,
+        angle=np.array(scene.contact_angle, dtype=float),
+        radius=np.broadcast_to(scene.contact_radius, len(scene.contact_angle)).astype(float),
+        pitch=2.0 * np.pi / scene.n_bumps,
+        height=scene.bump_height,
+        clearance=scene.clearance,
+        friction=scene.friction,
+        turn=2.0 * np.pi / grid.steps_per_revolution,
+        compliance=aligned_zeros((4 * rows**2, width)),
+        tangential=aligned_zeros((rows, width)),
+        cosine=aligned_zeros((rows, width)),
+        sine=aligned_zeros((rows, width)),
+        deepest=aligned_zeros((1, width)),
+    )
+
+
+def empty_lane(bank, lane):
+    """Put a lane at rest, far from the casing (bank is modified)."""
+    scheme, state = bank.scheme, bank.state
+    for array in (scheme.keep, scheme.push, *bank.contact):
+        array[:, lane] = 0.0
+    scheme.clearance[:, lane] = np.inf
+    for array in (state.position, state.increment, state.multiplier, state.report):
+        array[:, lane] = 0.0
+    state.n_steps[lane] = 0
+
+
+def fill_lane(bank, lane, modes, scene, h):
+    """Give an empty lane the coefficients of one speed (bank is modified).
+
+    Args:
+        bank: Bank.
+        lane: index.
+        modes: Modes of the sample.
+        scene: sweep.Scene.
+        h: time step [s].
+    """
+    scheme = bank.scheme
+    scheme.keep[:, lane], scheme.push[:, lane] = coefficients(
+        scene.scheme, modes.omega, scene.damping_ratio, h
+    )
+    scheme.step[lane] = h
+    motion = np.stack([modes.radial.T, modes.tangential.T])
+    push = scheme.push[:, lane]
+    W = np.array([[delassus(to, by, push) for by in motion] for to in motion])
+    if bank.polar.enabled:
+        scheme.clearance[0, lane] = 0.0
+        _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
+        bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
+        known = NONE if np.isfinite(reach) else UNPROVEN
+        bank.state.report[FLAW, lane] = known if np.isfinite(W).all() else NOT_FINITE
+        return
+    scheme.clearance[0, lane] = scene.clearance
+    normal = W[0, 0] + scene.friction * W[0, 1]
+    bank.state.report[FLAW, lane] = flaw = complementarity.flaw(normal)
+    if flaw in (NONE, UNPROVEN):  # else the point has no forces, and no result once it touches
+        _fill_contact(bank.contact, lane, normal)
+
+
+def _fill_contact(contact, lane, W):
+    """Give a lane its Delassus operator (contact is modified)."""
+    diagonal = np.diag(W)
+    coupling = W / diagonal
+    np.fill_diagonal(coupling, 0.0)
+    _spread(contact.coupling, lane, coupling)
+    contact.stiffness[: len(diagonal), lane] = 1.0 / diagonal
+    contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
+
+
+def set_motion(bank, lane, position, velocity, time):
+    """Start a filled lane from a motion at the begin of a block (bank is modified).
+
+    Args:
+        bank: Bank.
+        lane: index.
+        position: modal coordinates (K,).
+        velocity: (K,), mean over the step before.
+        time: since the bumps began to grow [s].
+    """
+    h = bank.scheme.step[lane]
+    bank.state.position[:, lane] = position
+    bank.state.increment[:, lane] = h * velocity
+    bank.state.n_steps[lane] = round(time / h)
+
+
+def motion(bank, lane):
+    """Position, velocity and time of a lane, as `set_motion` takes them."""
+    h, state = bank.scheme.step[lane], bank.state
+    velocity = state.increment[:, lane] / h
+    return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h
+
+
+def _spread(table, lane, values):
+    """Write values (..., n, n) to the lane's padded rows of a table (..., C·C, L) (modified)."""
+    n_points = math.isqrt(table.shape[-2])
+    n = values.shape[-1]
+    rows = (np.arange(n)[:, None] * n_points + np.arange(n)[None, :]).ravel()
+    table[..., rows, lane] = values.reshape(*values.shape[:-2], n * n)
+
+
+def _reach(rho):
+    return rho / (1.0 - rho) if rho < 1.0 else np.inf
+
+
+def _polar_reach(W, friction):
+    """Bound of `Contact.reach` for any normals: spectral norms over the smallest own compliance."""
+    if not np.isfinite(W).all():
+        return np.inf
+    blocks = np.moveaxis(W, (0, 1), (2, 3))
+    size = np.linalg.norm(blocks, 2, axis=(2, 3)) * math.sqrt(1.0 + friction**2)
+    own = np.einsum("iiab->iab", blocks) @ np.array([[1.0, -friction], [friction, 1.0]])
+    smallest = np.linalg.eigvalsh((own + np.swapaxes(own, 1, 2)) / 2.0)[:, 0].min()
+    if smallest <= 0.0:
+        return np.inf
+    np.fill_diagonal(size, 0.0)
+    return _reach(size.sum(axis=1).max() / smallest)
+
+
+def _aligned(values):
+    array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
+    array[...] = values
+    return array

@@ -1,0 +1,148 @@
+"""Whole histories of a contact run: modal coordinates and contact forces, block by block.
+
+The sweep keeps only what its test of the steady state needs. Here the same steps are taken, one
+after the other and bit for bit, and every `stride`-th is kept; it costs somewhat more.
+"""
+
+import copy
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import reasons, scheme
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.kernel import advance, correct, grow
+from hpcrub.response import energy
+from hpcrub.response.sweep import Motion, cut_revolution, judge, speed_bands
+
+LANES = (0,) * 8  # speeds marched together
+
+
+class Piece(NamedTuple):
+    """R records of S speeds."""
+
+    time: np.ndarray  # since the bumps began to grow (R, S) [s]
+    position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
+    tangential: np.ndarray  # displacement of the tips u_t (R, n_c, S) [m]
+    radial_force: np.ndarray  # inward on each tip, mean since the last record (R, n_c, S) [N]
+    tangential_force: np.ndarray  # against the rotation of the disk (R, n_c, S) [N]
+    reason: np.ndarray  # (S,) uint8: code of ``reasons``; once fatal, it stays and nothing counts
+
+
+@compiled
+def trace(lanes, scheme, contact, state, polar, position, force, stride):
+    """March over the bump table once (state, position, force are modified).
+
+    position (R, K, L): modal coordinates after every ``stride``-th step; force (R, F, L), zero on
+    entry: sums of the multipliers of the steps of a record.
+    """
+    n_active = 0
+    growing = True
+    for step in range(scheme.bump.shape[0]):
+        if growing:
+            growing = grow(scheme, state)
+        for lane in range(len(lanes)):
+            state.n_steps[lane] += 1
+        n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
+        record = step // stride
+        for a in range(n_active):
+            i = state.active[a]
+            for lane in range(len(lanes)):
+                force[record, i, lane] += state.multiplier[i, lane]
+        if (step + 1) % stride == 0:
+            correct(lanes, scheme, state, n_active)
+            n_active = 0
+            position[record] = state.position
+
+
+def n_records(speed_hz, duration, scene):
+    """Records that `march` makes of one speed [Hz] in a duration [s]."""
+    grid = cut_revolution(speed_hz, scene)
+    n_blocks = math.ceil(duration * speed_hz * grid.blocks_per_revolution)
+    return n_blocks * (grid.steps_per_block // grid.stride)
+
+
+def groups(speeds_hz):
+    """Split speeds (S,) [Hz] into index arrays that `march` takes."""
+    width = len(LANES)
+    return [
+        band[first : first + width]
+        for band in speed_bands(speeds_hz)
+        for first in range(0, len(band), width)
+    ]
+
+
+def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
+    """Histories of a few speeds, as Pieces of one block each.
+
+    Args:
+        modes: Modes of the sample.
+        scene: sweep.Scene.
+        speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
+        duration: [s], rounded up to blocks of the fastest speed.
+        motion: sweep.Motion to start from, rest by default (modified: the motion at the end).
+        poll: called without arguments after every Piece; what it raises ends the march.
+
+    Yields:
+        Piece. What the last one's `reason` says holds for the whole history.
+    """
+    speeds_hz = np.asarray(speeds_hz, dtype=float)
+    n_speeds = len(speeds_hz)
+    if motion is None:
+        motion = Motion.at_rest(n_speeds, len(modes.omega))
+    grid = cut_revolution(speeds_hz.min(), scene)
+    bank = scheme.allocate(modes, scene, grid, len(LANES))
+    for lane in range(len(LANES)):
+        scheme.empty_lane(bank, lane)
+    for lane, speed in enumerate(speeds_hz):
+        h = 1.0 / (speed * grid.steps_per_revolution)
+        scheme.fill_lane(bank, lane, modes, scene, h)
+        scheme.set_motion(bank, lane, *(values[lane] for values in motion))
+    n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
+    books = _audit(copy.deepcopy(bank), n_speeds, n_blocks) if scene.audit else None
+    reason = np.zeros(n_speeds, dtype=np.uint8)
+    for _ in range(n_blocks):
+        piece = _piece(bank, modes, scene, grid, n_speeds)
+        _judge(bank, scene, piece, books, reason)
+        yield piece._replace(reason=reason.copy())
+        if poll is not None:
+            poll()
+    for lane in range(n_speeds):
+        for values, end in zip(motion, scheme.motion(bank, lane), strict=True):
+            values[lane] = end
+
+
+def _audit(bank, n_speeds, n_blocks):
+    """energy.Books of the whole march of a Bank (modified)."""
+    books = energy.open_books(bank)
+    for lane in range(n_speeds):
+        energy.open_lane(books, bank, lane)
+    energy.march(LANES, *bank, n_blocks, -1, 1, books)
+    return books
+
+
+def _judge(bank, scene, piece, books, reason):
+    """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
+    for lane in np.flatnonzero(~reasons.are_fatal(reason)):
+        reason[lane] = judge(bank, lane, np.abs(piece.tangential[:, :, lane]), scene, books)
+
+
+def _piece(bank, modes, scene, grid, n_speeds):
+    """The next Piece, its reasons unknown (bank is modified)."""
+    n_records, width = grid.steps_per_block // grid.stride, len(LANES)
+    position = np.empty((n_records, len(bank.state.position), width))
+    force = np.zeros((n_records, len(bank.state.multiplier), width))
+    started = bank.state.n_steps[:n_speeds].copy()
+    trace(LANES, bank.scheme, bank.contact, bank.state, bank.polar, position, force, grid.stride)
+    steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
+    n_points, n_padded = len(scene.contact_angle), len(bank.contact.stiffness)
+    force = force[:, :, :n_speeds] / grid.stride
+    radial = force[:, :n_points]
+    polar = bank.polar.enabled
+    tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * radial
+    time = steps * bank.scheme.step[:n_speeds]
+    position = position[:, :, :n_speeds]
+    with np.errstate(all="ignore"):  # numbers of a diverged speed
+        moved = modes.tangential @ position
+    return Piece(time, position, moved, radial, tangential, reason=np.empty(0))

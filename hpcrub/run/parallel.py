@@ -1,0 +1,376 @@
+"""Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
+
+Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
+ranks from a `poll()` that the computation calls every few hundredths of a second. No threads and no
+one-sided messages are needed.
+
+Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
+polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
+
+An error that all ranks share (`on_root`, `together`) carries `shared = True` and ends them all in
+good order. Any other exception belongs to one rank only, and aborts the job.
+"""
+
+import contextlib
+import os
+import signal
+import sys
+import time
+import traceback
+from collections import deque
+
+from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.run.schedule import Desk
+
+PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
+TO_ROOT, FROM_ROOT = 1, 2  # message tags
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+
+# (number of ranks, this rank) as the launchers tell it: Open MPI, MPICH and Intel MPI, srun
+LAUNCHERS = (
+    ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
+    ("PMI_SIZE", "PMI_RANK"),
+    ("SLURM_STEP_NUM_TASKS", "SLURM_PROCID"),
+)
+
+
+def listen():
+    """Until `run` begins, a stop signal ends the program at once, with a line and its exit code."""
+    for number in STOP_SIGNALS:
+        signal.signal(number, _stop_at_once)
+
+
+def _stop_at_once(number, frame):
+    _print_error(Interrupted(f"{_name(number)} came before anything was begun"), launched_rank())
+    os._exit(Interrupted.exit_code)  # no half-done import to trace
+
+
+def _name(number):
+    return signal.Signals(number).name
+
+
+def run(program):
+    """Run program(team) on this rank and end all ranks in good order.
+
+    program: function of a `Team` that returns an exit code.
+    Returns the exit code; a failure prints once, an exception of a single rank aborts all.
+    """
+    team, handlers = None, {}
+    try:
+        team = start_team()
+        handlers = {number: signal.signal(number, team.remember) for number in STOP_SIGNALS}
+        code = program(team)
+        team.barrier()
+        return code
+    except HpcrubError as error:
+        shared = getattr(error, "shared", False)
+        if not shared or team.rank == 0:
+            _print_error(error, launched_rank() if team is None else 0)
+        if team is not None and not shared:
+            team.abort(error.exit_code)
+        return error.exit_code
+    except MemoryError as error:
+        _print_error(f"not enough memory: {error}", 0)
+        if team is not None:
+            team.abort(1)
+        return 1
+    except BaseException:
+        traceback.print_exc()
+        if team is not None:
+            team.abort(1)
+        return 1
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
+
+
+def start_team():
+    """The team of this rank: MPI when a launcher started the program, else a team of one.
+
+    Raises InputError when a launcher started several ranks that cannot find each other.
+    """
+    size = launched_size()
+    comm = _world(size) if size else None
+    return Team(comm)
+
+
+def launched_size():
+    """Number of ranks that a launcher announces in the environment, 0 without one."""
+    for size, _ in LAUNCHERS:
+        if os.environ.get(size, "").isdigit():
+            n_ranks = int(os.environ[size])
+            if n_ranks > 1 or not size.startswith("SLURM"):  # batch scripts have 1 and no MPI
+                return n_ranks
+    return 1 if "PMIX_RANK" in os.environ else 0
+
+
+def launched_rank():
+    """This rank as the launcher tells it, 0 without one."""
+    names = [rank for _, rank in LAUNCHERS] + ["PMIX_RANK"]
+    found = [os.environ[name] for name in names if os.environ.get(name, "").isdigit()]
+    return int(found[0]) if found else 0
+
+
+def _world(size):
+    """MPI's world communicator, checked against the launcher's number of ranks."""
+    try:
+        import mpi4py
+
+        mpi4py.rc.threads = False
+        from mpi4py import MPI
+    except (ImportError, RuntimeError, OSError) as error:
+        if size == 1:
+            return None
+        raise InputError(
+            f"started on {size} ranks, but mpi4py or its MPI library is missing "
+            f"({str(error).splitlines()[0]}); run `make setup`, or `pip install mpi4py`"
+        ) from None
+    if MPI.COMM_WORLD.size < size:
+        raise InputError(
+            f"started on {size} ranks, but MPI sees {MPI.COMM_WORLD.size}: the launcher belongs to "
+            "another MPI library than mpi4py (with Slurm, try `srun --mpi=pmix` or `mpirun`)"
+        )
+    return MPI.COMM_WORLD
+
+
+def _print_error(error, rank):
+    if rank == 0:
+        kind = "stopped" if isinstance(error, Interrupted) else "error"
+        print(f"hpcrub: {kind}: {error}", file=sys.stderr, flush=True)
+
+
+class Team:
+    """The ranks that work on one study, or a single process when comm is None."""
+
+    def __init__(self, comm=None):
+        self.comm = comm
+        self.rank = comm.rank if comm else 0
+        self.size = comm.size if comm else 1
+        self.signal = None  # name of the signal that asked this rank to stop
+        self.shared = None  # what poll() returns in run_tasks
+
+    def remember(self, number, frame):
+        """Signal handler: take note, nothing else."""
+        self.signal = _name(number)
+
+    def stop_if_asked(self, output):
+        """Raise Interrupted on every rank if any of them was asked to stop; on all ranks.
+
+        output: file that is not open yet.
+        """
+
+        def check():
+            if self.signal:
+                raise Interrupted(f"{self.signal} came before {output} was opened")
+
+        self.together(check)
+
+    def barrier(self):
+        """Wait for all ranks without taking a core."""
+        if self.size > 1:
+            request = self.comm.Ibarrier()
+            while not request.Test():
+                time.sleep(PAUSE)
+
+    def bcast(self, value):
+        """Rank 0's value on every rank."""
+        self.barrier()
+        return self.comm.bcast(value) if self.size > 1 else value
+
+    def gather(self, value):
+        """List of all ranks' values on rank 0, None elsewhere."""
+        self.barrier()
+        return self.comm.gather(value) if self.size > 1 else [value]
+
+    def on_root(self, function):
+        """Result of function(), called on rank 0 only, on every rank.
+
+        Raises, on every rank, the HpcrubError that it raised on rank 0.
+        """
+        result = error = None
+        if self.rank == 0:
+            try:
+                result = function()
+            except HpcrubError as caught:
+                error = caught
+        result, error = self.bcast((result, error))
+        return _result_or_raise(result, error)
+
+    def together(self, function):
+        """Result of function(), called on every rank.
+
+        Raises, on every rank, the HpcrubError of the first rank that raised one.
+        """
+        result = error = None
+        try:
+            result = function()
+        except HpcrubError as caught:
+            error = caught
+        errors = self.gather(error)
+        first = next((e for e in errors if e), None) if self.rank == 0 else None
+        return _result_or_raise(result, self.bcast(first))
+
+    def abort(self, code):
+        """End all ranks now."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        if self.size > 1:
+            self.comm.Abort(code)
+
+    def run_tasks(self, tasks, compute, on_result=lambda task, result: None, shared=None):
+        """Compute all tasks.
+
+        tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
+        used. compute(task, poll): any rank; must call poll() many times a second and let
+        Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
+        order of completion; may `share` a value and add urgent tasks; a true value means that no
+        further task is needed. shared: what poll() returns until a value is shared.
+        Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
+        """
+        self.shared = shared
+        if self.rank == 0:
+            stopped_by = _Dispatcher(self, Desk(tasks, self.size), compute, on_result).run()
+        else:
+            stopped_by = None  # rank 0 knows
+            _Worker(self, compute).run()
+        stopped_by = self.bcast(stopped_by)  # a signal may have come after rank 0 had said the end
+        if stopped_by:
+            _result_or_raise(None, Interrupted(stopped_by))
+
+    def share(self, value):
+        """In on_result of `run_tasks`: from now on poll() returns `value`, soon on all ranks."""
+        self.shared = value
+        for rank in range(1, self.size):
+            self.comm.send(("shared", value), rank, FROM_ROOT)
+
+
+def _result_or_raise(result, error):
+    if error is not None:
+        error.shared = True
+        raise error
+    return result
+
+
+class _Dispatcher:
+    """Rank 0's side of `run_tasks`: messages; the desk decides."""
+
+    def __init__(self, team, desk, compute, on_result):
+        self.team, self.desk, self.compute, self.on_result = team, desk, compute, on_result
+        self.present = team.size - 1  # ranks that have not said good-bye
+        self.stopped_by = None
+
+    def run(self):
+        self._serve()
+        while not self.stopped_by and not self.desk.finished():
+            task = self.desk.own()
+            if task is None:
+                time.sleep(PAUSE)
+            else:
+                with contextlib.suppress(Interrupted):
+                    self._collect(0, [self.compute(task, self.poll)])
+            self._serve()
+        self._dismiss()
+        return self.stopped_by
+
+    def poll(self):
+        self._serve()
+        if self.stopped_by:
+            raise Interrupted(self.stopped_by)
+        return self.team.shared
+
+    def _serve(self):
+        if self.team.signal:
+            self.stopped_by = self.team.signal
+        self._receive()
+        if not self.stopped_by:
+            for rank, tasks in self.desk.answers():
+                self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
+
+    def _receive(self):
+        """Take all messages."""
+        comm = self.team.comm
+        while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
+            rank, kind, content = comm.recv(tag=TO_ROOT)
+            if kind == "stop":
+                self.stopped_by = content
+                continue
+            self._collect(rank, content)
+            if kind == "ask":
+                self.desk.ask(rank)
+            self.present -= kind == "bye"
+
+    def _collect(self, rank, results):
+        for task, result in zip(self.desk.done(rank, len(results)), results, strict=True):
+            if self.on_result(task, result):
+                self.desk.closed = True
+
+    def _dismiss(self):
+        """Tell all ranks that it is over, and take what they have sent until they knew."""
+        for rank in range(1, self.team.size):
+            self.team.comm.send(("end", None), rank, FROM_ROOT)
+        self._receive()
+        while self.present:
+            time.sleep(PAUSE)
+            self._receive()
+
+
+class _Worker:
+    """The other ranks' side of `run_tasks`. What they send is what they have finished: to ask for
+    more, when they begin their last task and again when they have none, and to say good-bye."""
+
+    def __init__(self, team, compute):
+        self.team, self.compute = team, compute
+        self.tasks, self.results = deque(), []
+        self.told = False  # rank 0 knows of our signal
+        self.ended = False
+
+    def run(self):
+        with contextlib.suppress(Interrupted):  # a running task is dropped
+            self._tell("ask")
+            while self._wait():
+                task = self.tasks.popleft()
+                if not self.tasks:
+                    self._tell("ask")
+                self.results.append(self.compute(task, self.poll))
+                if not self.tasks:
+                    self._tell("ask")
+                elif self.team.shared is None:  # the next task may wait for what this one gives
+                    self._tell("done")
+                self.poll()
+        while not self.ended:
+            self._look()
+            time.sleep(PAUSE)
+        self._tell("bye")
+
+    def poll(self):
+        self._look()
+        if self.ended or self.told:
+            raise Interrupted("stopped")
+        return self.team.shared
+
+    def _wait(self):
+        """Wait for tasks; False at the end."""
+        while not self.tasks and not self.ended:
+            self._look()
+            if not self.tasks and not self.ended:
+                time.sleep(PAUSE)
+        return not self.ended
+
+    def _look(self):
+        """Pass a signal on, and take all messages."""
+        if self.team.signal and not self.told:
+            self.told = True
+            self._tell("stop", self.team.signal)
+        while self.team.comm.iprobe(source=0, tag=FROM_ROOT):
+            kind, content = self.team.comm.recv(source=0, tag=FROM_ROOT)
+            if kind == "tasks":
+                self.tasks.extend(content)
+            elif kind == "shared":
+                self.team.shared = content
+            else:
+                self.ended = True
+
+    def _tell(self, kind, content=None):
+        if content is None:
+            content, self.results = self.results, []
+        self.team.comm.send((self.team.rank, kind, content), 0, TO_ROOT)

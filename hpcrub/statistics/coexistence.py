@@ -1,0 +1,150 @@
+"""Which motions differ, and how they go on from speed to speed.
+
+At every speed, the motions from several initial states are split into groups (`split`). Then the
+groups of successive speeds are linked to branches (`label`): one group of a speed to one branch,
+the nearest ones together. Two groups of one speed are never of one branch, however close they come
+at another speed.
+
+A motion is known by the amplitude and the localisation of many successive windows. Two motions
+differ when the mean of either quantity differs by more than chance and by more than what matters.
+Chance: windows resemble their neighbours, so the error of a mean is taken from the means of
+batches of windows, and it has a Student distribution (Welch); the level of the test is divided by
+the number of comparisons (Bonferroni). A motion that jumps within its windows has a large error and
+differs from none of those between which it jumps.
+
+Batch means: Law, Simulation Modeling and Analysis (2015), section 9.5.3.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.optimize import linear_sum_assignment
+from scipy.stats import t as student
+
+from hpcrub.results.layout import STEADY
+
+N_BATCHES = 12
+FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study
+ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # differences that do not matter
+LINK = 3.0  # standard deviations of windows by which a branch changes from speed to speed, at most
+REACH = 10  # speeds at which a branch may be missing and go on; the more, the nearer it must be
+
+
+class Group(NamedTuple):
+    """Motions of one speed that differ only by chance; [0] amplitude [m], [1] localisation."""
+
+    mean: np.ndarray  # (2,)
+    scatter: np.ndarray  # standard deviation of the windows (2,)
+    speed: int
+
+
+def label(amplitude, localisation, point_status):
+    """Branch of every steady point.
+
+    Args:
+        amplitude: of the windows (starts, speeds, windows) [m].
+        localisation: likewise, [-].
+        point_status: of layout.POINT_STATUS (starts, speeds).
+
+    Returns:
+        Number of the branch (starts, speeds), int, from 0, that with the most points first; -1
+        where the motion is not steady.
+    """
+    windows = np.stack([amplitude, localisation])
+    known = (point_status == STEADY) & np.isfinite(windows).all(axis=(0, 3))
+    n_points = known.sum(axis=0)
+    level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # two quantities a pair
+    found = np.full(point_status.shape, -1)
+    branches = []  # the last Group of each
+    for speed in np.flatnonzero(n_points):
+        motions = windows[:, known[:, speed], speed]
+        part = split(motions, level)
+        groups = [_group(motions[:, part == p], speed) for p in range(part.max() + 1)]
+        found[known[:, speed], speed] = _link(branches, groups)[part]
+    return _by_size(found)
+
+
+def split(motions, level):
+    """Group of every motion of one speed (P,), int, from 0.
+
+    All pairs within a group are alike (complete linkage). A group is split only where a pair is
+    not. So clearly different motions are never together, and such as differ by chance never apart
+    for another reason.
+
+    Args:
+        motions: amplitude and localisation of P motions in W windows (2, P, W).
+        level: probability with which chance separates two motions in one of the quantities.
+    """
+    first, second = np.triu_indices(motions.shape[1], 1)
+    if not len(first):
+        return np.zeros(motions.shape[1], dtype=int)
+    mean, error, degrees = _means(motions)
+    largest = np.maximum(mean[0, first], mean[0, second])
+    matters = np.stack([ALIKE_AMPLITUDE * largest, np.full(len(first), ALIKE_LOCALISATION)])
+    chance = _chance(error[:, first], error[:, second], degrees, level)
+    apart = np.abs(mean[:, first] - mean[:, second]) / np.maximum(chance, matters)
+    return fcluster(linkage(apart.max(axis=0), "complete"), 1.0, "distance") - 1
+
+
+def _means(motions):
+    """Means (2, P) with their standard errors and the degrees of freedom of these."""
+    n_batches = min(N_BATCHES, motions.shape[-1])
+    length = motions.shape[-1] // n_batches
+    batches = motions[..., -n_batches * length :].reshape(*motions.shape[:-1], n_batches, length)
+    means = batches.mean(axis=-1)
+    return means.mean(axis=-1), means.std(axis=-1, ddof=1) / np.sqrt(n_batches), n_batches - 1
+
+
+def _chance(a, b, degrees, level):
+    """Difference of two means with errors a and b that chance exceeds with probability `level`."""
+    both = np.hypot(a, b)
+    ratio = np.where(both > 0, (a**4 + b**4) / np.where(both > 0, both, 1.0) ** 4, 1.0)
+    return both * student.isf(level / 2, degrees / ratio)
+
+
+def _group(motions, speed):
+    return Group(motions.mean(axis=(1, 2)), motions.std(axis=(1, 2)), speed)
+
+
+def _link(branches, groups):
+    """Branch of each group (G,), int; the last groups of the branches are modified."""
+    cost = np.full((len(branches), len(groups)), LINK)
+    for i, old in enumerate(branches):
+        for j, new in enumerate(groups):
+            missed = new.speed - old.speed - 1
+            cost[i, j] = min(LINK, _distance(old, new) + LINK * missed / (REACH + 1))
+    numbers = np.full(len(groups), -1)
+    for i, j in zip(*linear_sum_assignment(cost), strict=True):
+        if cost[i, j] < LINK:
+            numbers[j] = i
+            branches[i] = groups[j]
+    for j in np.flatnonzero(numbers < 0):
+        numbers[j] = len(branches)
+        branches.append(groups[j])
+    return numbers
+
+
+def _distance(a, b):
+    least = ALIKE_AMPLITUDE * max(a.mean[0], b.mean[0]), ALIKE_LOCALISATION
+    unit = np.maximum(np.hypot(a.scatter, b.scatter), least)
+    return np.linalg.norm((a.mean - b.mean) / unit)
+
+
+def _by_size(found):
+    """Numbers in the order of their counts, the largest 0; -1 stays."""
+    known = found >= 0
+    rank = np.argsort(np.argsort(-np.bincount(found[known]), kind="stable"))
+    found = found.copy()
+    found[known] = rank[found[known]]
+    return found
+
+
+def stretches(several):
+    """Runs of true values (S,) bool: first index of each and the one after its last, (n, 2)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], several, [0]]))).reshape(-1, 2)
+
+
+def coexisting(found):
+    """Number of different branches at every speed (S,); found: as `label` returns."""
+    return np.array([len(set(column[column >= 0])) for column in found.T])

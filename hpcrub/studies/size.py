@@ -1,0 +1,110 @@
+"""`Config` → disk, memory and time that its study takes; refuses what this machine has not."""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from hpcrub import studies
+from hpcrub.errors import InputError
+from hpcrub.response import history
+from hpcrub.response.sweep import WIDTH, cut_revolution
+from hpcrub.studies.sources import time_grid
+
+RATE = 1e7  # time steps per second and core, roughly
+DENSE = 8  # matrices of the full model in memory at once
+SAMPLE = 64  # bytes of rank 0 for every sample
+NUMBER = 8  # bytes
+
+
+class Size(NamedTuple):
+    """What a study takes."""
+
+    disk: int  # of its result file [bytes]
+    memory: int  # of the rank that needs most [bytes]
+    time: float  # on one core [s]
+
+
+def size(config):
+    """Size of a study, estimated without any work.
+
+    Raises InputError for unusable `sources`, and for numbers of steps that overflow.
+    """
+    try:
+        return Size(studies.file_size(config), _memory(config), _time(config))
+    except OverflowError:
+        raise InputError(
+            f"time.step_s: {config.time.step_s:g} is too short for a revolution at "
+            f"{config.speeds.from_hz:g} Hz: no memory, disk or time would suffice"
+        ) from None
+
+
+def check(config, path=None):
+    """Refuse a study that this machine cannot hold.
+
+    Args:
+        config: Config.
+        path: where its result file will be made; None when it is there already.
+
+    Raises:
+        InputError: says what it takes, in disk, memory and time.
+    """
+    disk, memory, time = size(config)
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    free = _free(path) if path is not None else disk
+    if memory <= there and disk <= free:
+        return
+    what = "disk" if disk > free else "memory"
+    raise InputError(
+        f"not enough {what}: this study needs {_amount(disk / 1e9)} GB of disk"
+        + (f" ({_amount(free / 1e9)} GB are free)" if path is not None else "")
+        + f", {_amount(memory / 1e9)} GB of memory ({_amount(there / 1e9)} GB are there) and "
+        f"about {_amount(time / 3600)} core hours"
+    )
+
+
+def _amount(x):
+    return f"{x:,.0f}" if 100 <= x < 1e15 else f"{x:.3g}"
+
+
+def _free(path):
+    """Bytes that are free where a file will be made."""
+    folder = Path(os.path.realpath(path)).parent
+    try:
+        while not os.path.lexists(folder):
+            folder = folder.parent
+        tempfile.TemporaryFile(dir=folder).close()  # /proc and the like have no free bytes either
+        return shutil.disk_usage(folder).free
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from None
+
+
+def _memory(config):
+    module = studies.find(config)
+    blades, steady = config.disk.n_blades, config.steady_state
+    model = DENSE * NUMBER * config.disk.n_dof**2
+    if config.study == "contact":
+        rows = SAMPLE * len(config.levels) * len(config.samples)
+    else:
+        rows = NUMBER * module.n_tasks(config)
+    march = 0
+    if not studies.is_tasks(config) or module.KERNEL:
+        grid = cut_revolution(config.speeds.from_hz, time_grid(config))
+        records = grid.steps_per_revolution // grid.stride * steady.window_revolutions
+        march = NUMBER * (grid.steps_per_block + 2 * records * blades * WIDTH)
+    if config.study in ("time_response", "interaction_map"):
+        records = history.n_records(
+            config.speeds.from_hz, config.history.duration_s, time_grid(config)
+        )
+        coordinates = 2 * blades + config.reduction.n_modes
+        march += NUMBER * records * coordinates * len(history.LANES)
+    return model + rows + march
+
+
+def _time(config):
+    if studies.is_tasks(config):
+        return studies.find(config).cost(config) / RATE
+    n_sweeps = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+    n_points = n_sweeps * config.speeds.n_values
+    return n_points * config.steady_state.first_check_s / config.time.step_s / RATE

@@ -1,0 +1,113 @@
+"""The tuned disk of a contact study: the reference that all amplifications are relative to."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.errors import HpcrubError
+from hpcrub.response.sweep import SweepResult
+from hpcrub.run.schedule import Tuned, most_parts, n_parts
+from hpcrub.studies.problem import linear_amplitude, modes_of, peak, point_values
+
+# Relative change of stiffness from run to run: far too small to matter for a structure, enough to
+# start another of the motions that exist side by side. (1e-12 finds the same periodic one again.)
+NUDGE = 1e-6
+
+
+class Reference(NamedTuple):
+    """What amplitudes are divided by [m]: the median of all runs, and the linear response."""
+
+    contact: float
+    linear: float
+
+    @property
+    def usable(self):
+        return self.contact > 0.0
+
+
+class Marched(NamedTuple):
+    """A sweep of one disk, or the part of it that one rank has marched."""
+
+    result: SweepResult | None  # None: it failed
+    seconds: float
+    message: str = ""
+
+
+def modes_of_tuned(config, problem, run):
+    """Modes of the tuned disk (run 0), or of one that hardly differs: where the motion is not
+    periodic, or one of several, its amplitude is one draw of many. All amplifications are relative
+    to the median.
+    """
+    return modes_of(config, problem, np.full(config.disk.n_blades, NUDGE * run))
+
+
+def join(parts):
+    """One Marched of n parts, the p-th of which holds the speeds p, p + n, ..."""
+    failed = next((part for part in parts if part.result is None), None)
+    seconds = sum(part.seconds for part in parts)
+    if failed:
+        return failed._replace(seconds=seconds)
+    whole = SweepResult.empty(len(parts[0].result.amplitude))
+    for first, part in enumerate(parts):
+        mine = slice(first, None, len(parts))
+        for values, new in zip(whole[:-1], part.result[:-1], strict=True):
+            values[mine] = new[mine]
+    n_steps = sum(part.result.n_steps for part in parts)
+    return Marched(whole._replace(n_steps=n_steps), seconds)
+
+
+class TunedDisk:
+    """Rank 0's book of the tuned disk, marched once as it is, and nudged."""
+
+    def __init__(self, config, problem, file):
+        self.config, self.problem, self.file = config, problem, file
+        self.reference = None
+        self.runs = [{} for _ in range(config.mistuning.tuned_runs)]  # Marched of every part
+
+    def take_stock(self):
+        """Take up the results that are there."""
+        if tuned := self.file.tuned():
+            linear = tuned["linear_amplitude_m"]
+            self.reference = Reference(float(tuned["reference_amplitude_m"]), float(linear))
+
+    def tasks(self, n_ranks):
+        """Tasks that are left."""
+        n_runs = 0 if self.reference else len(self.runs)
+        cut = n_parts(n_runs, n_ranks, most_parts(self.config.speeds.n_values))
+        return [Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
+
+    def collect(self, task, marched):
+        """Take the result of a task; write all when it is the last one."""
+        self.runs[task.run][task.part] = marched
+        if all(len(parts) == task.n_parts for parts in self.runs):
+            wholes = [join([parts[i] for i in range(task.n_parts)]) for parts in self.runs]
+            self.reference = self._write([whole.result for whole in wholes])
+
+    def n_speeds(self):
+        """Number of speeds that have been marched."""
+        done = (part.result.point_status for parts in self.runs for part in parts.values())
+        return sum(map(np.count_nonzero, done))
+
+    def _write(self, runs):
+        speeds = self.config.speeds.values_hz
+        modes = modes_of_tuned(self.config, self.problem, 0)
+        values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
+        values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
+        peaks = np.array([peak(run, speeds)[0] for run in runs])
+        values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
+        values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
+        values["linear_amplitude_m"] = linear_amplitude(self.config, self.problem, modes)
+        self.file.write_tuned(values)
+        return Reference(values["reference_amplitude_m"], values["linear_amplitude_m"])
+
+    def check(self):
+        """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
+        if np.isnan(self.reference.contact):
+            raise HpcrubError(
+                "the tuned disk diverges at every speed: nothing to compare samples with"
+            )
+        if not self.reference.usable:
+            raise HpcrubError(
+                "the tuned disk is not excited: the bumps never reach the blades "
+                "(casing.clearance_mm, casing.bump_height_mm)"
+            )

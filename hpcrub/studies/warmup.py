@@ -1,0 +1,88 @@
+"""Compiled code → every rank, compiled by one of them only."""
+
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+
+from hpcrub.contact import jit
+from hpcrub.errors import reason
+from hpcrub.response import history, sweep
+from hpcrub.statistics.percentiles import running_statistics
+
+MARK = "complete"  # begin of the names of files that say what the cache holds
+WITH_HISTORIES = "time_response", "interaction_map", "energy", "branches"  # studies
+
+
+def warm_up(team, config, progress=None):
+    """Load what a study will need on all ranks, so that from now on they can stop promptly.
+
+    team: Team; config: Config; progress: Progress on rank 0.
+    Without a cache of compiled code rank 0 goes first; then the others find what it compiled.
+    What is wrong with the cache is said once, for all ranks.
+    """
+    lost = team.gather(jit.cache.lost)
+    if team.rank == 0 and any(lost):
+        _say_lost(next(filter(None, lost)), f" on {sum(map(bool, lost))} of {team.size} ranks")
+    team.on_root(lambda: _compile_once(config, progress))
+    _load(config)
+    if team.rank == 0:
+        _warm_statistics()
+        if jit.cache.damaged:
+            _say(f"damaged compiled code in {numba.config.CACHE_DIR} was compiled anew")
+
+
+def _compile_once(config, progress):
+    mark = Path(numba.config.CACHE_DIR) / "-".join([MARK, *_more(config)])
+    if numba.config.CACHE_DIR and mark.exists():
+        return
+    if progress:
+        once = "once after every change of the program: " if numba.config.CACHE_DIR else ""
+        progress.say(f"compiling the kernel ({once}a minute)")
+    if not numba.config.CACHE_DIR:  # the others would find nothing: all compile at once
+        return
+    _load(config)
+    _warm_statistics()
+    try:
+        if not jit.cache.lost:
+            mark.touch()
+    except OSError as error:
+        jit.cache.lost = f"{mark}: {reason(error)}"
+    if jit.cache.lost:
+        _say_lost(jit.cache.lost)
+
+
+def _say_lost(why, where=""):
+    _say(
+        f"compiled code cannot be kept{where} and every run compiles it anew (a minute): {why}; "
+        "XDG_CACHE_HOME=FOLDER gives it another place"
+    )
+
+
+def _say(text):
+    print(f"hpcrub: {text}", file=sys.stderr, flush=True)
+
+
+def _more(config):
+    """What a study needs beside the kernel itself."""
+    if config.debug.energy_audit:
+        yield "audit"
+    if config.study in WITH_HISTORIES:
+        yield "history"
+
+
+def _load(config):
+    more = set(_more(config))
+    sweep.warm_up()
+    if "audit" in more:
+        sweep.warm_up(audit=True)
+    if "history" in more:
+        modes, scene = sweep.smallest_case()
+        scene = scene._replace(audit="audit" in more)
+        list(history.march(modes, scene, [100.0], scene.steady.first_check))
+
+
+def _warm_statistics():
+    """A stop leaves little time for them."""
+    running_statistics(np.ones(1), [50.0], 1, 1.0)
