@@ -14,7 +14,7 @@ PROGRAM = """\
 #!/bin/bash
 echo "$@" >>"$LOG"
 case "$*" in
-*hpcrub.merge*) touch "$LOG.merged"; exit ;;
+*"hpcrub merge"*) touch "$LOG.merged"; exit ;;
 *--status*)
     [ ! -e "$LOG.merged" ] || exit "$MERGED"
     echo "$TOLD"

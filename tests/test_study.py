@@ -193,7 +193,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     few += ["--set", "convergence.stop_when_converged=true", "--set", "convergence.target_error=1"]
     few += ["--set", "convergence.percentiles=[50]", "--set", "convergence.z=2"]
     few += ["--set", f"convergence.criterion={criterion}"]
-    monkeypatch.setattr("hpcrub.statistics.MIN_VALUES", 3)
+    monkeypatch.setattr("hpcrub.statistics.percentiles.MIN_VALUES", 3)
     assert main(tiny, *few) == 0
     file = ResultFile.open("results/tiny.h5")
     np.testing.assert_array_equal(file.status(), [[DONE] * n + [0] * (12 - n)])
