@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint readme clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint reference clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -68,8 +68,8 @@ scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
 
-readme: $(STAMP)  ## write the table of input keys in README.md anew
-	@$(VENV_PYTHON) tools/readme.py
+reference: $(STAMP)  ## write the tables of docs/reference anew
+	@$(VENV_PYTHON) docs/tables.py
 
 clean:  ## remove what can be made again (not .venv, not results)
 	rm -rf build *.egg-info .pytest_cache .ruff_cache .hypothesis

@@ -1,0 +1,108 @@
+"""Write the tables of docs/reference/ from the program: keys, datasets, studies, figures.
+
+`python docs/tables.py` does it; a test fails when a page and the program differ.
+"""
+
+import re
+from pathlib import Path
+
+from hpcrub import plot, studies
+from hpcrub.config.schema import key_table, load_runs
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "reference"
+
+
+def updated(name, text):
+    """The text of one page with its table as the program has it now.
+
+    Parameters
+    ----------
+    name : str
+        Name of the page and of its table, one of `TABLES`.
+    text : str
+        The page, with the table between two comments.
+
+    Raises
+    ------
+    ValueError
+        The comments are not in the text exactly once.
+    """
+    block = f"<!-- {name} -->\n{TABLES[name]()}\n<!-- end of {name} -->"
+    pattern = re.compile(rf"<!-- {name} -->.*?<!-- end of {name} -->", re.DOTALL)
+    text, found = pattern.subn(lambda match: block, text)
+    if found != 1:
+        raise ValueError(f"{found} places for the table of {name}, not one")
+    return text
+
+
+def keys():
+    """One table for every section of the input."""
+    sections = {}
+    for key in key_table():
+        section = key.path.rpartition(".")[0].partition(".")[0]
+        row = f"`{key.path}`", f"`{key.default}`", key.allowed, key.description
+        sections.setdefault(section, []).append(row)
+    head = "key", "default", "allowed", "meaning"
+    return "\n\n".join(
+        f"## {f'`{section}`' if section else 'Top level'}\n\n{table(head, rows)}"
+        for section, rows in sections.items()
+    )
+
+
+def datasets():
+    """One table for the result file of every study, as its example input makes it."""
+    head = "dataset", "dimensions", "unit", "meaning"
+    return "\n\n".join(
+        f"## `{name}`\n\n"
+        + table(
+            head,
+            [
+                (f"`{d.name}`", ", ".join(d.dimensions) or "one value", d.units, d.description)
+                for d in studies.layout(example(name))
+            ],
+        )
+        for name in studies.STUDIES
+    )
+
+
+def study_list():
+    """One row for every study."""
+    rows = [
+        (f"`{name}`", study.what, study.figures, f"`{example_file(name)}`")
+        for name, study in studies.STUDIES.items()
+    ]
+    return table(("study", "what it computes", "figures of the paper", "example"), rows)
+
+
+def figures():
+    """One row for every figure."""
+    rows = [
+        (f"`{name}`", ", ".join(f.studies), f.what, f.paper, "yes" if f.several else "")
+        for name, f in plot.FIGURES.items()
+    ]
+    return table(("figure", "of the study", "shows", "in the paper", "several files"), rows)
+
+
+def example_file(study):
+    """The example input of a study."""
+    return f"inputs/{'quickstart' if study == 'contact' else study}.yaml"
+
+
+def example(study):
+    """The configuration of a study's example input."""
+    return load_runs(ROOT / example_file(study))[0]
+
+
+def table(head, rows):
+    """A Markdown table."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+TABLES = {"keys": keys, "datasets": datasets, "studies": study_list, "figures": figures}
+
+if __name__ == "__main__":
+    for name in TABLES:
+        page = FOLDER / f"{name}.md"
+        page.write_text(updated(name, page.read_text(encoding="utf-8")), encoding="utf-8")
