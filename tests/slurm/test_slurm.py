@@ -10,14 +10,14 @@ import resource
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from cluster import Cluster, install
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.program import ROOT
+from tests.slurm.cluster import Cluster, install
+
 SUBMIT = ROOT / "jobs/slurm/submit"
 STUDY = """\
 output: results/{name}.h5

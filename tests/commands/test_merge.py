@@ -1,0 +1,355 @@
+"""Parts of a study, put together again: the bits of the whole study, and never a false mixture."""
+
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.commands import merge
+from hpcrub.commands import run as cli
+from hpcrub.config import parts
+from hpcrub.config import schema as config
+from hpcrub.errors import InputError
+from hpcrub.results import ownership, storage
+from hpcrub.results.layout import DONE, PENDING
+from hpcrub.studies import problem as study
+from tests.program import TINY, datasets, error_lines, load
+
+STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
+
+
+def run(*arguments):
+    return cli.main([str(argument) for argument in arguments])
+
+
+def attributes(path):
+    """Attributes of the root and of all datasets, less the time."""
+    with h5py.File(path, "r") as file:
+        found = {"": dict(file.attrs)}
+        file.visititems(lambda name, item: found.update({name: dict(item.attrs)}))
+    found[""].pop("created")
+    for values in found.values():  # references to other datasets differ from file to file
+        for name in ("DIMENSION_LIST", "REFERENCE_LIST"):
+            values.pop(name, None)
+    return {name: {k: np.asarray(v).tolist() for k, v in a.items()} for name, a in found.items()}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Folder with a study, and the same in three ranges of samples and in four cases."""
+    folder = tmp_path_factory.mktemp("parts")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        (folder / "study.yaml").write_text(STUDY)
+        assert run("study.yaml") == 0
+        for k in range(1, 4):
+            assert run("study.yaml", "--part", f"{k}/3") == 0
+        for k in range(1, 5):
+            assert run("study.yaml", "--part", f"{k}/4", "--part-by", "level") == 0
+    return folder
+
+
+@pytest.fixture
+def folder(made, tmp_path, monkeypatch):
+    """A copy of that folder, the merged file not yet there; the working folder."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "whole.h5").rename(tmp_path / "single.h5")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
+CASES = [f"whole.part-{k}-of-4.h5" for k in (1, 2, 3, 4)]
+
+
+def test_parts_hold_their_share_and_draw_no_figures(made):
+    shapes = []
+    for name in (*THREE, *CASES):
+        file = storage.ResultFile.open(made / name)
+        assert (file.status() == DONE).all()
+        shapes.append(file.status().shape)
+        file.close()
+    assert shapes == [(2, 1), (2, 2), (2, 2), (1, 2), (1, 3), (1, 2), (1, 3)]
+    assert [p.name for p in made.glob("*.png")] == ["whole.png"]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [THREE, THREE[::-1], CASES, CASES[2:] + CASES[:2], THREE[:2] + CASES],
+    ids=["in order", "reversed", "by level", "by level, shuffled", "overlapping"],
+)
+def test_merged_is_the_single_run_to_the_bit(folder, names, capsys):
+    assert merge.main(["whole.h5", *names]) == 0
+    assert "whole.h5: 10 of 10 samples" in capsys.readouterr().out
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert attributes("whole.h5") == attributes("single.h5")
+    assert not list(folder.glob("*.merge")) + list(folder.glob("*.lock"))
+
+
+def test_a_group_of_samples_at_a_time(folder, monkeypatch):
+    """Memory does not grow with the samples, and the groups' borders do not show."""
+    monkeypatch.setattr(merge, "AT_ONCE", 1)
+    assert merge.merge("whole.h5", THREE) == (10, 10)
+    assert datasets("whole.h5") == datasets("single.h5")
+
+
+def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
+    assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
+    assert "6 of 10 samples" in capsys.readouterr().out
+    file = storage.ResultFile.open("whole.h5")
+    np.testing.assert_array_equal(file.status() == PENDING, [[False, True, True, False, False]] * 2)
+    known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
+    np.testing.assert_array_equal(known, [True, False, False, False, False])
+    file.close()
+    assert run("study.yaml", "--status") == 75
+    assert run("study.yaml", "--resume") == 0
+    assert run("study.yaml", "--status") == 0
+    assert datasets("whole.h5") == datasets("single.h5")
+
+
+def test_a_study_goes_on_with_more_samples(folder, capsys):
+    """What a smaller study has computed is not computed again, and the rest joins it to the bit."""
+    fewer = ["study.yaml", "--output", "fewer.h5"]
+    assert run(*fewer, "--set", "mistuning.samples=3") == 0
+    assert run(*fewer, "--resume") == 2
+    assert "--samples 5 NEW.h5 fewer.h5 makes room" in error_lines(capsys.readouterr().err)[0]
+    assert merge.main(["whole.h5", "fewer.h5", "--samples", "5"]) == 0
+    out = capsys.readouterr().out
+    assert "whole.h5: 6 of 10 samples" in out
+    assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
+    assert run("study.yaml", "--resume") == 0
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert attributes("whole.h5") == attributes("single.h5")
+
+
+def test_a_file_has_no_fewer_samples_than_its_parts(folder):
+    with pytest.raises(InputError, match=r"--samples: 4 is too few, .*3-of-3.h5 has 5 a level"):
+        merge.merge("whole.h5", THREE, samples=4)
+    assert not (folder / "whole.h5").exists()
+
+
+def test_a_merged_file_takes_further_parts(folder):
+    merge.merge("whole.h5", THREE[:1])
+    merge.merge("whole.h5", ["whole.h5", *THREE[1:]], overwrite=True)
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert attributes("whole.h5") == attributes("single.h5")
+
+
+def test_an_unfinished_sample_is_not_taken(folder):
+    """Its data may be half written: only the status declares it whole."""
+    with h5py.File(THREE[1], "r+") as file:
+        file["samples/status"][0, 0] = PENDING
+        file["samples/amplitude_m"][0, 0] = -1.0
+    assert merge.merge("whole.h5", THREE) == (9, 10)
+    file = storage.ResultFile.open("whole.h5")
+    assert np.isnan(file.read("samples/amplitude_m", (0, 1))).all()
+    file.close()
+
+
+def test_the_energy_audit_is_merged_too(folder):
+    whole = config.replaced(load("study.yaml"), {"debug.energy_audit": True})
+    for k in (1, 2):
+        storage.lay_out(f"{k}.h5", parts.cut(whole, k, 2))
+        file = storage.ResultFile.open(f"{k}.h5", mode="r+")
+        file.write_sample(1, 0, {"energy_j": np.full((3, 6), float(k)), "status": DONE})
+        file.close()
+    assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (2, 10)
+    file = storage.ResultFile.open("whole.h5")
+    np.testing.assert_array_equal(file.read("samples/energy_j", (1, (0, 2), 1, 5)), [1.0, 2.0])
+    file.close()
+
+
+def test_parts_that_have_not_begun(folder):
+    for k in (1, 2):
+        storage.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
+    assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
+    file = storage.ResultFile.open("whole.h5")
+    assert file.tuned() is None
+    file.close()
+    assert run("study.yaml", "--resume") == 0
+    assert datasets("whole.h5") == datasets("single.h5")
+
+
+def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
+    other = storage.provenance() | {"numpy_version": "0.0.1"}
+    monkeypatch.setattr(storage, "provenance", lambda: other)
+    assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
+    merge.merge("whole.h5", THREE)
+    assert attributes("whole.h5")[""]["numpy_version"] == f"0.0.1, {np.__version__}"
+
+
+def test_a_file_of_somebody_else_is_not_replaced(folder, capsys):
+    (folder / "whole.h5").write_text("mine")
+    assert "is not replaced" in refused(capsys, "whole.h5", *THREE, "--overwrite")
+    assert (folder / "whole.h5").read_text() == "mine"
+
+
+def test_a_link_to_the_result_stays_one(folder):
+    (folder / "elsewhere").mkdir()
+    (folder / "whole.h5").symlink_to("elsewhere/whole.h5")
+    merge.merge("whole.h5", THREE, overwrite=True)
+    assert (folder / "whole.h5").is_symlink()
+    assert datasets("elsewhere/whole.h5") == datasets("single.h5")
+    assert sorted(p.name for p in folder.glob("**/*.hpcrub-*")) == []
+
+
+def refused(capsys, *arguments):
+    assert merge.main(list(arguments)) == 2
+    (line,) = error_lines(capsys.readouterr().err)
+    return line
+
+
+def test_other_configurations_are_refused_by_key(folder, capsys):
+    other = ["--set", "casing.n_bumps=3", "--set", "mistuning.seed=7"]
+    assert run("study.yaml", "--part", "2/3", "--output", "other.h5", *other) == 0
+    line = refused(capsys, "whole.h5", THREE[0], "other.part-2-of-3.h5")
+    assert "casing.n_bumps: 4 in whole.part-1-of-3.h5, 3 in other.part-2-of-3.h5" in line
+    assert "mistuning.seed: 2020 in" in line
+    assert not (folder / "whole.h5").exists()
+
+
+def test_another_tuned_disk_is_refused(folder, capsys):
+    with h5py.File(THREE[2], "r+") as file:
+        file["tuned/amplitude_m"][1] *= 1.0 + 1e-15
+    line = refused(capsys, "whole.h5", *THREE)
+    assert "tuned disk of whole.part-1-of-3.h5 and of whole.part-3-of-3.h5" in line
+
+
+def test_overlapping_samples_must_agree(folder, capsys):
+    with h5py.File(CASES[2], "r+") as file:
+        file["samples/time_s"][0, 1, 2] += 1e-12
+    shutil.copy("single.h5", "whole.h5")
+    line = refused(capsys, "whole.h5", *THREE, *CASES, "--overwrite")
+    assert "whole.part-3-of-4.h5 contradicts another part: samples/time_s of level 1" in line
+    assert datasets("whole.h5") == datasets("single.h5")  # the old file is not touched
+    assert not list(folder.glob("*.merge"))
+
+
+def test_an_existing_file_is_kept(folder, capsys):
+    shutil.copy("single.h5", "whole.h5")
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
+
+
+def test_a_file_that_another_job_has_just_finished_is_kept(folder, capsys, monkeypatch):
+    class Late(ownership.Lock):
+        def __init__(self, path):
+            super().__init__(path)
+            (folder / "whole.h5").write_text("just finished")
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
+    assert (folder / "whole.h5").read_text() == "just finished"
+    assert not list(folder.glob("*.hpcrub-*"))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("nowhere.h5", "does not exist"),
+        ("study.yaml", "is not an HDF5 file"),
+        ("casing.h5", "is of the study casing; only contact has parts"),
+        ("short.h5", "stops when it has converged"),
+    ],
+)
+def test_no_part_of_anything(folder, capsys, name, message):
+    storage.lay_out("casing.h5", config.Config.from_yaml("study: casing"))
+    storage.lay_out("short.h5", config.Config.from_yaml("convergence: {stop_when_converged: true}"))
+    assert message in refused(capsys, "whole.h5", name)
+
+
+def test_a_part_cannot_pass_for_the_study(folder, capfd):
+    text = "study: cross\nsources: [whole.part-1-of-3.h5]"
+    (folder / "cross.yaml").write_text(text)
+    assert run("cross.yaml") == 2
+    assert "is a part; merge all parts" in capfd.readouterr().err
+
+
+def test_a_finished_part_is_known_without_work(folder, monkeypatch, capfd):
+    monkeypatch.setattr(study, "build_problem", lambda _: pytest.fail("no model is needed"))
+    assert run("study.yaml", "--part", "2/3", "--status") == 0
+    assert "whole.part-2-of-3.h5: 4 of 4 samples" in capfd.readouterr().out
+    assert run("study.yaml", "--part", "2/5", "--status") == 75
+    assert "whole.part-2-of-5.h5: not there yet" in capfd.readouterr().out
+    assert run("study.yaml", "--part", "2/3", "--status", "--set", "casing.n_bumps=3") == 2
+
+
+@pytest.mark.parametrize(
+    ("count", "by"), [(1, "samples"), (7, "samples"), (4, "level"), (8, "level")]
+)
+def test_parts_cover_everything_once(count, by):
+    whole = config.Config.from_yaml("mistuning: {samples: 23}")
+    seen = np.zeros((4, 23), dtype=int)
+    outputs = set()
+    for number in range(1, count + 1):
+        part = parts.cut(whole, number, count, by)
+        assert config.Config.from_yaml(part.to_yaml()) == part
+        assert parts.whole(part, whole.output) == whole
+        seen[np.ix_(part.levels, part.samples)] += 1
+        outputs.add(part.output)
+        assert len(part.samples) - 23 * (4 if by == "level" else 1) // count in (0, 1)
+    assert (seen == 1).all()
+    assert len(outputs) == count
+
+
+def test_a_part_draws_the_whole_studys_disks():
+    whole = config.Config.from_yaml("mistuning: {samples: 23}")
+    part = parts.cut(whole, 7, 8, "level")
+    assert (part.levels, part.samples) == ((3,), range(11))
+    part = parts.cut(whole, 8, 8, "level")
+    mine, its = study.deviation(part, 0, 2), study.deviation(whole, 3, 13)
+    np.testing.assert_array_equal(mine, its)
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        ("0/3", "is not of the form K/N"),
+        ("4/3", "is not of the form K/N"),
+        ("1", "is not of the form K/N"),
+        ("-1/3", "is not of the form K/N"),
+        ("1/2 --output=/", "output: '/' is not a file name"),
+        ("1/6", "5 samples cannot be cut into 6 parts"),
+    ],
+)
+def test_wrong_parts_are_one_line(folder, capfd, part, message):
+    assert run("study.yaml", *f"--part={part}".split()) == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert message in line
+
+
+def test_what_parts_are_cut_by_needs_a_part(folder, capfd):
+    assert run("study.yaml", "--part-by", "level") == 2
+    assert "--part-by level: without --part" in capfd.readouterr().err
+
+
+def test_the_largest_study_can_be_cut():
+    whole = config.Config.from_yaml("mistuning: {samples: 1000000000000}")
+    assert parts.cut(whole, 2, 2).samples == range(500_000_000_000, 1_000_000_000_000)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
+        ("convergence: {stop_when_converged: true}\npart: {levels: [0]}", "part.levels: a part"),
+        ("part: {levels: [0, 4]}", "part.levels: [0, 4] are not increasing numbers of levels"),
+        ("part: {levels: [1, 1]}", "part.levels: [1, 1] are not increasing"),
+        ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
+        ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
+        ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 to 2 values"),
+    ],
+)
+def test_impossible_parts_are_refused(text, message):
+    with pytest.raises(InputError) as caught:
+        config.Config.from_yaml(text)
+    assert message in str(caught.value)
+
+
+def test_parts_of_parts_and_levels_that_do_not_divide():
+    whole = config.Config()
+    with pytest.raises(InputError, match="cannot be cut again"):
+        parts.cut(parts.cut(whole, 1, 2), 1, 2)
+    with pytest.raises(InputError, match="6 is no multiple of the 4 levels"):
+        parts.cut(whole, 1, 6, "level")

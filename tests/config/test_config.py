@@ -1,0 +1,379 @@
+"""Input files: what is read as what, and one clear line for everything that is wrong.
+
+A wrong input must name the key with its full path, the value found and what is allowed, on one
+line. Numbers follow YAML 1.2: 1e-6 is a number, `no` is not a boolean, 010 is ten. What is
+written by `to_yaml` is read back to the same configuration, bit by bit.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from hpcrub.config import schema as config
+from hpcrub.config.schema import Config
+from hpcrub.config.yaml_text import MAX_CHARACTERS
+from hpcrub.errors import InputError
+from tests.program import ROOT, load
+
+INPUTS = sorted((ROOT / "inputs").glob("*.yaml"))
+TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
+
+
+def read(text):
+    return Config.from_yaml(text)
+
+
+def error_of(text):
+    """The one line with which a text is refused."""
+    with pytest.raises(InputError) as caught:
+        read(text)
+    message = str(caught.value)
+    assert message
+    assert message.isprintable()
+    return message
+
+
+# --- what is read -------------------------------------------------------------------------------
+
+
+def test_defaults_are_the_reference_disk():
+    c = read("study: contact")
+    assert c == Config()
+    assert c.disk.n_dof == 240
+    assert len(c.speeds.values_hz) == 41
+    assert c.mistuning.pattern_gpa is None
+    assert c.pattern_deviation is None
+
+
+def test_properties_are_si():
+    c = Config()
+    si = [
+        (c.disk.tip_radius, 0.5),
+        (c.disk.hub_radius, 0.2),
+        (c.disk.inner_radius, 0.1699),
+        (c.disk.width, 0.1),
+        (c.disk.ring_thickness, 0.01339),
+        (c.disk.spoke_thickness, 0.00723),
+        (c.disk.blade.thickness, 0.01344),
+        (c.disk.blade.lean, np.deg2rad(45.41)),
+        (c.material.young_modulus, 2.1e11),
+        (c.material.density, 7800.0),
+        (c.casing.clearance, 0.00025),
+        (c.casing.bump_height, 0.00125),
+        (c.casing.growth_time, 0.01),
+        (c.forcing.amplitude, 150.0),
+        (c.time.step, 3.3e-5),
+        (c.steady_state.first_check, 0.5),
+        (c.steady_state.max_time, 2.0),
+    ]
+    for found, expected in si:
+        assert found == pytest.approx(expected, rel=1e-15)
+    np.testing.assert_allclose(c.mistuning.half_range, [0.01, 0.02, 0.03, 0.04], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text", ["1e-6", "1E-6", "1.0e-6", "+1e-06", "'1e-6'", "0.000001", ".1e-5"]
+)
+def test_numbers_in_scientific_notation(text):
+    assert read(f"time: {{step_s: {text}}}").time.step_s == 1e-6
+
+
+@pytest.mark.parametrize(("text", "value"), [("5e3", 5000), ("5000.0", 5000), ("010", 10)])
+def test_whole_numbers(text, value):
+    samples = read(f"mistuning: {{samples: {text}}}").mistuning.samples
+    assert samples == value
+    assert isinstance(samples, int)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "step", "count"),
+    [
+        (33.5, 35.5, 0.05, 41),
+        (33.5, 35.5, 0.1, 21),
+        (44.5, 47.5, 0.05, 61),
+        (26.7, 28.2, 0.05, 31),
+        (10, 80, 0.01, 7001),
+        (33.5, 33.5, 0.05, 1),
+        (33.5, 35.5, 0.3, 7),
+    ],
+)
+def test_speeds_include_both_ends_whatever_the_rounding(low, high, step, count):
+    speeds = read(f"speeds: {{from_hz: {low}, to_hz: {high}, step_hz: {step}}}").speeds
+    assert len(speeds.values_hz) == speeds.n_values == count
+    np.testing.assert_allclose(speeds.values_hz, low + step * np.arange(count), rtol=1e-12)
+    assert speeds.values_hz[-1] <= high
+
+
+@given(
+    start=st.integers(1, 100_000), step=st.integers(1, 5_000), n=st.integers(1, 300)
+)  # thousandths of Hz
+def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n):
+    low, high = start / 1000, (start + step * (n - 1)) / 1000
+    speeds = config.Speeds(from_hz=low, to_hz=high, step_hz=step / 1000)
+    assert len(speeds.values_hz) == n
+    assert speeds.values_hz[-1] == high
+
+
+def test_pattern_is_one_sample_of_one_level():
+    c = read(f"mistuning: {{pattern_gpa: {TWELVE}}}")
+    assert c.mistuning.samples == 1
+    np.testing.assert_allclose(c.mistuning.half_range, [6 / 210])
+    np.testing.assert_allclose(c.pattern_deviation[:3], [0, 1 / 210, 2 / 210], atol=1e-15)
+    assert read(c.to_yaml()) == c
+
+
+def test_pattern_is_relative_to_the_modulus_of_the_input():
+    c = read(f"material: {{young_modulus_gpa: 2e2}}\nmistuning: {{pattern_gpa: {TWELVE}}}")
+    np.testing.assert_allclose(c.pattern_deviation[0], 0.05)
+    np.testing.assert_allclose(c.mistuning.half_range, [15 / 200])
+
+
+@pytest.mark.parametrize("path", INPUTS, ids=lambda p: p.stem)
+def test_the_inputs_that_come_along_are_valid(path):
+    runs = config.load_runs(path)
+    assert all(run.output.startswith(f"results/{path.stem}") for run in runs)
+    assert len({run.output for run in runs}) == len(runs)
+
+
+def test_table2_is_the_papers_in_reversed_order():
+    c = load(next(p for p in INPUTS if p.stem == "table2"))
+    paper = [2.0701, 2.0627, 2.0695, 2.1683, 2.0809, 2.1421]
+    paper += [2.1164, 2.0166, 2.1256, 2.0328, 2.0391, 2.1193]
+    np.testing.assert_allclose(c.mistuning.pattern_gpa, 100 * np.array(paper[::-1]), rtol=1e-12)
+
+
+def test_a_configuration_cannot_be_changed():
+    with pytest.raises(ValidationError, match="frozen"):
+        Config().casing.n_bumps = 3
+
+
+# --- there and back -----------------------------------------------------------------------------
+
+
+def test_effective_configuration_has_every_key():
+    text = Config().to_yaml()
+    for key in config.key_table():
+        assert f"{key.path.rsplit('.', 1)[-1]}:" in text
+
+
+@settings(max_examples=60)
+@given(
+    clearance=st.floats(0, 1e4),
+    step=st.floats(1e-300, 1e-2, exclude_min=True),
+    levels=st.lists(st.floats(0, 100, exclude_max=True), min_size=1, max_size=5),
+    seed=st.integers(0, 2**63 - 1),
+    output=st.text(min_size=1, max_size=20).filter(lambda x: x.isprintable() and "." not in x),
+    stop=st.booleans(),
+)
+@example(0.1, 1e-6, [1.0], 0, "1e-6", True)
+@example(0.1, 1e-6, [1.0], 0, "null", True)
+@example(0.1, 1e-6, [1.0], 0, "- a: [b] # &c", True)
+def test_to_yaml_and_back_is_the_same(clearance, step, levels, seed, output, stop):
+    c = Config.model_validate(
+        {
+            "output": output,
+            "casing": {"clearance_mm": clearance},
+            "time": {"step_s": step},
+            "mistuning": {"half_range_percent": levels, "seed": seed},
+            "convergence": {"stop_when_converged": stop},
+        }
+    )
+    assert read(c.to_yaml()) == c
+
+
+def test_differences_name_key_and_both_values():
+    a = read("output: a.h5\ncasing: {n_bumps: 4}")
+    b = read("output: b.h5\ncasing: {n_bumps: 3}\nmistuning: {half_range_percent: [1, 2.5]}")
+    assert config.differences(a, a) == []
+    assert config.differences(a, b) == [
+        "casing.n_bumps: 4 in the file, 3 asked for",
+        "mistuning.half_range_percent: [1.0, 2.0, 3.0, 4.0] in the file, [1.0, 2.5] asked for",
+    ]
+
+
+# --- files and overrides ------------------------------------------------------------------------
+
+
+def test_load_names_the_output_after_the_input(tmp_path):
+    path = tmp_path / "my disk.yaml"
+    path.write_text("study: contact\n")
+    assert load(path).output == "results/my disk.h5"
+    assert load(path, ["output=x.h5"]).output == "x.h5"
+
+
+def test_overrides_replace_keys(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("study: contact\ncasing: {n_bumps: 4}\n")
+    c = load(
+        path,
+        [
+            "casing.n_bumps=3",
+            "disk.blade.lean_deg=-1e1",
+            "mistuning.half_range_percent=[1, 2]",
+            "convergence.stop_when_converged=true",
+            "reduction.basis=per_sample",
+        ],
+    )
+    assert c.casing.n_bumps == 3
+    assert c.disk.blade.lean_deg == -10
+    assert c.mistuning.half_range_percent == (1, 2)
+    assert c.convergence.stop_when_converged
+    assert c.reduction.basis == "per_sample"
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("casing.n_bumps", "override 'casing.n_bumps' is not of the form key.path=value"),
+        ("=3", "override '=3' is not of the form key.path=value"),
+        ("casing..n_bumps=3", "is not of the form key.path=value"),
+        ("study.x=3", "override 'study.x=3': study is not a section"),
+        ("casing={n_bumps: 3}", "give one key at a time"),
+        ("casing.n_bumps=[1", "override 'casing.n_bumps=[1': line 1, column 3: expected"),
+        ("casing.n_bumps=", "casing.n_bumps: null is not a whole number from 1 up to 1,000"),
+        ("casing.n_bump=3", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
+    ],
+)
+def test_wrong_overrides(tmp_path, override, message):
+    path = tmp_path / "a.yaml"
+    path.write_text("study: contact\n")
+    with pytest.raises(InputError) as caught:
+        load(path, [override])
+    assert message in str(caught.value)
+    assert str(caught.value).startswith(f"{path}: ")
+
+
+def test_unreadable_files(tmp_path):
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"\xff\xfe\x80 not text")
+    long = tmp_path / "long.yaml"
+    long.write_text("#" * (MAX_CHARACTERS + 1))
+    for path, reason in [
+        (tmp_path / "none.yaml", "cannot be read (No such file or directory)"),
+        (tmp_path, "cannot be read (Is a directory)"),
+        (binary, "cannot be read (not a UTF-8 text file)"),
+        (long, "longer than the 100,000 characters allowed for an input"),
+        ("nul\0.yaml", "cannot be read"),
+    ]:
+        with pytest.raises(InputError) as caught:
+            load(path)
+        assert reason in str(caught.value)
+        assert str(caught.value).isprintable()
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+WRONG = [
+    # unknown keys
+    ("casing: {n_bump: 3}", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
+    ("n_bumps: 3", "n_bumps: unknown key; did you mean casing.n_bumps?"),
+    ("disk: {n_bumps: 3}", "disk.n_bumps: unknown key; did you mean casing.n_bumps?"),
+    ("time: {step: 1}", "time.step: unknown key; did you mean time.step_s?"),
+    ("disk: {blade: {lean: 1}}", "disk.blade.lean: unknown key; did you mean disk.blade.lean_deg?"),
+    ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
+    # types
+    ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
+    ("casing: {n_bumps: 3.5}", "casing.n_bumps: 3.5 is not a whole number"),
+    ("casing: {n_bumps: '5'}", "casing.n_bumps: '5' is not a whole number"),
+    ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10,000"),
+    ("casing: {clearance_mm: yes}", "casing.clearance_mm: 'yes' is not a number"),
+    ("casing: {clearance_mm: false}", "casing.clearance_mm: false is not a number"),
+    ("casing: {clearance_mm: [1]}", "casing.clearance_mm: [1] is not a number"),
+    ("casing: {clearance_mm: {a: 1}}", "casing.clearance_mm: a section is not a number"),
+    ("casing: {clearance_mm: }", "casing.clearance_mm: null is not a number"),
+    ("time: {step_s: 12:30}", "time.step_s: '12:30' is not a number"),
+    ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
+    ("convergence: {stop_when_converged: 1}", "stop_when_converged: 1 is not true or false"),
+    ("output: 3", "output: 3 is not a file name"),
+    ('output: ""', "output: '' is not a file name"),
+    ('output: "."', "output: '.' is not a file name"),
+    ('output: "/"', "output: '/' is not a file name"),
+    ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
+    ('sources: ["."]', "sources[0]: '.' is not a file name"),
+    ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
+    ("disk: {blade: [1]}", "disk.blade: [1] is not a section with keys such as n_elements"),
+    ("casing:", "casing: null is not a section"),
+    # ranges
+    ("disk: {blade: {thickness_mm: -3}}", "disk.blade.thickness_mm: -3 is not a number above 0"),
+    ("disk: {ring_thickness_mm: 0}", "disk.ring_thickness_mm: 0 is not a number above 0"),
+    ("disk: {n_blades: 1}", "disk.n_blades: 1 is not a whole number from 2"),
+    ("disk: {blade: {lean_deg: 90}}", "disk.blade.lean_deg: 90 is not a number above -90"),
+    ("material: {damping_ratio: 1}", "damping_ratio: 1 is not a number above 0 and below 1"),
+    ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
+    ("time: {step_s: .inf}", "time.step_s: '.inf' is not a number"),
+    ("time: {step_s: 1e999}", "time.step_s: inf is not a number"),
+    ("mistuning: {samples: 0}", "mistuning.samples: 0 is not a whole number from 1"),
+    ("mistuning: {seed: -1}", "mistuning.seed: -1 is not a whole number from 0"),
+    ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
+    ("mistuning: {half_range_percent: 3}", "mistuning.half_range_percent: 3 is not a list"),
+    (
+        "mistuning: {half_range_percent: [1, 100]}",
+        "mistuning.half_range_percent[1]: 100 is not a number from 0 and below 100",
+    ),
+    ("convergence: {percentiles: [1, 101]}", "convergence.percentiles[1]: 101 is not a number"),
+    # choices
+    ("study: wrong", "study: 'wrong' is not one of contact, modal"),
+    ("contact: {kinematics: smal}", "contact.kinematics: 'smal' is not one of small, polar"),
+    ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
+    ("reduction: {basis: none}", "reduction.basis: 'none' is not one of tuned, per_sample"),
+    # keys that do not fit together
+    ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
+    ("disk: {inner_radius_mm: 200}", "disk.inner_radius_mm: 200.0 is not below disk.hub_radius"),
+    ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
+    ("speeds: {from_hz: 36}", "speeds.to_hz: 35.5 is below speeds.from_hz, 36.0: no speeds"),
+    ("speeds: {step_hz: 1e-6}", "speeds.step_hz: 1e-06 gives 2,000,001 speeds; at most 100,000"),
+    ("steady_state: {max_time_s: 0.4}", "steady_state.max_time_s: 0.4 is below steady_state.first"),
+    ("convergence: {percentiles: [50, 1]}", "percentiles: [50.0, 1.0] are not increasing"),
+    (
+        "mistuning: {pattern_gpa: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
+        "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
+    ),
+    (
+        f"mistuning: {{pattern_gpa: {TWELVE.replace('215', '420')}}}",
+        "mistuning.pattern_gpa: a modulus deviates by 100 % from material.young_modulus_gpa",
+    ),
+    (
+        f"mistuning: {{samples: 2, pattern_gpa: {TWELVE}}}",
+        "mistuning.samples: 2 cannot be combined with mistuning.pattern_gpa",
+    ),
+    (
+        f"mistuning: {{half_range_percent: [3], pattern_gpa: {TWELVE}}}",
+        "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern_gpa",
+    ),
+    ("mistuning: {pattern_gpa: [a, b, c]}", "mistuning.pattern_gpa[0]: 'a' is not a number above"),
+    ("mistuning: {pattern_gpa: 210}", "mistuning.pattern_gpa: 210 is not a list of 2 to 200"),
+    # YAML
+    ("", "no keys found"),
+    ("- study: contact", "no keys found"),
+    ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
+    ("casing: {n_bumps: 3", "line 1, column 20: expected ',' or '}'"),
+    ("1: 2", "line 1, column 1: a key must be a plain name"),
+    ("? [a]\n: 2", "line 1, column 3: a key must be a plain name"),
+    ("output: a.PNG", "output: 'a.PNG' ends as the figures and logs beside a result file do"),
+    ("casing: &a {n_bumps: 3}", "line 1, column 9: anchors (&) and aliases (*) are not supported"),
+    ("disk: *a", "line 1, column 7: anchors (&) and aliases (*) are not supported"),
+    ("study: !!python/name:os.system", "line 1, column 8: tags (tag:yaml.org,2002:python"),
+    ("disk: " + "[" * 50_000, "nested deeper than 10 levels"),
+    ("study: contact\n---\nstudy: contact", "expected a single document"),
+    ("study: \x07", "not YAML: unacceptable character"),
+    ("mistuning: {seed: " + "9" * 5000 + "}", "not YAML: Exceeds the limit"),
+    ("a" * (MAX_CHARACTERS + 1), "longer than the 100,000 characters"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG, ids=[text[:40] for text, _ in WRONG])
+def test_wrong_inputs(text, message):
+    assert message in error_of(text)
+
+
+def test_more_errors_are_counted():
+    assert error_of("disk: {n_blades: 1}\ntime: {step_s: 0}\nx: 1").endswith("(and 2 more)")
+
+
+def test_not_a_number_from_python_is_refused():
+    for value in (float("nan"), float("inf")):
+        with pytest.raises(ValidationError):
+            config.Time(step_s=value)

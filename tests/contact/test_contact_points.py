@@ -1,0 +1,70 @@
+"""More contact points than blades: the kernel works on points, and knows of no blades.
+
+Every blade of a small disk touches at its tip and at the node before it. Truth: dense central
+differences whose contact forces are found by trying all sets of contacts, as in `test_kernel`.
+"""
+
+import numpy as np
+import pytest
+
+from hpcrub.config import schema as config
+from hpcrub.model.reduction import craig_bampton, mistuned_modes
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import cut_revolution, run_sweep
+from hpcrub.studies import problem as study
+from tests.contact.test_kernel import march, textbook
+from tests.truth.disk import make_disk, reference_scene
+
+N_BLADES, SPEED = 4, 34.0
+APART = 0.03  # [rad] from the tip to the second point
+DEVIATION = np.array([-0.03, 0.02, 0.04, -0.01])
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    tuned = make_disk(n_blades=N_BLADES, blade={"n_elements": 3})
+    before = tuned.blade_dof[:, -6:-4]
+    two = tuned._replace(
+        contact_dof=np.vstack([tuned.contact_dof, before]),
+        contact_angle=np.concatenate([tuned.contact_angle, tuned.contact_angle - APART]),
+        contact_radius=np.concatenate([tuned.contact_radius, tuned.contact_radius]),
+    )
+    return craig_bampton(two, 0)
+
+
+def scene_of(reduced, **changes):
+    points = {name: getattr(reduced, name) for name in ("contact_angle", "contact_radius")}
+    return reference_scene(**(points | {"scheme": "central_difference"} | changes))
+
+
+def test_two_points_a_blade_are_the_textbook_scheme(reduced):
+    modes, scene = mistuned_modes(reduced, DEVIATION), scene_of(reduced)
+    assert modes.radial.shape == (2 * N_BLADES, 4 * N_BLADES)
+    history, _ = march(modes, scene, [SPEED], n_blocks=2, width=8)
+    tips, forces = textbook(reduced, modes, scene, SPEED, len(history))
+    touches = forces.reshape(len(tips), -1, 2, N_BLADES).any(axis=1)  # tip or second point
+    assert touches.all(axis=1).any()  # both points of a blade at once
+    assert np.abs(history[:, :, 0] - tips).max() < 1e-9 * np.abs(tips).max()
+
+
+def test_a_sweep_looks_at_all_points(reduced):
+    """Largest |u_t| of any point in the records of the second of two revolutions."""
+    modes = mistuned_modes(reduced, DEVIATION)
+    steady = SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=2.0 / SPEED)
+    scene = scene_of(reduced, step=1.0 / (1500 * SPEED), steady=steady)
+    grid = cut_revolution(SPEED, scene)
+    n_steps = grid.steps_per_revolution
+    result = run_sweep(modes, scene, [SPEED])
+    tips, _ = textbook(reduced, modes, scene, SPEED, 2 * n_steps, n_steps)
+    assert result.time == pytest.approx(2.0 / SPEED)
+    recorded = tips[n_steps + grid.stride - 1 :: grid.stride]
+    assert result.amplitude == pytest.approx(np.abs(recorded).max(), rel=1e-6)
+
+
+def test_every_point_keeps_its_radius(monkeypatch):
+    """In the scene of a study, too, should a disk ever have unequal ones."""
+    radii = np.linspace(0.4, 0.5, 12)
+    made = make_disk()._replace(contact_radius=radii)
+    monkeypatch.setattr(study, "build_disk", lambda *arguments: made)
+    scene = study.build_problem(config.Config()).scene
+    np.testing.assert_array_equal(np.broadcast_to(scene.contact_radius, 12), radii)

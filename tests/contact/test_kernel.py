@@ -1,0 +1,291 @@
+"""The contact kernel against implementations that share no code with it.
+
+Theory: in mass-normalised modes of the reduced model, central differences on M ü + D u̇ + K u = F
+are diagonal; in the model's own coordinates they read (M/h² + D/2h) u_{n+1} = F + (2M/h² − K) u_n
+− (M/h² − D/2h) u_{n−1}. Both are the same scheme, so they agree to rounding as long as rounding is
+not amplified (some hundred steps). The multipliers solve a linear complementarity problem, here
+found by trying all sets of contacts.
+"""
+
+import itertools
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hpcrub.contact import kernel, scheme
+from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.model import casing
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import history as histories
+from hpcrub.response.sweep import Grid, Scene, cut_revolution
+from tests.program import ROOT
+from tests.truth.disk import reference_reduced, reference_scene
+
+SPEEDS = np.array([33.5, 34.0, 34.5])
+REVOLUTION = 1500  # steps
+
+
+def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
+    """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
+    grid = Grid(revolution, scene.n_bumps, 1)
+    bank = scheme.allocate(modes, scene, grid, width)
+    for lane in range(width):
+        scheme.empty_lane(bank, lane)
+    for lane, speed in enumerate(speeds):
+        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
+    n_points, n_steps = len(bank.contact.stiffness), grid.steps_per_block
+    bank = bank._replace(
+        record=kernel.Record(
+            aligned_zeros((n_blocks * n_steps * n_points, width)),
+            aligned_zeros((n_blocks * n_points, width)),
+        )
+    )
+    kernel.march((0,) * width, *bank, n_blocks, 0, 1)
+    history = bank.record.history.reshape(n_blocks * n_steps, n_points, width)
+    return history[:, : len(modes.radial), : len(speeds)], bank
+
+
+def all_contact_sets(W, depth):
+    """Multipliers of a linear complementarity problem by trying every set of contacts."""
+    deep = np.flatnonzero(depth > -1e-4)
+    for size in range(len(deep) + 1):
+        for chosen in itertools.combinations(deep, size):
+            lam = np.zeros(len(depth))
+            if size:
+                lam[list(chosen)] = np.linalg.solve(W[np.ix_(chosen, chosen)], depth[list(chosen)])
+            if lam.min() >= 0.0 and (depth - W @ lam).max() <= 1e-18:
+                return lam
+    raise AssertionError("no contact set fits")
+
+
+def contact_of(scene, u, angle, grown):
+    """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force.
+
+    Polar: the tip is at (R + u_r, u_t) in the frame of its nominal place, its normal is along that.
+    """
+    n_c = len(scene.contact_angle)
+    outward, x, y = u[:n_c], np.ones(n_c), np.zeros(n_c)
+    if scene.kinematics == "polar":
+        x, y = scene.contact_radius + u[:n_c], u[n_c : 2 * n_c]
+        angle = angle + np.arctan2(y, x)
+        outward = np.hypot(x, y) - scene.contact_radius
+    depth = outward + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
+    cosine, sine = np.diag(x / np.hypot(x, y)), np.diag(y / np.hypot(x, y))
+    elsewhere = np.zeros((n_c, len(u) - 2 * n_c))
+    normal = np.hstack([cosine, sine, elsewhere])
+    along = np.hstack([-sine, cosine, elsewhere])
+    return depth - scene.clearance, normal, -(normal + scene.friction * along)
+
+
+def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
+    """Dense central differences with contact.
+
+    Returns u_t (steps, n_c) and the forces on the tips (steps, 2, n_c), outward and towards +θ.
+    """
+    h = 1.0 / (speed * revolution)
+    omega_bar = reduced.mass @ modes.shapes
+    M = reduced.mass
+    K = omega_bar @ np.diag(modes.omega**2) @ omega_bar.T
+    D = omega_bar @ np.diag(2.0 * scene.damping_ratio * modes.omega) @ omega_bar.T
+    A = np.linalg.inv(M / h**2 + D / (2.0 * h))
+    n_c = len(scene.contact_angle)
+    u, u_before, tips, forces = np.zeros(len(M)), np.zeros(len(M)), [], []
+    for step in range(1, n_steps + 1):
+        free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
+        angle = scene.contact_angle + 2.0 * np.pi * step / revolution
+        grown = casing.growth(step * h, scene.growth_time)
+        depth, normal, force = contact_of(scene, free, angle, grown)
+        f = np.zeros(len(M))
+        if depth.max() > 0.0:
+            f = force.T @ all_contact_sets(-normal @ A @ force.T, depth)
+        u, u_before = free + A @ f, u
+        tips.append(u[n_c : 2 * n_c])
+        forces.append(f[: 2 * n_c].reshape(2, n_c))
+    return np.array(tips), np.array(forces)
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return reference_reduced()
+
+
+@pytest.fixture(scope="module")
+def mistuned(reduced):
+    order = [3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]
+    return mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)[order])
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics):
+    scene = reference_scene(kinematics=kinematics)
+    history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=8)
+    for lane, speed in enumerate(SPEEDS):
+        tips, forces = textbook(reduced, mistuned, scene, speed, len(history))
+        contacts = forces[:, 0] != 0.0
+        assert contacts.any(axis=0).sum() >= 4
+        assert contacts.sum(axis=1).max() >= 3
+        assert np.abs(history[:, :, lane] - tips).max() < 1e-9 * np.abs(tips).max()
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned, kinematics):
+    scene = reference_scene(kinematics=kinematics, step=2e-5)
+    grid = cut_revolution(SPEEDS[0], scene)
+    pieces = list(histories.march(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
+    radial, tangential = (
+        np.concatenate([getattr(piece, f"{name}_force")[:, :, 0] for piece in pieces])
+        for name in ("radial", "tangential")
+    )
+    n_steps = len(radial) * grid.stride
+    _, forces = textbook(reduced, mistuned, scene, SPEEDS[0], n_steps, grid.steps_per_revolution)
+    mean = forces.reshape(len(radial), grid.stride, 2, -1).mean(axis=1)
+    assert radial.max() > 100.0  # [N]
+    for found, expected in ((radial, -mean[:, 0]), (tangential, -mean[:, 1])):
+        assert np.abs(found - expected).max() < 1e-7 * radial.max()
+
+
+TWIN = """
+import sys
+import numpy as np
+sys.path.insert(0, {root!r})
+from tests.contact.test_kernel import SPEEDS, march
+from tests.truth.disk import reference_reduced, reference_scene
+from hpcrub.model.reduction import mistuned_modes
+reduced = reference_reduced()
+scene = reference_scene(kinematics={kinematics!r})
+history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 8, 1200)
+np.save({out!r}, history)
+"""
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics):
+    out = tmp_path / "twin.npy"
+    code = TWIN.format(root=str(ROOT), out=str(out), kinematics=kinematics)
+    subprocess.run(
+        [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    )
+    scene = reference_scene(kinematics=kinematics)
+    modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
+    history, _ = march(modes, scene, SPEEDS, 1, 8, 1200)
+    twin = np.load(out)
+    assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
+    assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_lanes_do_not_see_each_other(reduced, mistuned, kinematics):
+    scene = reference_scene(kinematics=kinematics)
+    together, _ = march(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
+    for lane, speed in enumerate(np.linspace(33.5, 36.0, 8)):
+        alone, _ = march(mistuned, scene, [speed], 4, 1)
+        assert np.abs(alone).max() > 1e-5
+        assert np.array_equal(alone[:, :, 0], together[:, :, lane])
+
+
+def step_by_step(bank, scene, n_steps, width):
+    """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
+    table = bank.scheme.bump.copy()
+    bump = aligned_zeros((1, table.shape[1]))
+    one = bank.scheme._replace(bump=bump)
+    for step in range(n_steps):
+        bump[0] = table[step]
+        bank.state.multiplier[:] = 0.0
+        kernel.march((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
+        depth = bank.scheme.radial.T @ bank.state.position
+        depth += bank.state.growth * table[step][:, None] - bank.scheme.clearance
+        yield depth, bank.state.multiplier[:-1]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.15, 0.5])
+@pytest.mark.parametrize("name", ["central_difference", "exact_modal"])
+def test_no_penetration_and_no_tension_after_the_corrector(reduced, mistuned, friction, name):
+    scene = reference_scene(friction=friction, scheme=name)
+    grid = Grid(REVOLUTION, 1, 1)
+    bank = scheme.allocate(mistuned, scene, grid, 8)
+    for lane, speed in enumerate(np.linspace(33.5, 35.25, 8)):
+        scheme.empty_lane(bank, lane)
+        scheme.fill_lane(bank, lane, mistuned, scene, 1.0 / (speed * REVOLUTION))
+    most = 0
+    for depth, force in step_by_step(bank, scene, REVOLUTION, 8):
+        round_off = 84 * np.finfo(float).eps * np.abs(depth).max()  # of a sum over the modes
+        assert depth.max() < round_off
+        assert force.min() >= 0.0
+        assert np.abs(depth[force > 0.0]).max(initial=0.0) < round_off
+        most = max(most, (force > 0.0).sum(axis=0).max())
+    assert most >= 4
+
+
+def one_mode(frequency_hz, damping_ratio):
+    """A mass of 1 kg on a spring, seen by one contact point that moves along both directions."""
+    ones = np.ones((1, 1))
+    omega = 2.0 * np.pi * frequency_hz
+    scene = Scene(np.zeros(1), 1.0, damping_ratio, 1, 0.0, 10.0, 0.01, 0.0)
+    return Modes(np.array([omega]), ones, ones, ones), scene, omega
+
+
+def released(name, n_steps, damping_ratio=0.02):
+    """A mass released from 1 m at rest, over one second of a 5 Hz oscillation: error at its end."""
+    modes, scene, omega = one_mode(5.0, damping_ratio)
+    scene = scene._replace(scheme=name)
+    bank = scheme.allocate(modes, scene, Grid(n_steps, 1, 1), 1)
+    scheme.empty_lane(bank, 0)
+    h = 1.0 / n_steps
+    scheme.fill_lane(bank, 0, modes, scene, h)
+    decay, omega_d = damping_ratio * omega, omega * np.sqrt(1.0 - damping_ratio**2)
+
+    def exact(t):
+        return np.exp(-decay * t) * (np.cos(omega_d * t) + decay / omega_d * np.sin(omega_d * t))
+
+    bank.state.position[0, 0] = 1.0
+    bank.state.increment[0, 0] = 1.0 - exact(-h)
+    kernel.march((0,), *bank, 1, -1, 1)
+    return abs(bank.state.position[0, 0] - exact(1.0))
+
+
+def test_exact_modal_has_no_error_without_contact():
+    assert max(released("exact_modal", n) for n in (17, 100, 10_000)) < 1e-10
+
+
+def test_central_differences_are_of_second_order():
+    steps = np.array([500, 1000, 2000, 4000])
+    errors = [released("central_difference", n) for n in steps]
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 1.95 < order < 2.05
+
+
+def test_both_schemes_meet_at_small_steps():
+    modes, scene, _ = one_mode(5.0, 0.02)
+    small = [
+        scheme.coefficients(name, modes.omega, 0.02, 1e-7)
+        for name in ("central_difference", "exact_modal")
+    ]
+    for a, b in zip(*small, strict=True):
+        assert abs(a - b) <= 1e-12 * abs(a)
+
+
+def test_a_rigid_body_mode_has_finite_coefficients():
+    for name in ("central_difference", "exact_modal"):
+        keep, push = scheme.coefficients(name, np.zeros(1), 0.01, 1e-5)
+        assert keep[0] == 1.0
+        assert abs(push[0] / 1e-10 - 1.0) < 1e-12
+
+
+def test_more_contact_points_than_one_tile(reduced):
+    """25 points: 24 copies of the mass-spring and one that never touches; all must move alike."""
+    modes, scene, omega = one_mode(50.0, 0.01)
+    n = 25
+    eye = np.eye(n)
+    many = Modes(np.full(n, omega), eye, 0.3 * eye, eye)
+    angles = np.zeros(n)
+    angles[-1] = np.pi
+    one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
+    one = modes._replace(tangential=0.3 * modes.tangential)
+    history, _ = march(many, one_scene._replace(contact_angle=angles), [20.0], 1, 8, 4000)
+    alone, _ = march(one, one_scene, [20.0], 1, 8, 4000)
+    assert np.abs(alone).max() > 1e-4
+    for i in range(n - 1):
+        assert np.array_equal(history[:, i], alone[:, 0])

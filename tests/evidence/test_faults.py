@@ -1,0 +1,241 @@
+"""A little of ``make test-faults``, and that its checks can fail."""
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numba
+import pytest
+
+from evidence.faults import files, inputs, job, kills
+from hpcrub.commands import run as cli
+from hpcrub.config import schema as config
+from hpcrub.config.schema import Config
+from hpcrub.contact import jit
+from hpcrub.errors import InputError
+from hpcrub.run.parallel import Team
+from hpcrub.studies import casing, warmup
+from tests.program import ROOT
+
+
+def sound(trials):
+    """Problems of trials, of which there must be some."""
+    trials = list(trials)
+    assert trials
+    return [trial.problem for trial in trials if trial.problem]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("target", ["a process without mpirun", "mpirun"])
+def test_killed_at_random_moments(tmp_path, target):
+    assert sound(kills.killed(tmp_path, target, 1)) == []
+
+
+@pytest.mark.parametrize("target", kills.TARGETS)
+def test_kills_are_spread_over_the_whole_run(target):
+    """Before the first of 64 samples, at most of the samples, and after the last one."""
+    found = kills.moments(13, target, 64)
+    assert len(found) == 13
+    wanted = [n for n, _ in found]
+    assert wanted.count(0) == 3
+    assert wanted.count(64) == 2
+    assert len({n // 8 for n in wanted if 0 < n < 64}) >= 7
+    assert all(0.0 <= share < 1.0 for _, share in found)
+
+
+def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
+    begun = job.Job(tmp_path, "study.yaml")
+    assert begun.until(lambda: job.listens(begun.process.pid, signal.SIGTERM))
+    begun.process.send_signal(signal.SIGTERM)
+    assert begun.wait() == 75
+    assert begun.message() == "hpcrub: stopped: SIGTERM came before anything was begun"
+    assert not begun.result.exists()
+
+
+def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    monkeypatch.setattr(casing, "prepare", lambda cfg: os.kill(os.getpid(), signal.SIGTERM))
+    assert cli.main(["a.yaml"]) == 75
+    assert capfd.readouterr().err == "hpcrub: stopped: SIGTERM came before a.h5 was opened\n"
+    assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_file_that_was_put_back_is_told(capfd):
+    for gone, n_lines in ((False, 0), (True, 1)):
+        file = SimpleNamespace(path="a.h5", close=lambda: None, put_back=lambda gone=gone: gone)
+        cli.close(Team(), file, SimpleNamespace(phase=lambda name: None))
+        err = capfd.readouterr().err
+        assert err.count("hpcrub: a.h5 was removed") == err.count("\n") == n_lines
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    return folder, files.make(folder, ("contact", "cross"))["contact"]
+
+
+def test_damaged_files_are_read_or_refused(made):
+    """Every reader meets every kind of damage."""
+    folder, content = made
+    trials = list(files.harmed_files(folder, {"contact": content}, 1))
+    assert len(trials) == len(files.READERS) * len(files.DAMAGES)
+    assert sound(trials) == []
+
+
+def test_files_that_lie_are_refused(made):
+    assert sound(files.lies(*made, readers=("inspect",))) == []
+
+
+def test_files_without_a_seal_are_refused(made):
+    assert sound(files.seals(*made, readers=("inspect",))) == []
+
+
+@pytest.mark.parametrize("reader", files.READERS)
+def test_every_reader_refuses_a_damaged_file(made, reader):
+    folder, content = made
+    (folder / "cut.h5").write_bytes(content[:-100])
+    found = files.read(folder, reader, "cut.h5", "contact")
+    assert (found.code, found.problem) == (2, "")
+    assert "is truncated" in found.said
+
+
+def test_a_reader_that_crashes_or_raises_is_noticed(made, monkeypatch):
+    folder, _ = made
+    for reader, word in ((lambda *_: 1 / 0, "traceback"), (lambda *_: sys.exit(5), "traceback")):
+        monkeypatch.setitem(files.READERS, "bad", reader)
+        assert word in files.read(folder, "bad", "x", "contact").problem
+    monkeypatch.setitem(files.READERS, "bad", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+    assert files.read(folder, "bad", "x", "contact").code == "SIGKILL"
+
+
+def test_a_spoilt_sample_is_noticed(made, monkeypatch, tmp_path):
+    folder, _ = made
+    expected = job.values(folder / "contact.h5")
+    spoilt = {name: values.copy() for name, values in expected.items()}
+    spoilt["samples/status"][0, 1] = 0
+    monkeypatch.setattr(job, "values", lambda path: spoilt)
+    spoilt["samples/time_s"][0, 1] = 1.0  # not finished: may be anything
+    assert job.damage(tmp_path, expected) == ""
+    spoilt["samples/time_s"][0, 0, 2] = 1.0
+    assert "samples/time_s of a finished sample differs" in job.damage(tmp_path, expected)
+
+
+@pytest.mark.parametrize("name", inputs.OUTPUTS)
+def test_no_output_harms_what_is_there(tmp_path, monkeypatch, capfd, name):
+    inputs.precious(tmp_path / "a")
+    monkeypatch.chdir(tmp_path / "a")
+    before = inputs.contents(tmp_path / "a")
+    arguments = ["study.yaml", "--overwrite", "--no-figures", "--output", inputs.OUTPUTS[name]]
+    allowed = name in inputs.ALLOWED
+    assert cli.main(arguments) == (0 if allowed else 2)
+    if not allowed:
+        assert inputs.contents(tmp_path / "a") == before
+        assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_a_source_is_never_overwritten(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cfg = config.Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
+    with pytest.raises(InputError, match="is one of the sources"):
+        cli.check_output(cfg, SimpleNamespace(resume=False, overwrite=True))
+
+
+@pytest.mark.parametrize("name", inputs.TEXTS)
+def test_no_text_grows_or_runs(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.yaml").write_text(inputs.TEXTS[name], encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        config.load_runs("study.yaml")
+    assert len(str(caught.value)) < 500
+    assert not (tmp_path / "harmed").exists()
+
+
+def test_a_full_disk_behind_the_log_ends_no_study(tmp_path):
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    with open("/dev/full", "w") as full:
+        arguments = [sys.executable, ROOT / "main.py", "a.yaml", "--no-figures"]
+        done = subprocess.run(arguments, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 0
+    assert done.stderr.decode().count("on without it") == 1
+    assert (tmp_path / "a.h5").exists()
+
+
+def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
+    """The second time it comes from the cache; with any of its two files damaged it does not, but
+    the numbers are right, and the time after that it does again."""
+    source = tmp_path / "small.py"
+    source.write_text(
+        "from hpcrub.contact.jit import compiled\n@compiled\ndef f(x):\n    return x + 1.5\n"
+    )
+
+    def comes_from_cache():
+        # every time: numba reads its settings anew when the environment has changed
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+        spec = importlib.util.spec_from_file_location("small", source)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        assert module.f(1.0) == 2.5
+        return sum(module.f.stats.cache_hits.values()) == 1
+
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
+    assert [comes_from_cache(), comes_from_cache()] == [False, True]
+    assert not jit.cache.damaged
+    for pattern in ("*.nbc", "*.nbi"):
+        (entry,) = (tmp_path / "cache").rglob(pattern)
+        content = entry.read_bytes()
+        middle = len(content) // 2
+        for harmed in (
+            content[:middle],
+            content[:middle] + b"\x00\xff" + content[middle + 2 :],
+            b"",
+        ):
+            entry.write_bytes(harmed)
+            assert [comes_from_cache(), comes_from_cache()] == [False, True], pattern
+            assert jit.cache.damaged, pattern
+            jit.cache.damaged = False
+    (entry,) = (tmp_path / "cache").rglob("*.nbi")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
+    entry.unlink()
+    assert not comes_from_cache()  # and it cannot be kept
+    assert jit.cache.lost.endswith("No space left on device")
+
+
+def test_a_folder_of_compiled_code_that_cannot_be_written_is_told_once(
+    tmp_path, monkeypatch, capfd
+):
+    """For all ranks by rank 0, whichever of them it is that cannot."""
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setattr(warmup, "_load", lambda config: None)
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert jit._cache_folder() == ""
+    assert "Not a directory" in jit.cache.lost
+    team = Team()
+    warmup.warm_up(team, Config())
+    err = capfd.readouterr().err
+    assert err.count("\n") == err.count("compiled code cannot be kept on 1 of 1 ranks") == 1
+    assert "XDG_CACHE_HOME=" in err
+    team.size, team.gather = 3, lambda own: ["", jit.cache.lost, ""]
+    team.bcast = lambda value: value
+    warmup.warm_up(team, Config())
+    assert "cannot be kept on 1 of 3 ranks" in capfd.readouterr().err
+    team.rank = 2
+    team.gather = team.on_root = lambda *_: None
+    warmup.warm_up(team, Config())
+    assert capfd.readouterr().err == ""
+
+
+def test_damaged_compiled_code_is_told(monkeypatch, capfd):
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=True))
+    monkeypatch.setattr(warmup, "_load", lambda config: None)
+    warmup.warm_up(Team(), Config())
+    assert capfd.readouterr().err.count("damaged compiled code in") == 1

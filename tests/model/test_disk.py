@@ -1,0 +1,239 @@
+"""The assembled disk: geometry, rigid-body motions, cyclic symmetry, reference frequencies.
+
+A rigid motion of the whole disk (translation, rotation) strains no blade. Without spokes it
+strains nothing, but for the ring's translation, which cubic functions follow only to a fitted
+order. A tuned disk is the same after a turn by one sector: its stiffness is block-circulant and
+all frequencies are double but those of 0 and N/2 nodal diameters.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from hpcrub.model.disk import build_disk
+from hpcrub.studies.modal import displacements
+from tests.truth.disk import MATERIAL, disk_section, make_disk, reference_disk
+
+# Reference values of an independent implementation of the same equations and geometry.
+REFERENCE_HZ = [90.1212, 90.5767, 90.5767, 91.5801, 91.5801, 91.6116, 92.5558, 92.5558]
+REFERENCE_HZ += [93.2003, 93.2003, 93.2267, 93.2267]
+
+
+def frequencies_hz(disk):
+    return np.sqrt(eigh(disk.stiffness, disk.mass, eigvals_only=True)) / (2 * np.pi)
+
+
+def rigid_motions(disk, n_elements):
+    """Translations along x and y and rotation by 1 rad, on the dof of the disk, (3, n)."""
+    n_blades, per_sector = len(disk.blade_dof), 5 + 3 * n_elements
+    points, R_h = disk.points, 0.2
+    motions = np.zeros((3, n_blades, per_sector))
+    for i, nodes in enumerate(points.blades):
+        root, tip = points.frame[nodes[0]], points.frame[nodes[-1]]
+        for motion, angle in ((0, 0.0), (1, np.pi / 2)):
+            u, v = np.cos(angle - root), np.sin(angle - root)
+            motions[motion, i, :5] = u, v / R_h, v, -u / R_h, 0
+            motions[motion, i, 5::3] = np.cos(angle - tip)
+            motions[motion, i, 6::3] = np.sin(angle - tip)
+        x, y = points.position[nodes[1:]].T
+        motions[2, i, 2] = R_h
+        motions[2, i, 5::3] = -y * np.cos(tip) + x * np.sin(tip)
+        motions[2, i, 6::3] = y * np.sin(tip) + x * np.cos(tip)
+        motions[2, i, 7::3] = 1
+    return motions.reshape(3, -1)
+
+
+def test_a_motion_to_draw_is_in_x_and_y():
+    """Clamped nodes stand still; the largest displacement is 1."""
+    disk = reference_disk()
+    moved = displacements(disk.points, rigid_motions(disk, 5).T)
+    free = (disk.points.dof[:, 0] >= 0)[:, None]
+    x, y = disk.points.position.T / 0.5
+    for found, expected in zip(moved, ([1, 0], [0, 1], np.column_stack([-y, x])), strict=True):
+        np.testing.assert_allclose(found, expected * free, atol=1e-12)
+
+
+def blade_masses(disk):
+    lengths = np.linalg.norm(np.diff(disk.points.position[disk.points.blades], axis=1), axis=2)
+    return lengths, 7800 * 0.1 * 13.44e-3 * lengths
+
+
+def test_frequencies_are_the_reference_values_to_the_last_digit():
+    f = frequencies_hz(reference_disk())
+    assert len(f) == 240
+    np.testing.assert_allclose(f[:12], REFERENCE_HZ, atol=5.1e-5)
+    np.testing.assert_allclose(f[12:14], [540.28, 561.93], atol=5.1e-3)
+
+
+def test_matrices_are_symmetric_and_positive_definite():
+    disk = reference_disk()
+    for matrix in (disk.mass, disk.stiffness):
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
+        np.linalg.cholesky(matrix)
+
+
+def test_tip_is_at_its_nominal_angle_and_root_behind_by_the_lean():
+    section, disk = disk_section(), reference_disk()
+    points = disk.points
+    np.testing.assert_allclose(disk.contact_angle, 2 * np.pi * np.arange(12) / 12)
+    np.testing.assert_allclose(disk.contact_radius, 0.5)
+    root, tip = (points.position[points.blades[:, end]] for end in (0, -1))
+    nominal = np.column_stack([np.cos(disk.contact_angle), np.sin(disk.contact_angle)])
+    np.testing.assert_allclose(tip, 0.5 * nominal, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.norm(root, axis=1), 0.2)
+
+    def angle(vectors):
+        return np.arctan2(vectors[:, 1], vectors[:, 0])
+
+    lean = np.angle(np.exp(1j * (angle(tip - root) - angle(root))))
+    np.testing.assert_allclose(lean, section.blade.lean)
+
+
+def test_bow_lies_to_the_left_of_the_chord():
+    points = make_disk(blade={"n_elements": 4, "bow": 0.1}).points
+    for nodes in points.blades:
+        root, quarter, middle, _, tip = points.position[nodes]
+        along = (tip - root) / np.linalg.norm(tip - root)
+        left = np.array([-along[1], along[0]])
+        chord = np.linalg.norm(tip - root)
+        assert (middle - root) @ along == pytest.approx(chord / 2)
+        assert (middle - root) @ left == pytest.approx(0.1 * chord)
+        assert (quarter - root) @ left == pytest.approx(0.075 * chord)
+
+
+def test_a_forward_leaned_tip_moves_forward_and_inward():
+    """u_r and u_t couple: the tip swings about its root, at right angles to the chord."""
+    disk = make_disk(blade={"bow": 0.0})
+    _, shapes = eigh(disk.stiffness, disk.mass, subset_by_index=[0, 0])
+    u_r, u_t = shapes[disk.contact_dof[0], 0]
+    root, tip = disk.points.position[disk.points.blades[0][[0, -1]]]
+    slope = (tip - root)[1] / (tip - root)[0]
+    assert slope > 0
+    assert u_r / u_t == pytest.approx(-slope, rel=0.05)
+
+
+def test_mirrored_disk_mirrors_its_motion():
+    disk = reference_disk()
+    mirrored = make_disk(blade={"lean": -np.radians(45.41), "bow": 0.0459})
+    np.testing.assert_allclose(frequencies_hz(mirrored), frequencies_hz(disk), rtol=1e-8)
+    for d, sign in ((disk, -1), (mirrored, 1)):
+        _, shapes = eigh(d.stiffness, d.mass, subset_by_index=[0, 0])
+        assert np.sign(np.prod(shapes[d.contact_dof[0], 0])) == sign
+
+
+@pytest.mark.parametrize("n_elements", [1, 5])
+def test_rigid_motion_strains_no_blade(n_elements):
+    disk = make_disk(blade={"n_elements": n_elements})
+    motions = rigid_motions(disk, n_elements)
+    for dof, stiffness in zip(disk.blade_dof, disk.blade_stiffness, strict=True):
+        assert np.linalg.matrix_rank(stiffness, tol=1e-9 * stiffness.max()) == len(dof) - 3
+        np.testing.assert_allclose(motions[:, dof] @ stiffness, 0, atol=1e-8 * stiffness.max())
+
+
+def test_unclamped_disk_moves_and_turns_freely():
+    disk = make_disk(spoke_thickness=1e-30)
+    motions = rigid_motions(disk, 5)
+    energy, inertia = (
+        np.einsum("kn,nm,km->k", motions, matrix, motions) for matrix in (disk.stiffness, disk.mass)
+    )
+    hz = np.sqrt(np.maximum(energy, 0) / inertia) / (2 * np.pi)
+    assert hz[:2].max() < 1.5  # of 90: cubic functions on 12 arcs of 30 degrees
+    assert hz[2] < 1e-3
+
+
+def test_a_rigid_motion_strains_the_clamped_spokes_alone():
+    """Each as a cantilever whose end goes by u, v and turns by w:
+    2 E = 6/5 EA u²/L + EI (12 v² − 12 v w L + 4 w² L²)/L³, stretched as 3x² − 2x³, x = 0 ... 1.
+    Of translations, u and v are cosines and sines, whose squares add up to 6."""
+    disk = make_disk(ring_thickness=1e-30)  # the ring's translation is not exact
+    length, area = 0.2 - 0.1699, 0.1 * 7.23e-3
+    axial = 1.2 * 2.1e11 * area / length
+    bending = 2.1e11 * area * 7.23e-3**2 / 12 / length**3
+    motions = rigid_motions(disk, 5)
+    energy = np.einsum("kn,nm,km->k", motions, disk.stiffness, motions)
+    moved = 6 * axial + 6 * 12 * bending
+    turned = 12 * bending * (12 * 0.2**2 - 12 * 0.2 * length + 4 * length**2)
+    np.testing.assert_allclose(energy, [moved, moved, turned], rtol=1e-7)
+
+
+def test_energy_of_the_unclamped_moving_disk_falls_with_order_four():
+    n_blades = np.array([24, 48, 96])
+    energy = []
+    for n in n_blades:
+        disk = make_disk(
+            n_blades=n, ring_thickness=0.1, spoke_thickness=1e-30, blade={"n_elements": 1}
+        )
+        move = rigid_motions(disk, 1)[0]
+        energy.append(move @ disk.stiffness @ move)
+    assert np.polyfit(np.log(1 / n_blades), np.log(energy), 1)[0] == pytest.approx(4, abs=0.15)
+
+
+def test_mass_of_the_unclamped_disk():
+    disk = make_disk(spoke_thickness=1e-30)
+    motions = rigid_motions(disk, 5)
+    inertia = motions @ disk.mass @ motions.T
+    lengths, masses = blade_masses(disk)
+    ring = 7800 * 0.1 * 13.39e-3 * 2 * np.pi * 0.2
+    total = masses.sum() + ring  # of the ring, cubic functions weigh 1e-4 too little
+    np.testing.assert_allclose(inertia[:2, :2], np.eye(2) * total, atol=1e-4 * total)
+    ends = disk.points.position[disk.points.blades]
+    middle = np.linalg.norm((ends[:, 1:] + ends[:, :-1]) / 2, axis=2)
+    polar = np.sum(masses * (middle**2 + lengths**2 / 12)) + ring * 0.2**2
+    assert inertia[2, 2] == pytest.approx(polar)
+
+
+def test_blade_on_a_rigid_disk_is_a_cantilever():
+    disk = make_disk(
+        blade={"n_elements": 8, "lean": 0.0, "bow": 0.0}, ring_thickness=0.5, spoke_thickness=5.0
+    )
+    area, inertia = 0.1 * 13.44e-3, 0.1 * 13.44e-3**3 / 12
+    omega = 1.87510407**2 * np.sqrt(2.1e11 * inertia / (7800 * area * 0.3**4))
+    np.testing.assert_allclose(frequencies_hz(disk)[:12], omega / (2 * np.pi), rtol=1e-3)
+
+
+def test_tuned_disk_is_the_same_after_a_turn_by_one_sector():
+    disk = reference_disk()
+    for matrix in (disk.mass, disk.stiffness):
+        turned = np.roll(matrix, (20, 20), axis=(0, 1))
+        np.testing.assert_allclose(turned, matrix, atol=1e-13 * np.abs(matrix).max())
+
+
+def test_all_frequencies_are_double_but_those_of_0_and_6_diameters():
+    f = frequencies_hz(reference_disk())
+    shifted = np.diff(f) / f[1:] < 1e-8
+    assert shifted.sum() == 20 * 5  # 20 dof a sector; 5 of 7 nodal diameters are double
+
+
+@pytest.mark.parametrize("n_blades", [2, 3, 13, 96])
+@pytest.mark.parametrize("n_elements", [1, 2])
+def test_any_number_of_blades_and_elements(n_blades, n_elements):
+    disk = make_disk(n_blades=n_blades, blade={"n_elements": n_elements})
+    n_dof = n_blades * (5 + 3 * n_elements)
+    assert disk.mass.shape == disk.stiffness.shape == (n_dof, n_dof)
+    assert sorted(disk.points.dof[disk.points.dof >= 0]) == sorted(
+        np.concatenate(
+            [disk.blade_dof[:, [0, 2]].ravel(), *disk.blade_dof[:, 3::3], *disk.blade_dof[:, 4::3]]
+        )
+    )
+    np.linalg.cholesky(disk.stiffness)
+    np.linalg.cholesky(disk.mass)
+    assert disk.contact_dof.shape == (n_blades, 2)
+
+
+def test_contact_dof_are_the_tips():
+    disk = reference_disk()
+    np.testing.assert_array_equal(disk.points.dof[disk.points.blades[:, -1]], disk.contact_dof)
+    np.testing.assert_allclose(disk.points.frame[disk.points.blades[:, -1]], disk.contact_angle)
+
+
+def test_chord_that_misses_the_tip_circle_is_refused():
+    with pytest.raises(ValueError, match="does not reach the tip circle"):
+        make_disk(hub_radius=0.6, inner_radius=0.5)
+
+
+def test_material_scales_frequencies():
+    stiffer = SimpleNamespace(young_modulus=4 * MATERIAL.young_modulus, density=MATERIAL.density)
+    f = frequencies_hz(build_disk(disk_section(), stiffer))
+    np.testing.assert_allclose(f[:14], 2 * frequencies_hz(reference_disk())[:14], rtol=1e-8)

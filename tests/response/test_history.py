@@ -1,0 +1,212 @@
+"""Whole histories: the same steps as the sweep, and forces that balance the motion.
+
+In a steady motion the mean acceleration and the mean velocity of every mode vanish, so that
+omega_k^2 mean(q_k) = mean modal force: the forces are summed step by step, the coordinates are
+records, and nothing but the equation of motion connects them.
+"""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.contact import reasons
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import blade_stiffness, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.steady import localisation
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
+from hpcrub.results.layout import DIVERGED, STEADY
+from hpcrub.studies import branches, energy, interaction_map, time_response
+from hpcrub.studies.problem import build_problem
+from tests.program import TINY
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return build_problem(Config.from_yaml(TINY))
+
+
+@pytest.fixture(scope="module")
+def modes(problem):
+    return mistuned_modes(problem.reduced, np.zeros(12))
+
+
+@pytest.fixture(scope="module")
+def mistuned(problem):
+    return mistuned_modes(problem.reduced, stiffness_deviation(5, 0, 0, 12, 0.04))
+
+
+def whole(modes, scene, speeds, duration, motion=None):
+    """Time, modal coordinates and radial forces of a march, (T, ..., S)."""
+    pieces = list(history.march(modes, scene, speeds, duration, motion))
+    return [
+        np.concatenate([getattr(piece, name) for piece in pieces])
+        for name in ("time", "position", "radial_force")
+    ]
+
+
+def test_same_steps_as_the_sweep(problem, mistuned):
+    speeds = np.array([34.0, 34.2])
+    motion = Motion.at_rest(2, len(mistuned.omega))
+    result = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    for s in range(2):
+        time, q, _ = whole(mistuned, problem.scene, speeds, result.time[s])
+        tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, s])
+        last = time[:, s] <= result.time[s] * (1 + 1e-9)
+        first = time[:, s] > result.time[s] - 3 / speeds[s] * (1 + 1e-9)
+        largest = np.abs(tips[last & first]).max(axis=0)
+        assert largest.max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert localisation(largest) == pytest.approx(result.localisation[s], rel=1e-9)
+        assert motion.time[s] == pytest.approx(result.time[s])
+        at_end = q[np.flatnonzero(last)[-1], :, s]
+        np.testing.assert_allclose(motion.position[s], at_end, atol=1e-9 * np.abs(q).max())
+    assert len(time) == history.n_records(34.2, result.time[1], problem.scene)
+
+
+def test_a_continued_sweep_is_the_march_from_the_same_motion(problem, mistuned):
+    """In the transient: from rest, the amplitude at the same time would be another one."""
+    speeds = np.array([34.0, 34.3])
+    motion = Motion.at_rest(2, len(mistuned.omega))
+    first = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    start = Motion(*(values.copy() for values in motion))
+    result = run_sweep(mistuned, problem.scene, speeds, motion=motion)
+    for s, speed in enumerate(speeds):
+        one = Motion(*(values[s : s + 1].copy() for values in start))
+        time, q, _ = whole(mistuned, problem.scene, [speed], result.time[s], one)
+        tips = np.einsum("ck,rk->rc", mistuned.tangential, q[:, :, 0])
+        window = time[:, 0] > time[-1, 0] - 3 / speed * (1 - 1e-9)
+        assert np.abs(tips[window]).max() == pytest.approx(result.amplitude[s], rel=1e-9)
+        assert motion.time[s] == pytest.approx(first.time[s] + result.time[s])
+        np.testing.assert_allclose(motion.position[s], q[-1, :, 0], atol=1e-9 * np.abs(q).max())
+
+
+def test_a_march_can_be_continued(problem, modes):
+    speeds = [34.0, 34.3]
+    _, together, _ = whole(modes, problem.scene, speeds, 0.08)
+    motion = Motion.at_rest(2, len(modes.omega))
+    marches = [whole(modes, problem.scene, speeds, 0.04, motion) for _ in range(2)]
+    time, parts, _ = (np.concatenate(values) for values in zip(*marches, strict=True))
+    n = min(len(parts), len(together))
+    assert np.abs(parts[:n] - together[:n]).max() < 1e-6 * np.abs(together).max()
+    np.testing.assert_allclose(np.diff(time, axis=0), np.tile(time[0], (len(time) - 1, 1)))
+    np.testing.assert_allclose(motion.time, time[-1])
+
+
+def test_forces_balance_the_mean_deflection(problem, modes):
+    motion = Motion.at_rest(1, len(modes.omega))
+    whole(modes, problem.scene, [33.5], 0.6, motion)
+    _, q, force = whole(modes, problem.scene, [33.5], 1.5, motion)
+    load = modes.radial + problem.scene.friction * modes.tangential
+    modal_force = -np.einsum("ck,rcs->k", load, force) / len(force)
+    mean = q[:, :, 0].mean(axis=0)
+    assert force.max() > 0.0  # contact did occur
+    assert (force >= 0.0).all()
+    blade_family = slice(0, 12)
+    expected = modal_force[blade_family] / modes.omega[blade_family] ** 2
+    assert np.abs(mean[blade_family] - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def test_no_tip_is_inside_the_casing(problem, modes):
+    scene = problem.scene._replace(growth_time=0.0)
+    time, q, force = whole(modes, scene, [34.0], 0.1)
+    tips = [np.einsum("ck,rk->rc", m, q[:, :, 0]) for m in (modes.radial, modes.tangential)]
+    gap = time_response.gap(scene, 34.0, time[:, 0], *tips)
+    assert gap.min() > -1e-9
+    touching = force[:, :, 0] > 0.0
+    assert touching.any()
+    assert gap[touching].mean() < 0.1 * gap[~touching].mean()
+
+
+FAILING = [
+    ({"friction": 1.5}, reasons.SELF_LOCKING),
+    ({"friction": 1.2}, reasons.NOT_UNIQUE),
+    ({"friction": 1.5, "kinematics": "polar"}, reasons.SELF_LOCKING),
+    ({"friction": 1.2, "kinematics": "polar"}, reasons.UNSOLVED),
+    ({"scheme": "central_difference", "step": 1e-4}, reasons.TOO_LARGE),  # unstable
+    ({"friction": 0.6, "bump_height": 3e-3}, reasons.TOO_LARGE),  # flutter
+]
+
+
+@pytest.mark.parametrize(("changes", "reason"), FAILING)
+def test_a_history_fails_where_the_sweep_does(problem, modes, changes, reason):
+    scene, speeds = problem.scene._replace(**changes), [34.0, 34.2]
+    result = run_sweep(modes, scene, speeds)
+    assert (result.point_status == DIVERGED).all()
+    *_, last = history.march(modes, scene, speeds, 0.3)
+    assert last.reason.tolist() == [reason] * 2  # a sweep, looking later, may find NOT_FINITE
+    assert np.isin(result.point_reason, (reason, reasons.NOT_FINITE)).all()
+    *_, sound = history.march(modes, problem.scene, speeds, 0.3)
+    assert not sound.reason.any()
+
+
+def test_a_failure_stays():
+    """A lane that has been larger than the disk has failed, even when it is small again."""
+    cfg = Config.from_yaml(TINY)
+    problem = build_problem(cfg)
+    modes = mistuned_modes(problem.reduced, np.zeros(12))
+    scene = problem.scene._replace(bump_height=0.0, damping_ratio=0.5)
+    motion = Motion.at_rest(2, len(modes.omega))
+    tips = modes.tangential[:, 0]
+    motion.position[0, 0] = 1.1 * scene.contact_radius.max() / np.abs(tips).max()
+    first, *_, last = history.march(modes, scene, [34.0, 34.2], 0.1, motion)
+    end = np.abs(modes.tangential @ last.position[-1, :, 0]).max()
+    assert end < 0.01 * scene.contact_radius.max()
+    assert first.reason.tolist() == last.reason.tolist() == [reasons.TOO_LARGE, reasons.NONE]
+
+
+def test_points_that_fail_when_marched_on_have_no_result():
+    nan = np.nan
+    result = SweepResult.empty(3)._replace(
+        amplitude=np.array([1.0, 2.0, nan]),
+        localisation=np.array([0.1, 0.2, nan]),
+        point_status=np.array([STEADY, STEADY, DIVERGED], np.uint8),
+        point_reason=np.array([reasons.UNPROVEN, 0, reasons.SELF_LOCKING], np.uint8),
+    )
+    later = result.marched_on(np.array([0, reasons.UNSOLVED, reasons.NOT_FINITE]))
+    np.testing.assert_array_equal(later.amplitude, [1.0, nan, nan])
+    np.testing.assert_array_equal(later.localisation, [0.1, nan, nan])
+    assert later.point_status.tolist() == [STEADY, DIVERGED, DIVERGED]
+    expected = [reasons.UNPROVEN, reasons.UNSOLVED, reasons.SELF_LOCKING]
+    assert later.point_reason.tolist() == expected
+
+
+@pytest.mark.parametrize("changes", [changes for changes, _ in FAILING])
+def test_diverged_points_have_no_energies_and_no_windows(problem, modes, changes):
+    model = problem._replace(scene=problem.scene._replace(**changes))
+    speeds = np.array([34.0, 34.2])
+    stiffness = blade_stiffness(model.reduced, np.zeros(12), modes)
+    found, result = energy.energies(modes, stiffness, model.scene, speeds)
+    assert np.isnan(found).all()
+    assert (result.point_status == DIVERGED).all()
+    cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))
+    values = branches.compute(branches.Problem(cfg, model.scene, modes), 0, None)
+    values = {name: value for name, _, value in values}
+    assert reasons.are_fatal(values["point_reason"]).all()
+    for name in ("amplitude_m", "localisation", "window_amplitude_m", "window_localisation"):
+        assert np.isnan(values[name]).all()
+
+
+def test_gap_of_a_tip_at_its_place(problem):
+    """Polar: the tip's place in space is a complex number, its angle and radius meet the casing."""
+    scene = problem.scene._replace(kinematics="polar", growth_time=0.0)
+    random = np.random.default_rng(4)
+    time = random.uniform(0.0, 0.1, 50)
+    radial, tangential = random.uniform(-0.02, 0.02, (2, 50, 12))
+    turned = 2j * np.pi * 34.0 * time[:, None] + 1j * scene.contact_angle
+    place = (scene.contact_radius + radial + 1j * tangential) * np.exp(turned)
+    pitch = 2 * np.pi / 4
+    off = np.mod(np.angle(place) + pitch / 2, pitch) - pitch / 2
+    inward = scene.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
+    expected = scene.contact_radius + scene.clearance - inward - np.abs(place)
+    found = time_response.gap(scene, 34.0, time, radial, tangential)
+    assert np.abs(inward).max() > 0.9 * scene.bump_height
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+def test_spectrum_of_a_known_signal():
+    spectrum = Config.from_yaml("spectrum: {max_frequency_hz: 100, step_hz: 0.5}").spectrum
+    t = 1e-4 * np.arange(20000)
+    signal = 3.0 + 2.0 * np.cos(2 * np.pi * 40 * t) + 0.5 * np.sin(2 * np.pi * 70.5 * t)
+    amplitude = interaction_map.spectrum(signal[:, None], 1e-4, spectrum)[0]
+    assert amplitude[[80, 141]] == pytest.approx([2.0, 0.5], rel=1e-3)
+    assert amplitude[[0, 60, 110, 200]] == pytest.approx(0.0, abs=1e-3)

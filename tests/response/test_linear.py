@@ -1,0 +1,166 @@
+"""Linear response: against a direct solve of the full matrices, and its peak against brute force.
+
+Modal damping on the full model is C = M Phi diag(2 xi omega) Phi^T M with all its modes Phi; then
+(K - w^2 M + j w C) u = f needs no modal sum. The load's complex amplitude f is taken from the
+samples of equation (5) over one period, not from a formula.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import Modes, mistune, mistuned_modes
+from hpcrub.response.linear import linear_peak, travelling_load_response
+from tests.truth.disk import DAMPING_RATIO, LOAD, reference_disk, reference_reduced
+
+ANGLE = 2 * np.pi * np.arange(12) / 12
+DIAMETERS = range(1, 7)
+
+
+def deviation_of(sample):
+    return stiffness_deviation(11, 0, sample, 12, 0.04)
+
+
+def sampled_load(n_diameters, n_times=64):
+    """Complex amplitude of F cos(n_d (theta - Omega t)), from its samples over a period."""
+    turned = 2 * np.pi * np.arange(n_times)[:, None] / n_times  # n_d Omega t
+    force = LOAD * np.cos(n_diameters * ANGLE - turned)
+    return 2 / n_times * np.sum(force * np.exp(-1j * turned), axis=0)
+
+
+def direct_response(disk, n_diameters, speed_hz):
+    """Tangential amplitudes by a complex solve of the full model, (S, 12)."""
+    eigenvalues, Phi = eigh(disk.stiffness, disk.mass)
+    projected = Phi.T @ disk.mass
+    C = projected.T @ (2 * DAMPING_RATIO * np.sqrt(eigenvalues)[:, None] * projected)
+    force = np.zeros(len(C), dtype=complex)
+    force[disk.contact_dof[:, 0]] = sampled_load(n_diameters)
+    responses = []
+    for speed in speed_hz:
+        w = 2 * np.pi * n_diameters * speed
+        u = np.linalg.solve(disk.stiffness - w**2 * disk.mass + 1j * w * C, force)
+        responses.append(u[disk.contact_dof[:, 1]])
+    return np.array(responses)
+
+
+def response(modes, n_diameters, speed_hz):
+    return travelling_load_response(modes, DAMPING_RATIO, LOAD, n_diameters, ANGLE, speed_hz)
+
+
+def peak(modes, n_diameters, damping_ratio=DAMPING_RATIO):
+    return linear_peak(modes, damping_ratio, LOAD, n_diameters, ANGLE, 12)
+
+
+@pytest.mark.parametrize("n_diameters", [1, 4, 6])
+@pytest.mark.parametrize("mistuned", [False, True])
+def test_response_is_that_of_the_full_matrices(n_diameters, mistuned):
+    deviation = deviation_of(0) * mistuned
+    speed_hz = np.array([20.0, 88.0, 91.0, 92.3, 93.2, 150.0, 541.0]) / n_diameters
+    direct = direct_response(mistune(reference_disk(), deviation), n_diameters, speed_hz)
+    modal = response(mistuned_modes(reference_reduced(216), deviation), n_diameters, speed_hz)
+    np.testing.assert_allclose(modal, direct, rtol=1e-6, atol=1e-8 * np.abs(direct).max())
+
+
+def test_reduced_response_is_close_to_the_full_one():
+    """A frequency off by 2e-5 shifts a response of half-width xi = 5e-3 by 4e-3 at most."""
+    speed_hz = np.linspace(88, 96, 9) / 4
+    direct = direct_response(mistune(reference_disk(), deviation_of(1)), 4, speed_hz)
+    modal = response(mistuned_modes(reference_reduced(60), deviation_of(1)), 4, speed_hz)
+    np.testing.assert_allclose(modal, direct, atol=4e-3 * np.abs(direct).max())
+
+
+@pytest.mark.parametrize("n_diameters", [0, 1, 3, 6, 8])
+def test_tuned_disk_answers_with_a_travelling_wave(n_diameters):
+    """Equal on all blades, and later from blade to blade by n_d (theta_i - theta_0)."""
+    tuned = mistuned_modes(reference_reduced(60), np.zeros(12))
+    u = response(tuned, n_diameters, np.linspace(5, 60, 12))
+    wave = u[:, :1] * np.exp(-1j * n_diameters * ANGLE)
+    np.testing.assert_allclose(u, wave, rtol=1e-7, atol=1e-9 * np.abs(u).max())
+
+
+def test_turning_the_pattern_turns_the_response():
+    deviation = deviation_of(2)
+    speed_hz = np.linspace(22, 24, 5)
+    u = response(mistuned_modes(reference_reduced(60), deviation), 4, speed_hz)
+    turned = response(mistuned_modes(reference_reduced(60), np.roll(deviation, 1)), 4, speed_hz)
+    np.testing.assert_allclose(np.abs(turned), np.roll(np.abs(u), 1, axis=1), rtol=1e-6)
+
+
+def brute_force_peak(modes, n_diameters, n_speeds=20001):
+    """Dense enough at 5e-3 of damping for 1e-6: 40 speeds in the half-width of a resonance."""
+    w = np.linspace(0.9 * modes.omega[0], 1.1 * modes.omega[11], n_speeds)
+    u = np.abs(response(modes, n_diameters, w / (2 * np.pi * n_diameters)))
+    return u.max(), w[np.argmax(u.max(axis=1))] / (2 * np.pi * n_diameters)
+
+
+@pytest.mark.parametrize("n_diameters", DIAMETERS)
+@pytest.mark.parametrize("sample", [None, 3, 4])
+def test_peak_is_that_of_brute_force(n_diameters, sample):
+    deviation = np.zeros(12) if sample is None else deviation_of(10 * n_diameters + sample)
+    modes = mistuned_modes(reference_reduced(60), deviation)
+    amplitude, speed_hz = peak(modes, n_diameters)
+    brute, brute_speed = brute_force_peak(modes, n_diameters)
+    assert brute <= amplitude * (1 + 1e-12)
+    assert amplitude == pytest.approx(brute, rel=1e-6)
+    assert speed_hz == pytest.approx(brute_speed, rel=1e-4)
+    assert np.abs(response(modes, n_diameters, [speed_hz])).max() == pytest.approx(
+        amplitude, rel=1e-12
+    )
+
+
+def made_up_modes(rng, n_family, spread, cancelling):
+    """Closely spaced resonances; cancelling: terms that nearly add up to nothing far away."""
+    family = 600 * (1 + spread * rng.uniform(size=n_family))
+    omega = np.sort(np.concatenate([family, rng.uniform(700, 9000, 3)]))
+    radial, tangential = rng.normal(size=(2, n_family, len(omega)))
+    if cancelling:
+        radial[:] = 1.0
+        tangential -= tangential.mean(axis=1, keepdims=True)
+    return Modes(omega, radial, tangential, tangential)
+
+
+def test_peak_of_made_up_modes_at_any_damping_and_spacing():
+    """Brute force here is a mesh graded to every resonance, steps of 0.008 half-widths."""
+    rng = np.random.default_rng(1)
+    for trial in range(60):
+        xi, spread = 10 ** rng.uniform(-4, -1.3), 10 ** rng.uniform(-4, -1)
+        n_family, n_d = rng.integers(1, 13), rng.integers(1, 7)
+        modes = made_up_modes(rng, n_family, spread, cancelling=trial % 3 == 0)
+        angle = 2 * np.pi * np.arange(n_family) / n_family
+        amplitude, _ = linear_peak(modes, xi, LOAD, n_d, angle, n_family)
+
+        omega, low, high = modes.omega, 0.9 * modes.omega[0], 1.1 * modes.omega[n_family - 1]
+        graded = xi * omega[0] * np.sinh(np.linspace(-12, 12, 3001))
+        w = np.clip(omega[omega < high][:, None] + graded, low, high).ravel()
+        speed_hz = w / (2 * np.pi * n_d)
+        brute = np.abs(travelling_load_response(modes, xi, LOAD, n_d, angle, speed_hz)).max()
+        assert brute <= amplitude * (1 + 1e-6), trial
+        assert amplitude <= brute * (1 + 1e-4), trial
+
+
+def test_peak_at_the_edge_of_the_range():
+    """So much damping that the response only falls with speed: the first one is the largest."""
+    mode = np.ones((1, 1))
+    modes = Modes(omega=np.array([100.0]), radial=mode, tangential=mode, shapes=mode)
+    amplitude, speed_hz = linear_peak(modes, 0.6, 1.0, 1, np.zeros(1), 1)
+    first = 90.0  # [rad/s]
+    expected = 1 / abs(100**2 - first**2 + 2j * 0.6 * 100 * first)
+    assert amplitude == pytest.approx(expected, rel=1e-12)
+    assert speed_hz == pytest.approx(first / (2 * np.pi))
+
+
+def test_peak_is_proportional_to_the_load_and_falls_with_damping():
+    modes = mistuned_modes(reference_reduced(60), deviation_of(5))
+    amplitude, speed_hz = peak(modes, 4)
+    doubled, same_speed = linear_peak(modes, DAMPING_RATIO, 2 * LOAD, 4, ANGLE, 12)
+    assert doubled == pytest.approx(2 * amplitude, rel=1e-12)
+    assert same_speed == pytest.approx(speed_hz, rel=1e-9)
+    assert peak(modes, 4, damping_ratio=0.01)[0] < amplitude
+
+
+@pytest.mark.parametrize(("damping_ratio", "n_diameters"), [(0.0, 4), (0.005, 0)])
+def test_no_peak_without_damping_or_diameters(damping_ratio, n_diameters):
+    modes = mistuned_modes(reference_reduced(60), np.zeros(12))
+    with pytest.raises(ValueError, match="damping_ratio > 0 and n_diameters > 0"):
+        peak(modes, n_diameters, damping_ratio)

@@ -1,0 +1,287 @@
+"""Sweeps over angular speeds: the cut of the revolution, lanes and their refilling, known peaks."""
+
+import numpy as np
+import pytest
+
+from evidence.validation.events import Reference, Wall
+from evidence.validation.motion import Structure
+from hpcrub.contact import kernel, reasons
+from hpcrub.contact.kernel import Shortcuts
+from hpcrub.errors import Interrupted
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import sweep
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import (
+    PIECE,
+    Scene,
+    cut_revolution,
+    find_peak,
+    run_sweep,
+    speed_bands,
+)
+from hpcrub.results.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
+from tests.truth.disk import reference_reduced, reference_scene
+
+SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
+
+
+def scene_of(**changes):
+    short = {"step": 2e-5, "scheme": "exact_modal", "steady": SHORT}
+    return reference_scene(**(short | changes))
+
+
+@pytest.fixture(scope="module")
+def modes():
+    return mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+
+
+def one_blade(**changes):
+    """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
+    ones = np.ones((1, 1))
+    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
+    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
+    return modes, scene._replace(**changes)
+
+
+@pytest.mark.parametrize("n_bumps", [1, 4, 6, 97])
+@pytest.mark.parametrize("step", [1e-3, 3e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("speed", [0.5, 33.5, 900.0])
+def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, speed):
+    grid = cut_revolution(speed, scene_of(n_bumps=n_bumps, step=step))
+    assert 1.0 / (speed * grid.steps_per_revolution) <= step * (1.0 + 1e-9)
+    assert grid.steps_per_block * grid.blocks_per_revolution == grid.steps_per_revolution
+    assert grid.steps_per_block % grid.stride == 0
+    assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
+
+
+def test_bands_hold_every_speed_once_and_similar_ones():
+    speeds = np.array([40.0, 10.0, 10.5, 39.0, 80.0, 10.9])
+    bands = speed_bands(speeds)
+    assert sorted(np.concatenate(bands)) == list(range(6))
+    assert [list(speeds[b]) for b in bands] == [[10.0, 10.5], [10.9], [39.0, 40.0], [80.0]]
+
+
+def same(a, b):
+    return all(np.array_equal(x, y, equal_nan=True) for x, y in zip(a[:4], b[:4], strict=True))
+
+
+def test_result_does_not_depend_on_lanes_or_parts(modes):
+    speeds = np.linspace(33.5, 35.5, 11)
+    scene = scene_of()
+    whole = run_sweep(modes, scene, speeds)
+    assert set(whole.point_status) <= {STEADY, NOT_STEADY}
+    assert np.ptp(whole.time) > 0.1
+    for width in (1, 8):
+        narrow = run_sweep(modes, scene, speeds, width=width)
+        assert same(narrow, whole)
+        assert narrow.n_steps == whole.n_steps
+    parts = [run_sweep(modes, scene, speeds, selection=range(k, 11, 3)) for k in range(3)]
+    for k, part in enumerate(parts):
+        assert same([x[k::3] for x in part[:4]], [x[k::3] for x in whole[:4]])
+        assert np.all(np.delete(part.point_status, np.arange(k, 11, 3)) == NO_POINT)
+    assert sum(part.n_steps for part in parts) == whole.n_steps
+
+
+def test_nothing_moves_where_nothing_can_touch(modes):
+    result = run_sweep(modes, scene_of(bump_height=0.2e-3), np.array([34.0, 35.0]))
+    assert np.all(result.amplitude == 0.0)
+    assert np.all(result.point_status == STEADY)
+    assert np.all(result.localisation == 0.0)
+
+
+def test_times_follow_the_criteria(modes):
+    result = run_sweep(modes, scene_of(), np.array([33.5, 35.5]))
+    block = 1.0 / (4 * np.array([33.5, 35.5]))
+    assert np.all(result.time >= SHORT.first_check)
+    assert np.all(result.time <= 0.6 + block)
+
+
+def test_confirmations_are_successive_checks():
+    """A periodic motion passes every check: n confirmations take n − 1 extensions more."""
+    speeds = np.array([15.0, 15.5])
+    results = []
+    for confirmations, max_time in ((1, 9.0), (3, 9.0), (3, 3.5)):
+        steady = SteadyCriteria(3.0, max_time=max_time, confirmations=confirmations)
+        results.append(run_sweep(*one_blade(steady=steady), speeds))
+    once, thrice, never = results
+    assert once.amplitude.min() > 1e-4
+    assert (once.point_status == STEADY).all()
+    assert (thrice.point_status == STEADY).all()
+    assert (never.point_status == NOT_STEADY).all()
+    np.testing.assert_allclose(thrice.time - once.time, 2 * 10 / speeds, rtol=1e-9)
+
+
+def test_a_check_that_fails_takes_back_those_passed_before(monkeypatch):
+    """Passed, failed, passed, passed: two in succession only at the fourth check."""
+    verdicts = iter([True, False, True, True])
+    monkeypatch.setattr(sweep, "is_constant", lambda *sizes: next(verdicts))
+    monkeypatch.setattr(sweep, "is_repeated", lambda *signals: True)
+    modes, scene = one_blade(steady=SteadyCriteria(3.0, max_time=9.0, confirmations=2))
+    result = run_sweep(modes, scene, np.array([15.0]))
+    assert result.point_status[0] == STEADY
+    assert result.time[0] == pytest.approx(3.0 + 3 * 10 / 15.0)
+
+
+def test_unstable_step_is_diverged_and_has_no_amplitude(modes):
+    scene = scene_of(scheme="central_difference", step=3.7e-5)
+    result = run_sweep(modes, scene, np.array([34.0]))
+    assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.TOO_LARGE)
+    assert np.isnan(result.amplitude[0])
+    assert np.isnan(result.localisation[0])
+
+
+@pytest.mark.parametrize("kinematics", ["small", "polar"])
+def test_the_reference_disk_locks_itself_at_high_friction(modes, kinematics):
+    """W_rr + μ W_rt of the leaned blade changes its sign between μ = 0.5 and 1."""
+    for friction, locked in ((0.5, False), (1.0, True)):
+        scene = scene_of(friction=friction, kinematics=kinematics)
+        result = run_sweep(modes, scene, np.array([34.0]), width=8)
+        assert (result.point_reason[0] == reasons.SELF_LOCKING) == locked
+        assert result.max_sweeps[0] > 0
+
+
+def test_an_unstable_step_is_not_called_self_locking(modes):
+    """Displaced kinematics: an overflow tells nothing of W_jj."""
+    scene = scene_of(kinematics="polar", scheme="central_difference", step=1e-4)
+    result = run_sweep(modes, scene, np.array([34.0]), width=8)
+    assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] != reasons.SELF_LOCKING
+
+
+def test_poll_can_stop_a_sweep(modes):
+    calls = []
+
+    def poll():
+        calls.append(1)
+        if len(calls) == 3:
+            raise Interrupted("enough")
+
+    with pytest.raises(Interrupted):
+        run_sweep(modes, scene_of(), np.array([34.0]), poll=poll)
+    assert len(calls) == 3
+
+
+def test_a_sweep_of_small_steps_can_be_stopped_before_its_first_check(modes, monkeypatch):
+    """As often as with large steps: `poll` is called after so many steps, not after a time."""
+    marched, march = [], kernel.march
+
+    def counted(lanes, *bank_and_blocks):
+        *bank, n_blocks, _, _ = bank_and_blocks
+        marched.append(n_blocks * len(bank[0].bump))
+        march(lanes, *bank_and_blocks)
+
+    monkeypatch.setattr(kernel, "march", counted)
+    for step in (2e-5, 1e-6):
+        marched.clear()
+        scene = scene_of(step=step, steady=SteadyCriteria(first_check=0.2, max_time=0.2))
+        run_sweep(modes, scene, np.array([34.0]), poll=lambda: None, width=8)
+        block = cut_revolution(34.0, scene).steps_per_block
+        assert max(marched) <= max(PIECE, block)
+
+
+def test_pieces_change_no_bit(modes, monkeypatch):
+    found = []
+    for piece in (1, PIECE, 10**9):
+        monkeypatch.setattr(sweep, "PIECE", piece)
+        found.append(run_sweep(modes, scene_of(), np.linspace(33.5, 35.5, 5)))
+    assert same(found[0], found[1])
+    assert same(found[0], found[2])
+
+
+def test_tuned_amplitudes_are_the_reference_values():
+    """Reference disk, n_d = 4: 10.8 mm at 33.25 Hz, 14.4 mm at 33.5 Hz, both periodic; reference
+    values of an independent implementation of the same model."""
+    modes = mistuned_modes(reference_reduced(), np.zeros(12))
+    scene = scene_of(step=1e-6, steady=SteadyCriteria(), scheme="central_difference")
+    result = run_sweep(modes, scene, np.array([33.25, 33.5]))
+    assert np.all(result.point_status == STEADY)
+    assert result.amplitude * 1e3 == pytest.approx([10.8, 14.4], abs=0.06)
+    assert np.all(result.localisation < 1e-3)  # all blades of the tuned disk move alike
+
+
+def passing_bump(scene, speed_hz):
+    """Place of the casing over a tip that starts opposite to the only bump, and its derivatives."""
+    width, rate = 0.1 * 2.0 * np.pi, 2.0 * np.pi * speed_hz
+
+    def x(t):
+        return (np.mod(rate * t, 2.0 * np.pi) - np.pi) / width
+
+    def bump(t):
+        return scene.bump_height * np.exp(-(x(t) ** 2))
+
+    return Wall(
+        lambda t: scene.clearance - bump(t),
+        lambda t: 2.0 * x(t) * rate / width * bump(t),
+        lambda t: (2.0 - 4.0 * x(t) ** 2) * (rate / width) ** 2 * bump(t),
+    )
+
+
+def test_one_blade_moves_as_between_exact_events():
+    """The amplitude is that of the event-driven motion over the same three revolutions."""
+    speed, dt = 15.0, 1e-4
+    modes, scene = one_blade(contact_angle=np.full(1, np.pi), growth_time=0.0, step=1e-5)
+    result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
+    assert result.point_status[0] == STEADY
+    blade = Structure(modes.omega, np.ones(1), np.ones(1), scene.damping_ratio, 0.0)
+    n_steps = round(result.time[0] / dt)
+    motion = Reference(blade, passing_bump(scene, speed), dt).run(np.zeros(1), np.zeros(1), n_steps)
+    assert len(motion.impacts) >= 3
+    amplitude = np.abs(motion.position[-round(3 / speed / dt) :]).max()
+    assert result.amplitude[0] == pytest.approx(amplitude, rel=1e-4)
+
+
+SWITCHES = Shortcuts._fields
+
+
+@pytest.mark.parametrize("switch", SWITCHES)
+@pytest.mark.parametrize("bump_height", [1.25e-3, 0.25e-3])
+@pytest.mark.parametrize(
+    "law", [("exact_modal", "small"), ("central_difference", "small"), ("exact_modal", "polar")]
+)
+def test_a_shortcut_changes_no_bit(modes, switch, bump_height, law):
+    """Every piece of work that is left out leaves the results as they are, to the last bit."""
+    scene = scene_of(bump_height=bump_height, scheme=law[0], kinematics=law[1])
+    speeds = np.linspace(33.5, 35.5, 18)
+    without = run_sweep(
+        modes, scene._replace(shortcuts=Shortcuts()._replace(**{switch: False})), speeds
+    )
+    result = run_sweep(modes, scene, speeds)
+    if switch == "nothing_touches" and bump_height < 1e-3:
+        assert result.n_steps == 0 < without.n_steps
+        assert not result.time.any()
+        result = result._replace(time=without.time, n_steps=without.n_steps)
+    for name, value in result._asdict().items():
+        np.testing.assert_array_equal(value, getattr(without, name), err_msg=name)
+    assert (result.amplitude.max() > 1e-3) == (bump_height > 1e-3)
+
+
+def test_peak_search_marches_fewer_speeds_with_the_same_results(modes):
+    speeds = np.linspace(33.5, 35.5, 41)
+    full = run_sweep(modes, scene_of(), speeds)
+    found = find_peak(modes, scene_of(), speeds)
+    marched = found.point_status != NO_POINT
+    assert 11 <= marched.sum() < 36
+    assert found.n_steps < full.n_steps
+    assert np.array_equal(found.amplitude[marched], full.amplitude[marched])
+    top = int(np.nanargmax(found.amplitude))
+    assert marched[max(top - 1, 0)]
+    assert marched[min(top + 1, 40)]
+
+
+def test_peak_search_finds_the_top_of_a_hill(monkeypatch):
+    """On a response with one smooth hill the search ends on its top, wherever that is."""
+    speeds = np.linspace(33.5, 35.5, 41)
+    for top in range(41):
+        hill = np.exp(-(((np.arange(41) - top) / 9.0) ** 2))
+
+        def fake(modes, scene, speeds_hz, poll, selection, hill=hill):
+            result = sweep.SweepResult.empty(41)
+            result.point_status[selection] = STEADY
+            result.amplitude[selection] = hill[selection]
+            return result._replace(n_steps=len(selection))
+
+        monkeypatch.setattr(sweep, "run_sweep", fake)
+        found = find_peak(None, None, speeds)
+        assert np.nanargmax(found.amplitude) == top
+        assert found.n_steps == (found.point_status == STEADY).sum() < 26

@@ -1,0 +1,304 @@
+"""The result file: its layout is a contract, and nothing unsound is ever taken for a result."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub import __version__, studies
+from hpcrub.config import schema as config
+from hpcrub.errors import InputError
+from hpcrub.results import layout, seal, storage
+from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from tests.program import ROOT
+
+V, N_SAMPLES, S, N_BLADES, K = 2, 2, 3, 12, 2
+CONTRACT = {
+    "speeds_hz": (S,),
+    "half_range": (V,),
+    "sigma": (V,),
+    "tuned/frequencies_hz": (36,),
+    "tuned/amplitude_m": (S,),
+    "tuned/time_s": (S,),
+    "tuned/point_status": (S,),
+    "tuned/point_reason": (S,),
+    "tuned/max_sweeps": (S,),
+    "tuned/run_peaks_m": (9,),
+    "tuned/localisation": (S,),
+    "tuned/peak_amplitude_m": (),
+    "tuned/reference_amplitude_m": (),
+    "tuned/peak_speed_hz": (),
+    "tuned/linear_amplitude_m": (),
+    "samples/status": (V, N_SAMPLES),
+    "samples/deviation": (V, N_SAMPLES, N_BLADES),
+    "samples/amplitude_m": (V, N_SAMPLES, S),
+    "samples/time_s": (V, N_SAMPLES, S),
+    "samples/localisation": (V, N_SAMPLES, S),
+    "samples/point_status": (V, N_SAMPLES, S),
+    "samples/point_reason": (V, N_SAMPLES, S),
+    "samples/max_sweeps": (V, N_SAMPLES, S),
+    "samples/peak_amplitude_m": (V, N_SAMPLES),
+    "samples/peak_speed_hz": (V, N_SAMPLES),
+    "samples/amplification": (V, N_SAMPLES),
+    "samples/linear_amplitude_m": (V, N_SAMPLES),
+    "samples/linear_amplification": (V, N_SAMPLES),
+    "statistics/contact/samples_seen": (K,),
+    "statistics/contact/percentile": (V, 3, K),
+    "statistics/contact/mean_of_percentile": (V, 3, K),
+    "statistics/contact/convergence_error": (V, 3, K),
+    "statistics/contact/percentile_low": (V, 3, K),
+    "statistics/contact/percentile_high": (V, 3, K),
+    "statistics/linear/samples_seen": (K,),
+    "statistics/linear/percentile": (V, 3, K),
+    "statistics/linear/mean_of_percentile": (V, 3, K),
+    "statistics/linear/convergence_error": (V, 3, K),
+    "statistics/linear/percentile_low": (V, 3, K),
+    "statistics/linear/percentile_high": (V, 3, K),
+}
+
+
+def test_layout_is_the_contract(path):
+    found = {}
+    with h5py.File(path, "r") as file:
+        file.visititems(
+            lambda name, item: found.update({name: item.shape}) if hasattr(item, "shape") else None
+        )
+    assert found == CONTRACT
+
+
+@pytest.mark.skipif(not shutil.which("h5ls"), reason="h5ls is not installed")
+def test_h5ls_shows_the_contract(path):
+    listing = subprocess.run(["h5ls", "-r", path], capture_output=True, text=True, check=True)
+    found = {}
+    for line in listing.stdout.splitlines():
+        name, kind, *shape = line.split(maxsplit=2)
+        if kind == "Dataset":
+            text = shape[0].strip("{}").replace("SCALAR", "")
+            found[name[1:]] = tuple(int(n) for n in text.split(",") if n)
+    assert found == CONTRACT
+
+
+def test_every_dataset_says_what_it_is(path):
+    with h5py.File(path, "r") as file:
+        for name in CONTRACT:
+            assert file[name].attrs["units"]
+            assert file[name].attrs["description"]
+
+
+def test_everything_is_allocated_and_empty(path):
+    with h5py.File(path, "r") as file:
+        for name in CONTRACT:
+            assert file[name].chunks is None
+            assert file[name].id.get_offset() is not None
+        assert np.isnan(file["samples/amplitude_m"][()]).all()
+        assert (file["samples/status"][()] == 0).all()
+        assert file["sigma"][:] == pytest.approx(np.array([0.02, 0.04]) / np.sqrt(3))
+        np.testing.assert_allclose(file["speeds_hz"], [34.0, 34.2, 34.4])
+        np.testing.assert_array_equal(file["statistics/linear/samples_seen"], [1, 2])
+
+
+def test_dimension_scales(path):
+    with h5py.File(path, "r") as file:
+        amplitude = file["samples/amplitude_m"]
+        assert [d.label for d in amplitude.dims] == ["level", "sample", "speed"]
+        assert amplitude.dims[0][0] == file["half_range"]
+        assert amplitude.dims[2][0] == file["speeds_hz"]
+        percentile = file["statistics/contact/percentile"]
+        assert percentile.dims[2][0] == file["statistics/contact/samples_seen"]
+        np.testing.assert_array_equal(percentile.attrs["percentiles"], [1, 50, 99])
+
+
+def test_root_attributes(path, tiny_config):
+    with h5py.File(path, "r") as file:
+        attributes = dict(file.attrs)
+    stored = config.Config.from_yaml(attributes.pop("config"))
+    assert not config.differences(stored, tiny_config)
+    assert attributes["seed"] == 2020
+    assert attributes["program_version"]
+    assert "T" in attributes["created"]
+    assert {"numpy_version", "numba_version", "h5py_version"} <= attributes.keys()
+
+
+def test_written_values_come_back(path, tiny_config):
+    values = {name: np.float64(i + 1) for i, name in enumerate(layout.SAMPLE)}
+    values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
+    tuned = {name: np.float64(i + 1) for i, name in enumerate(layout.TUNED)}
+    running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 2.81)
+    file = storage.ResultFile.open(path, tiny_config, mode="r+")
+    assert file.tuned() is None
+    file.write_sample(1, 0, values)
+    file.write_tuned(tuned)
+    intervals = running_intervals(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
+    file.write_statistics("linear", 1, running, intervals)
+    file.close()
+    file = storage.ResultFile.open(path, tiny_config)
+    np.testing.assert_array_equal(file.status(), [[0, 0], [1, 0]])
+    assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
+    np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
+    assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
+    assert file.tuned()["peak_speed_hz"] == tuned["peak_speed_hz"]
+    read = file.read("statistics/linear/percentile", 1)
+    np.testing.assert_array_equal(read, running.percentile)
+    read = file.read("statistics/linear/percentile_high", 1)
+    np.testing.assert_array_equal(read, intervals.percentile_high)
+    file.close()
+
+
+def test_data_is_written_before_its_status():
+    assert layout.SAMPLE[-1] == "status"
+    assert layout.TUNED[-1] == "linear_amplitude_m"
+
+
+def test_more_samples_than_a_percentile_needs(tmp_path):
+    cfg = config.Config.from_yaml("mistuning: {samples: 5}\nconvergence: {step: 10}")
+    storage.lay_out(tmp_path / "short.h5", cfg)
+    file = storage.ResultFile(tmp_path / "short.h5", mode="r+")
+    assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
+    arguments = np.ones(5), [1, 50, 99], 10, 2.81
+    file.write_statistics(
+        "contact", 0, running_percentiles(*arguments), running_intervals(*arguments)
+    )
+    file.close()
+
+
+def reseal(path):
+    """Seal a file that was changed, as only a forger would."""
+    line = path.read_bytes().split(b"\n")[0]
+    seal.write(path, __version__, json.loads(line)["data"])
+
+
+def spoil(path, action):
+    content = path.read_bytes()
+    path.unlink()
+    if action == "folder":
+        path.mkdir()
+    if action == "not HDF5":
+        path.write_text("hello")
+    if action == "truncated":
+        path.write_bytes(content[:-1000])
+    if action == "foreign":
+        h5py.File(path, "w").close()
+    if action == "seal":
+        path.write_bytes(content.replace(b'"data": [[', b'"data": [[-'))
+    if action == "version":
+        path.write_bytes(content.replace(__version__.encode(), b"0.0.9", 1))
+    if action not in ("missing", "folder", "not HDF5", "truncated", "foreign", "seal", "version"):
+        path.write_bytes(content)
+        spoil_contents(path, action)
+
+
+def spoil_contents(path, action):
+    with h5py.File(path, "r+", locking=False) as file:
+        if action == "byte":
+            file["samples/time_s"].attrs["units"] = "h"
+            return
+        if action == "configuration":
+            file.attrs["config"] = "n_blades: [1"
+        else:
+            del file["samples/time_s"]
+        if action == "shape":
+            file["samples/time_s"] = np.zeros((2, 2, 4000))
+        if action == "type":
+            file["samples/time_s"] = np.zeros((2, 2, 3), "f4")
+        if action == "soft":
+            file["samples/time_s"] = h5py.SoftLink("/samples/time_s")
+        if action == "external":
+            del file["tuned"]
+            file["tuned"] = h5py.ExternalLink("other.h5", "/tuned")
+    reseal(path)
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ("missing", "does not exist"),
+        ("folder", "is no file"),
+        ("not HDF5", "is not an HDF5 file"),
+        ("truncated", "is truncated: it has"),
+        ("foreign", "is not a result file of hpcrub, or one of an earlier state of it"),
+        ("seal", "is damaged: its first bytes cannot be read"),
+        ("version", "was written by hpcrub 0.0.9, this is"),
+        ("byte", "is damaged: bytes outside its data are not those that were written"),
+        ("configuration", "another state of hpcrub (revision"),
+        ("configuration", "its configuration cannot be read"),
+        ("shape", "samples/time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
+        ("type", "samples/time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
+        ("hole", "it has no dataset samples/time_s"),
+        ("soft", "it has no dataset samples/time_s"),
+        ("external", "it has no dataset tuned/frequencies_hz"),
+    ],
+)
+def test_unsound_files_are_refused(path, tiny_config, action, message):
+    spoil(path, action)
+    with pytest.raises(InputError) as caught:
+        storage.check(path, tiny_config)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_seal_holds_while_data_changes_and_breaks_with_any_other_byte(path, tiny_config):
+    """Writing, as a study does, leaves the seal sound; each other byte of the file is guarded."""
+    file = storage.ResultFile.open(path, tiny_config, mode="r+")
+    storage.check(path)  # while it is open, and so if the process is killed now
+    file.write_sample(1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE})
+    storage.check(path)
+    file.close()
+    storage.check(path)
+    content = path.read_bytes()
+    guarded = np.ones(len(content), bool)
+    with h5py.File(path, "r") as file:
+        known = studies.find(tiny_config).constants(tiny_config)
+        for name in CONTRACT.keys() - known.keys():
+            start, size = file[name].id.get_offset(), file[name].id.get_storage_size()
+            guarded[start : start + size] = False
+    guarded[seal.BLOCK + 20 : seal.BLOCK + 24] = False  # set while the file is open to write
+    places = np.flatnonzero(guarded)
+    for at in np.random.default_rng(1).choice(places, 300):
+        spoilt = bytearray(content)
+        spoilt[at] ^= 1 << (at % 8)
+        path.write_bytes(spoilt)
+        with pytest.raises(InputError):
+            seal.check(path, __version__)
+
+
+def test_another_configuration_is_refused_by_name(path):
+    other = config.Config.from_yaml("casing: {n_bumps: 3}")
+    with pytest.raises(InputError, match=r"another configuration: .* \(and \d+ more\)"):
+        storage.check(path, other)
+
+
+def test_a_failed_replacement_leaves_the_old_file(path, tiny_config, monkeypatch):
+    before = path.read_bytes()
+    monkeypatch.setattr(storage, "_attach_scales", lambda *_: (_ for _ in ()).throw(OSError("no")))
+    with pytest.raises(InputError, match="cannot write"):
+        storage.lay_out(path, tiny_config)
+    assert path.read_bytes() == before
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
+    """In a process of its own: HDF5 used to crash it at its end."""
+    program = f"""if True:
+        import resource, sys
+        sys.path.insert(0, {str(ROOT)!r})
+        from hpcrub.config import schema as config
+        from hpcrub.results import storage
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
+        try:
+            storage.lay_out({str(tmp_path / "a.h5")!r}, config.Config())
+        except storage.InputError as error:
+            print(error)
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("cannot write " + str(tmp_path / "a.h5") + ": File too large\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_size_is_foretold(path, tiny_config):
+    assert path.stat().st_size == pytest.approx(studies.file_size(tiny_config), abs=65536)

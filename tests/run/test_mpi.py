@@ -1,0 +1,374 @@
+"""The same bits on any number of ranks, after any interruption; one error line; no hang."""
+
+import json
+import os
+import signal
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.program import TINY, datasets, error_lines, run, start
+
+pytestmark = pytest.mark.mpi
+
+N_SAMPLES = 20  # on each of two levels
+MARCHED = 14  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
+STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}").replace("2e-5", "1e-5")
+WAIT = 60.0  # [s] for anything to happen
+
+DRIVER = """\
+import os, signal, sys, time
+from hpcrub.run import parallel, schedule
+from hpcrub.errors import InputError
+
+if "waits" in sys.argv:  # several tasks with a message, all of which wait for the first task
+    schedule.ONE_BY_ONE = 1
+
+def program(team):
+    def compute(task, poll):
+        while "waits" in sys.argv and task > 0 and poll() is None:
+            time.sleep(0.001)
+        for _ in range(3):
+            time.sleep(0.002)
+            poll()
+        if "task" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            raise ZeroDivisionError("one rank only")
+        if "known" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            raise InputError("one rank only")
+        if "signal" in sys.argv and team.rank == int(sys.argv[2]) and task >= 5:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return team.rank, task
+    def some_fail():
+        if "together" in sys.argv and team.rank > 0:
+            raise InputError(f"rank {team.rank} cannot")
+        return team.rank
+    assert team.together(some_fail) == team.rank
+    assert team.on_root(lambda: team.rank) == 0
+    for n_tasks in (0, 1, 40, 2):  # one after the other, fewer than ranks included
+        if "late" in sys.argv and team.rank == int(sys.argv[2]):
+            time.sleep(0.3)  # rank 0 has long said that nothing is to be done
+            os.kill(os.getpid(), signal.SIGTERM)
+        results = {}
+        def collect(task, result):
+            results[task] = result
+            if "waits" in sys.argv and task == 0:
+                team.share("known")
+            return "enough" in sys.argv and len(results) == 10
+        team.run_tasks(range(n_tasks), compute, collect)
+        if team.rank == 0 and "enough" not in sys.argv:
+            assert sorted(results) == list(range(n_tasks))
+            assert all(task == echo for task, (_, echo) in results.items())
+            if n_tasks == 40:
+                print("ranks at work:", len({rank for rank, _ in results.values()}))
+        elif team.rank == 0 and n_tasks == 40:
+            assert 10 <= len(results) <= 10 + 2 * team.size  # one ahead of the other
+    return 0
+
+sys.exit(parallel.run(program))
+"""
+
+HELD = f"""\
+import sys, time
+from hpcrub.response import sweep
+from hpcrub.commands.run import main
+
+march, n_marched = sweep.run_sweep, 0
+
+def held(modes, scene, speeds_hz, poll=None, **options):
+    global n_marched
+    until = time.monotonic() + {WAIT}
+    while n_marched >= {MARCHED} and time.monotonic() < until:
+        poll()
+        time.sleep(0.001)
+    n_marched += poll is not None  # not of the warm-up
+    return march(modes, scene, speeds_hz, poll, **options)
+
+sweep.run_sweep = held
+sys.exit(main())
+"""
+
+BAD_INPUTS = """\
+import os, sys
+from hpcrub.commands import run as cli
+from hpcrub.run import parallel
+
+inputs = {
+    "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
+    "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
+    "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
+    "long step": ["long.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
+    "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
+    "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
+    "missing file": ["nowhere.yaml"],
+    "not YAML": ["broken.yaml"],
+    "output folder is a file": ["tiny.yaml", "--output", "tiny.yaml/x.h5"],
+    "other configuration": ["tiny.yaml", "--resume", "--set", "casing.n_bumps=3"],
+    "existing output": ["tiny.yaml"],
+    "not a result": ["tiny.yaml", "--output", "broken.yaml", "--resume"],
+    "unknown option": ["tiny.yaml", "--nonsense"],
+}
+
+def program(team):
+    for name, arguments in inputs.items():
+        team.barrier()
+        if team.rank == 0:
+            print(f"== {name}", file=sys.stderr, flush=True)
+        codes = team.gather(cli.main(arguments))
+        if team.rank == 0:
+            print("codes", *codes, file=sys.stderr, flush=True)
+    return 0
+
+sys.exit(parallel.run(program))
+"""
+
+
+MESSAGES = {  # of BAD_INPUTS
+    "unknown key": "casing.n_bumpz: unknown key; did you mean casing.n_bumps?",
+    "wrong type": "casing.n_bumps: 'many' is not a whole number from 1 up to 1,000",
+    "negative thickness": "disk.blade.thickness_mm: -1 is not a number above 0",
+    "long step": "time.step_s: 0.0001 is not below ",
+    "empty speed range": "speeds.to_hz: 1.0 is below speeds.from_hz, 34.0: no speeds",
+    "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
+    "missing file": "nowhere.yaml: cannot be read (No such file or directory)",
+    "not YAML": "broken.yaml: line 2, column 1: ",
+    "output folder is a file": "cannot write tiny.yaml/x.h5: Not a directory",
+    "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
+    "existing output": "tiny.h5 exists: --resume goes on with it, --overwrite replaces it",
+    "not a result": "broken.yaml is not an HDF5 file",
+    "unknown option": "unrecognized arguments: --nonsense (--help lists the options)",
+}
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Folder with an input, and the bits of its results on one rank without mpirun."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.yaml").write_text(STUDY)
+    code, out, err = run(0, "study.yaml", "--output", "serial.h5", folder=folder)
+    assert code == 0, out + err
+    return folder, datasets(folder / "serial.h5")
+
+
+@pytest.fixture
+def held(tmp_path):
+    """The program, but every rank goes on to the end only when nobody stops it."""
+    path = tmp_path / "held.py"
+    path.write_text(HELD)
+    return path
+
+
+@pytest.fixture
+def driver(tmp_path):
+    path = tmp_path / "driver.py"
+    path.write_text(DRIVER)
+    return path
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_same_bits_on_any_number_of_ranks(study, ranks):
+    folder, expected = study
+    code, out, err = run(ranks, "study.yaml", "--output", f"{ranks}.h5", folder=folder)
+    assert code == 0, out + err
+    assert err == ""
+    assert datasets(folder / f"{ranks}.h5") == expected
+    assert (folder / f"{ranks}.png").exists()
+    assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
+
+
+def test_more_ranks_than_samples(study):
+    folder, _ = study
+    """The sweeps of 21 speeds are cut into three parts, on different ranks."""
+    keys = "mistuning.samples=1", "mistuning.half_range_percent=[4]", "speeds.step_hz=0.02"
+    single = [f"--set={key}" for key in keys]
+    for ranks in (0, 6):
+        code, out, err = run(
+            ranks, "study.yaml", "--output", f"s{ranks}.h5", *single, folder=folder
+        )
+        assert code == 0, out + err
+    assert datasets(folder / "s0.h5") == datasets(folder / "s6.h5")
+
+
+def wait_for_samples(process, path, n_wanted):
+    """Wait until so many samples are in the file of a running program."""
+    deadline = time.monotonic() + WAIT
+    while time.monotonic() < deadline and process.poll() is None:
+        if path.exists():
+            with h5py.File(path, "r", locking=False) as file:
+                if np.count_nonzero(file["samples/status"][()]) >= n_wanted:
+                    return
+        time.sleep(0.02)
+    process.kill()
+    pytest.fail("".join(process.communicate()))
+
+
+def children(pid):
+    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+        return [int(child) for child in file.read().split()]
+
+
+@pytest.mark.parametrize(
+    ("ranks", "number", "resumed_on"),
+    [
+        (2, signal.SIGTERM, 3),
+        (3, signal.SIGINT, 2),
+        (3, signal.SIGUSR1, 0),
+        (0, signal.SIGINT, 2),
+        (0, signal.SIGTERM, 0),
+    ],
+)
+def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, resumed_on):
+    """mpirun passes SIGUSR1 on to its ranks; at SIGINT and SIGTERM it ends them by SIGTERM and
+    returns 1, whatever they return."""
+    folder, expected = study
+    ended = ranks > 0 and number != signal.SIGUSR1
+    arguments = ["study.yaml", "--output", f"{number.name}-{ranks}.h5"]
+    path = folder / arguments[-1]
+    process = start(ranks, held, *arguments, folder=folder)
+    wait_for_samples(process, path, 3)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=WAIT)
+    assert process.returncode == (1 if ended else 75), out + err
+    (line,) = error_lines(err)
+    assert line.startswith(f"hpcrub: stopped: {'SIGTERM' if ended else number.name}")
+    assert "--resume" in line
+    with h5py.File(path) as file:
+        done = file["samples/status"][()] > 0
+        n_done = np.count_nonzero(done)
+        assert f"{n_done} of {2 * N_SAMPLES} samples" in line
+        assert 3 <= n_done < 2 * N_SAMPLES
+        # the statistics of what is there, of each level up to its first gap; rank 0 may not have
+        # heard of the last sample of each rank
+        leading = np.cumprod(done, axis=1).sum()
+        n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
+        assert leading - ranks <= n_blocks <= leading  # without mpirun: exactly
+    if not ended:  # after that mpirun leaves little time
+        log = path.with_suffix(".runs.jsonl").read_text().splitlines()
+        summary = json.loads(log[-1])
+        assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
+        assert 0 < summary["done_in_this_run"] <= n_done
+    code, out, err = run(resumed_on, *arguments, "--resume", folder=folder)
+    assert code == 0, out + err
+    assert f"of {2 * N_SAMPLES} samples are already there" in out
+    assert datasets(path) == expected
+
+
+def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
+    code, _, err = run(3, "signal", 2, folder=tmp_path, script=driver, timeout=30)
+    assert code == 75
+    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
+
+
+def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
+    code, _, err = run(3, "late", 2, folder=tmp_path, script=driver, timeout=30)
+    assert code == 75
+    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
+def test_killed_and_resumed_gives_the_same_bits(study, held):
+    folder, expected = study
+    process = start(2, held, "study.yaml", "--output", "killed.h5", folder=folder)
+    wait_for_samples(process, folder / "killed.h5", 3)
+    for rank in children(process.pid):
+        os.kill(rank, signal.SIGKILL)
+    process.communicate(timeout=WAIT)
+    assert process.returncode != 0
+    code, out, err = run(3, "study.yaml", "--output", "killed.h5", "--resume", folder=folder)
+    assert code == 0, out + err
+    assert datasets(folder / "killed.h5") == expected
+
+
+@pytest.mark.parametrize("mode", ["all", "enough", "waits"])
+def test_tasks_are_all_done_once(driver, tmp_path, mode):
+    code, out, err = run(3, mode, folder=tmp_path, script=driver)
+    assert (code, err) == (0, "")
+    assert "ranks at work: 3" in out or mode == "enough"
+
+
+@pytest.mark.parametrize("rank", [0, 2])
+def test_a_rank_that_raises_aborts_the_job(driver, tmp_path, rank):
+    code, _, err = run(3, "task", rank, folder=tmp_path, script=driver, timeout=30)
+    assert code == 1
+    assert "ZeroDivisionError: one rank only" in err
+
+
+def test_a_known_error_of_one_rank_is_one_line_and_its_code(driver, tmp_path):
+    code, _, err = run(3, "known", 1, folder=tmp_path, script=driver, timeout=30)
+    assert code == 2
+    assert error_lines(err) == ["hpcrub: error: one rank only"]
+    assert "Traceback" not in err
+
+
+def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
+    code, _, err = run(3, "together", folder=tmp_path, script=driver, timeout=30)
+    assert code == 2
+    assert error_lines(err) == ["hpcrub: error: rank 1 cannot"]
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
+    """All in one job, which every rank survives: the next input is tried on the same ranks."""
+    (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
+    (tmp_path / "long.yaml").write_text(TINY)
+    (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
+    assert run(0, "tiny.yaml", folder=tmp_path)[0] == 0
+    code, out, err = run(ranks, folder=tmp_path, script="bad_inputs.py")
+    assert code == 0, out + err
+    attempts = err.split("== ")[1:]
+    assert len(attempts) == len(MESSAGES)
+    for attempt in attempts:
+        name, line, codes = attempt.strip().split("\n")
+        assert line.startswith("hpcrub: error: "), name
+        assert MESSAGES[name] in line
+        assert codes == " ".join(["codes"] + ["2"] * ranks), name
+
+
+def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
+    code, _, err = run(3, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
+    assert code == 2
+    assert len(error_lines(err)) == 1
+
+
+def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
+    lines = [
+        "import h5py",
+        "from types import SimpleNamespace",
+        "h5py.get_config = lambda: SimpleNamespace(mpi=False)",
+        "from hpcrub.commands.run import main",
+        "raise SystemExit(main())",
+    ]
+    (tmp_path / "main.py").write_text("\n".join(lines))
+    code, _, err = run(2, "tiny.yaml", folder=tmp_path, script="main.py")
+    assert code == 2
+    (line,) = error_lines(err)
+    assert line.startswith("hpcrub: error: this h5py is built without MPI")
+    assert "`make setup`" in line
+    assert "pip" not in line  # which would build mpi4py too, in tens of gigabytes
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
+    """Several ranks that cannot see each other must not each compute, or write, everything."""
+    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")
+    for rank, n_lines in ((0, 1), (1, 0)):
+        monkeypatch.setenv("OMPI_COMM_WORLD_RANK", str(rank))
+        (tmp_path / "main.py").write_text(
+            "from hpcrub.commands.run import main\nraise SystemExit(main())"
+        )
+        code, _, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
+        assert code == 2
+        assert len(error_lines(err)) == n_lines
+        assert "mpi4py" in err or rank
+
+
+def test_without_mpi4py_one_rank_works(tiny, tmp_path):
+    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
+    (tmp_path / "main.py").write_text(
+        "from hpcrub.commands.run import main\nraise SystemExit(main())"
+    )
+    code, out, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
+    assert code == 0, out + err

@@ -1,0 +1,96 @@
+"""What a person meets at the terminal: what is compiled when, and a bar that fits the screen."""
+
+import contextlib
+import os
+import pty
+import re
+import sys
+
+import pytest
+
+from tests.program import ENVIRONMENT, ROOT, TINY, command, run
+
+WARM = """\
+import sys
+from hpcrub import studies
+from hpcrub.config import schema as config
+from hpcrub.contact import kernel
+from hpcrub.response import energy, history
+from hpcrub.studies import warmup
+from hpcrub.run.parallel import Team
+
+cfg = config.Config.from_yaml(sys.argv[1])
+compiled = kernel.march, energy.march, history.trace
+problem = studies.find(cfg).prepare(cfg)
+warmup.warm_up(Team(), cfg)
+warm = [list(function.signatures) for function in compiled]
+if cfg.study == "contact":
+    from hpcrub.response import sweep
+    from hpcrub.studies import problem as study
+    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
+    sweep.run_sweep(modes, problem.scene, cfg.speeds.values_hz)
+else:
+    list(studies.find(cfg).compute(problem, 0, lambda: None))
+assert warm == [list(function.signatures) for function in compiled]
+print(*map(len, warm))
+"""
+
+
+@pytest.mark.parametrize(
+    ("keys", "n_compiled"),
+    [
+        ("{}", "2 0 0"),
+        ("debug: {energy_audit: true}", "2 2 0"),
+        ("study: time_response\nhistory: {duration_s: 0.5}", "2 0 1"),
+    ],
+)
+def test_nothing_is_compiled_in_a_task(tmp_path, keys, n_compiled):
+    """There it would be compiled on all ranks at once, deaf to signals."""
+    (tmp_path / "warm.py").write_text(WARM)
+    text = TINY.replace("to_hz: 34.4", "to_hz: 34.0") + keys.replace("{}", "")
+    code, out, err = run(0, text, folder=tmp_path, script="warm.py", timeout=300)
+    assert (code, out) == (0, f"{n_compiled}\n"), err
+
+
+def screen(output, width):
+    """Lines that a terminal of this width shows after a program's output."""
+    rows, row, column = [""], 0, 0
+    for escape, text in re.findall(r"(\x1b\[[0-9;?]*[A-Za-z])|([^\x1b])", output):
+        if escape.endswith("A"):
+            row -= int(escape[2:-1] or 1)
+        elif escape.endswith("K"):
+            rows[row] = ""
+        elif text == "\r":
+            column = 0
+        elif text and (text == "\n" or column == width):
+            row, column = row + 1, 0
+            rows += [""] * (row + 1 - len(rows))
+        if text and text not in "\r\n":
+            rows[row] = rows[row][:column].ljust(column) + text + rows[row][column + 1 :]
+            column += 1
+    return [line.rstrip() for line in rows]
+
+
+@pytest.mark.parametrize("width", [80, 60])
+def test_bar_and_tables_fit_the_terminal(tiny, width):
+    """What is longer than a line is not erased again, and every refresh leaves some of it."""
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.chdir(tiny.parent)
+        os.environ.update(ENVIRONMENT, PYTHONPATH=str(ROOT), COLUMNS=str(width), TERM="xterm")
+        more = "--no-figures", "--set=mistuning.samples=30"
+        os.execv(sys.executable, command(0, ROOT / "main.py", "tiny.yaml", *more))
+    output = bytearray()
+    with contextlib.suppress(OSError):  # how Linux says that the other side has closed it
+        while part := os.read(terminal, 65536):
+            output += part
+    os.close(terminal)
+    lines = screen(output.decode(), width)
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0, "\n".join(lines)
+    assert sum("━" in line for line in lines) == 2, "\n".join(lines)  # tuned disk, samples
+    (bar,) = [line for line in lines if line.startswith("samples") and "━" in line]
+    assert "60/60" in bar
+    assert bar.endswith("left)") or " A at ±4 %: " in bar
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
+    assert max(map(len, re.split(r"[\r\n]+", plain))) <= width
+    assert "…" not in plain or width < 80  # no column of a table is cut

@@ -1,0 +1,374 @@
+"""The study on one rank, in this process: what it computes, what it stores, what it refuses."""
+
+import numpy as np
+import pytest
+
+from hpcrub.commands import run as cli
+from hpcrub.contact import reasons
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import sweep
+from hpcrub.response.sweep import SweepResult
+from hpcrub.results import ownership
+from hpcrub.results.layout import DONE, FAILED, NO_POINT
+from hpcrub.results.storage import ResultFile, lay_out
+from hpcrub.run.parallel import Team
+from hpcrub.run.progress import level_table, point_lines
+from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from hpcrub.studies import problem as study
+from tests.program import TINY, datasets, error_lines, load
+
+
+def main(*arguments):
+    return cli.main([str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_study_from_file_to_figure(tiny, folder, capfd):
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    for text in ("A_nl", "A_lin", "steady", "diverged", "steps per second and core"):
+        assert text in out
+    for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
+        assert text in out
+    assert (folder / "results/tiny.png").stat().st_size > 10_000
+    names = ["tiny.h5", "tiny.log", "tiny.png", "tiny.runs.jsonl"]
+    assert sorted(p.name for p in (folder / "results").iterdir()) == names
+
+    file = ResultFile.open("results/tiny.h5")
+    assert (file.status() == DONE).all()
+    tuned = file.tuned()
+    peaks = file.read("samples/amplitude_m").max(axis=2)
+    np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
+    amplification = peaks / tuned["reference_amplitude_m"]
+    np.testing.assert_array_equal(file.read("samples/amplification"), amplification)
+    assert np.abs(file.read("samples/deviation")).max(axis=(1, 2)) == pytest.approx(
+        [0.02, 0.04], rel=0.2
+    )
+    for kind, name in (("contact", "amplification"), ("linear", "linear_amplification")):
+        values = file.read(f"samples/{name}")
+        for level in range(2):
+            expected = running_percentiles(values[level], [1, 50, 99], 1, 2.81)
+            expected = (
+                expected._asdict()
+                | running_intervals(values[level], [1, 50, 99], 1, 2.81)._asdict()
+            )
+            for key in set(expected) - {"samples_seen"}:
+                stored = file.read(f"statistics/{kind}/{key}", level)
+                np.testing.assert_array_equal(stored, expected[key])
+    cells = [list(column.cells) for column in level_table(file).columns]
+    for level in range(2):
+        for column, name in ((3, "amplification"), (4, "linear_amplification")):
+            percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
+            assert [float(word) for word in cells[column][level].split("/")] == pytest.approx(
+                percentiles, abs=5.1e-4
+            )
+    file.close()
+
+    before = datasets("results/tiny.h5")
+    assert main(tiny, "--resume") == 0  # complete: the summary again
+    assert "A_nl" in capfd.readouterr().out
+    assert datasets("results/tiny.h5") == before
+
+
+def test_peak_search_leaves_speeds_out(tiny, folder):
+    keys = "speeds.search=peak", "speeds.step_hz=0.02", "mistuning.samples=1"
+    keys += ("mistuning.tuned_runs=1",)
+    assert main(tiny, *(f"--set={key}" for key in keys)) == 0
+    file = ResultFile.open("results/tiny.h5")
+    problem, speeds = study.build_problem(file.config), file.config.speeds.values_hz
+    for level in range(2):
+        deviation = study.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
+        modes = study.mistuned_modes(problem.reduced, deviation)
+        found = sweep.find_peak(modes, problem.scene, speeds)
+        marched = found.point_status != NO_POINT
+        assert 6 <= marched.sum() < 21
+        whole = sweep.run_sweep(modes, problem.scene, speeds).amplitude
+        amplitude = file.read("samples/amplitude_m", (level, 0))
+        np.testing.assert_array_equal(amplitude, np.where(marched, whole, np.nan))
+        status = file.read("samples/point_status", (level, 0))
+        np.testing.assert_array_equal(status, found.point_status)
+        peak = file.read("samples/peak_amplitude_m", (level, 0))
+        assert peak == whole[marched].max()
+        assert file.read("samples/peak_speed_hz", (level, 0)) == speeds[amplitude == peak]
+    assert (file.read("tuned/point_status") != NO_POINT).all()
+    file.close()
+
+
+def test_samples_on_a_basis_of_their_own(tiny, folder):
+    assert main(tiny, "--set=reduction.basis=per_sample", "--set=mistuning.samples=1") == 0
+    file = ResultFile.open("results/tiny.h5")
+    problem, speeds = study.build_problem(file.config), file.config.speeds.values_hz
+    for level, deviation in enumerate(file.read("samples/deviation", (slice(None), 0))):
+        own = craig_bampton(mistune(problem.disk, deviation), 12)
+        modes = mistuned_modes(own, np.zeros(12))
+        amplitude = sweep.run_sweep(modes, problem.scene, speeds).amplitude
+        np.testing.assert_array_equal(file.read("samples/amplitude_m", (level, 0)), amplitude)
+        linear = study.linear_amplitude(file.config, problem, modes)
+        assert file.read("samples/linear_amplitude_m", (level, 0)) == linear
+    file.close()
+
+
+def test_without_mistuning_nothing_is_amplified(tiny, folder):
+    assert main(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
+    file = ResultFile.open("results/tiny.h5")
+    peak = file.read("tuned/peak_amplitude_m")
+    assert (file.read("samples/peak_amplitude_m") == peak).all()  # the same bits
+    expected = peak / file.read("tuned/reference_amplitude_m")
+    assert (file.read("samples/amplification") == expected).all()
+    assert (file.read("samples/linear_amplification") == 1.0).all()
+    file.close()
+
+
+def test_failed_points_are_told_in_words(tiny, folder):
+    assert main(tiny) == 0
+    file = ResultFile.open("results/tiny.h5", mode="r+")
+    most = max(file.read("samples/max_sweeps").max(), file.read("tuned/max_sweeps").max())
+    assert 1 < most < 50
+    assert list(point_lines(file)) == [
+        f"contact forces: at most {most} sweeps of the solver in a step"
+    ]
+    codes = np.array([reasons.SELF_LOCKING, reasons.NOT_FINITE, reasons.SELF_LOCKING], np.uint8)
+    file.write_sample(1, 1, {"point_reason": codes, "status": DONE})
+    one, two, _ = point_lines(file)  # three speeds of the tuned disk and of four samples
+    assert one == "1 of 15 points: diverged: a displacement is not finite"
+    assert two.startswith("2 of 15 points: diverged: self-locking")
+    garbled = np.array([reasons.SELF_LOCKING, 255, reasons.SELF_LOCKING], np.uint8)
+    file.write_sample(1, 1, {"point_reason": garbled, "status": DONE})
+    assert next(point_lines(file)) == two  # a code that no study writes is not counted
+    file.close()
+
+
+def test_diverged_points_have_no_peak():
+    speeds = np.array([1.0, 2.0, 3.0, 4.0])
+    amplitude = np.array([0.1, 9.0, 0.3, np.nan])
+    result = SweepResult.empty(4)
+    result = result._replace(amplitude=amplitude, point_status=np.array([1, 3, 2, 1], np.uint8))
+    assert study.peak(result, speeds) == (0.3, 3.0)
+    result = result._replace(point_status=np.full(4, 3, np.uint8))
+    assert np.isnan(study.peak(result, speeds)).all()
+
+
+@pytest.mark.parametrize("how", ["LinAlgError", "diverged"])
+def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd, how):
+    solve, march = study.mistuned_modes, sweep.run_sweep
+    bad = study.stiffness_deviation(2020, 1, 0, 12, 0.04)
+
+    def broken_solver(reduced, deviation):
+        if how == "LinAlgError" and np.array_equal(deviation, bad):
+            raise np.linalg.LinAlgError("Eigenvalues did not converge")
+        return solve(reduced, deviation)
+
+    def broken_march(modes, scene, speeds_hz, poll=None, **options):
+        result = march(modes, scene, speeds_hz, poll, **options)
+        if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
+            return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
+        return result
+
+    REDUCED = study.build_problem(load(tiny)).reduced
+    monkeypatch.setattr(study, "mistuned_modes", broken_solver)
+    monkeypatch.setattr(sweep, "run_sweep", broken_march)
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    assert "level 1, sample 0 failed: " in out
+    assert "1 (+1 failed)" in out
+    file = ResultFile.open("results/tiny.h5")
+    np.testing.assert_array_equal(file.status(), [[DONE, DONE], [FAILED, DONE]])
+    np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
+    percentile = file.read("statistics/contact/percentile", 1)
+    assert np.isnan(percentile[:, 0]).all()
+    np.testing.assert_array_equal(percentile[:, 1], file.read("samples/amplification", (1, 1)))
+    file.close()
+
+
+@pytest.mark.parametrize(("criterion", "n"), [("standard_error", 3), ("interval", 6)])
+def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, monkeypatch):
+    """With a generous target it stops at the fewest values allowed or, by the interval of a median,
+    when both of its ends are known: 0.5**n is below the normal tail at 2. A resume adds none."""
+    few = ["--set", "mistuning.samples=12", "--set", "mistuning.half_range_percent=[4]"]
+    few += ["--set", "convergence.stop_when_converged=true", "--set", "convergence.target_error=1"]
+    few += ["--set", "convergence.percentiles=[50]", "--set", "convergence.z=2"]
+    few += ["--set", f"convergence.criterion={criterion}"]
+    monkeypatch.setattr("hpcrub.statistics.percentiles.MIN_VALUES", 3)
+    assert main(tiny, *few) == 0
+    file = ResultFile.open("results/tiny.h5")
+    np.testing.assert_array_equal(file.status(), [[DONE] * n + [0] * (12 - n)])
+    known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
+    np.testing.assert_array_equal(known, np.arange(12) < n)
+    file.close()
+    before = datasets("results/tiny.h5")
+    assert main(tiny, *few, "--status") == 0
+    assert main(tiny, *few, "--resume") == 0
+    assert datasets("results/tiny.h5") == before
+
+
+def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):
+    short = "--set=convergence.step=10", "--set=convergence.stop_when_converged=true"
+    assert main(tiny, *short) == 0
+    assert main(tiny, *short, "--status") == 0
+
+
+def test_paper_pattern_is_printed_beside_the_paper(tiny, folder, capfd):
+    pattern = "[211.93, 203.91, 203.28, 212.56, 201.66, 211.64, "
+    pattern += "214.21, 208.09, 216.83, 206.95, 206.27, 207.01]"
+    text = TINY.replace("mistuning: {half_range_percent: [2, 4], samples: 2}\n", "")
+    tiny.write_text(text + f"mistuning: {{pattern_gpa: {pattern}}}\n")
+    assert main(tiny) == 0
+    out = capfd.readouterr().out
+    assert "58.1" in out
+    assert "67.9" in out
+    file = ResultFile.open("results/tiny.h5")
+    assert file.read("samples/deviation", (0, 0))[0] == pytest.approx(211.93 / 210 - 1)
+    file.close()
+    tiny.write_text(tiny.read_text().replace("211.93", "211.94"))
+    assert main(tiny, "--overwrite") == 0
+    assert "58.1" not in capfd.readouterr().out
+
+
+def test_dry_run_touches_nothing(tiny, folder, capfd):
+    assert main(tiny, "--dry-run") == 0
+    out = capfd.readouterr().out
+    assert "90.1" in out  # first frequency of the reference disk
+    assert "simulations:          39 = (2 levels x 2 samples + 9 tuned) x 3 speeds" in out
+    assert "stability limit" in out
+    assert "estimated run time" in out
+    assert not (folder / "results").exists()
+
+
+@pytest.mark.parametrize("kind", ["contact", "branches"])
+def test_dry_run_where_nothing_touches(tiny, folder, capfd, kind):
+    assert main(tiny, "--dry-run", "--set=casing.clearance_mm=2", f"--set=study={kind}") == 0
+    (line,) = [line for line in capfd.readouterr().out.splitlines() if "run time" in line]
+    assert "nan" not in line
+    assert (" 0 s on 1 rank" in line) == (kind == "contact")  # branches are deflected by hand
+
+
+def test_a_result_that_another_job_has_just_finished_is_kept(tiny, folder, capfd, monkeypatch):
+    class Late(ownership.Lock):
+        """The other job ends when this one has looked, and before it has the lock."""
+
+        def __init__(self, path):
+            super().__init__(path)
+            lay_out(path, load(tiny))
+
+    monkeypatch.setattr(ownership, "Lock", Late)
+    assert main(tiny) == 2
+    assert "exists: --resume goes on with it" in error_lines(capfd.readouterr().err)[0]
+    assert [p.name for p in (folder / "results").iterdir()] == ["tiny.h5"]
+
+
+def test_existing_output(tiny, folder, capfd):
+    assert main(tiny, "--resume") == 0  # nothing there: it starts
+    assert main(tiny) == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "--resume" in line
+    assert "--overwrite" in line
+    assert main(tiny, "--set", "casing.n_bumps=3", "--resume") == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "casing.n_bumps: 4 in the file, 3 asked for" in line
+    assert main(tiny, "--set", "casing.n_bumps=3", "--overwrite") == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["--set", "time.scheme=central_difference", "--set", "time.step_s=1e-4"],
+            "time.step_s: 0.0001 is not below",
+        ),
+        (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
+        (["--output", "tiny.yaml/result.h5"], "cannot write"),
+        (["--output", "."], "is not a file name"),
+        (["--output", "/tmp"], "is a folder"),
+        (["--resume", "--overwrite"], "not allowed with"),
+        (["--no-such-option"], "unrecognized arguments"),
+    ],
+)
+def test_bad_input_is_one_line(tiny, folder, capfd, arguments, message):
+    assert main(tiny, *arguments) == 2
+    captured = capfd.readouterr()
+    assert captured.err.count("\n") == 1
+    assert error_lines(captured.err)
+    assert message in captured.err
+    assert not (folder / "results").exists()
+
+
+def test_stability_limit_counts_the_stiffest_sample(tiny_config):
+    tuned = study.build_problem(tiny_config).reduced.tuned_eigenvalues[-1]
+    limit = study.build_problem(tiny_config).stability_limit
+    assert limit == pytest.approx(2 / np.sqrt(1.04 * tuned))
+    exact = tiny_config.time.model_copy(update={"scheme": "exact_modal", "step_s": 2 * limit})
+    study.build_problem(tiny_config.model_copy(update={"time": exact}))  # needs no limit
+
+
+def test_bumps_that_reach_no_blade(tiny, folder, capfd):
+    assert main(tiny, "--set", "casing.bump_height_mm=0.2") == 1
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "bumps never reach the blades" in line
+
+
+def test_without_a_reference_no_sample_is_marched(tiny, folder, capfd, monkeypatch):
+    assert main(tiny, "--set", "casing.clearance_mm=2") == 1
+    monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
+    assert main(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
+    first, second = error_lines(capfd.readouterr().err)
+    assert first == second
+
+
+def test_version_and_help(capfd):
+    assert main("--version") == 0
+    assert main("--help") == 0
+    assert "--resume" in capfd.readouterr().out
+
+
+def test_a_team_of_one_computes_in_order():
+    done = []
+    Team().run_tasks([3, 1, 2], lambda task, poll: 10 * task, lambda *both: done.append(both))
+    assert done == [(3, 30), (1, 10), (2, 20)]
+
+
+def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypatch):
+    """At a periodic speed they agree, at 34.25 Hz (quasi-periodic) they do not."""
+    monkeypatch.chdir(tiny.parent)
+    speeds = {"periodic": 33.25, "not": 34.25}
+    spread = {}
+    for name, speed in speeds.items():
+        keys = {"speeds.from_hz": speed, "speeds.to_hz": speed, "reduction.n_modes": 60}
+        options = [f"--set={key}={value}" for key, value in keys.items()]
+        assert main(tiny, *options, "--output", f"{name}.h5") == 0
+        file = ResultFile.open(f"{name}.h5")
+        runs = file.read("tuned/run_peaks_m")
+        peak = file.read("tuned/peak_amplitude_m")
+        assert file.read("tuned/reference_amplitude_m") == np.sort(runs)[4]
+        assert runs[0] == peak
+        spread[name] = np.ptp(runs) / peak
+        file.close()
+    assert spread["periodic"] < 1e-3 < 1e-2 < spread["not"] < 0.2
+
+
+def test_debug_run_is_the_same_bits_and_accounts_for_its_energy(tiny, folder, capfd):
+    for name, audit in (("plain", "false"), ("audited", "true")):
+        option = f"--set=debug.energy_audit={audit}"
+        assert main(tiny, option, "--output", f"{name}.h5") == 0
+    assert "energy audit: 15 points, unexplained at most" in capfd.readouterr().out
+    plain, audited = (datasets(f"{name}.h5") for name in ("plain", "audited"))
+    assert plain == audited
+    energy = ResultFile.open("audited.h5").read("samples/energy_j")
+    assert energy.shape == (2, 2, 3, 6)
+    casing, friction, damping, impact, stored, unexplained = np.moveaxis(energy, -1, 0)
+    assert (impact > 0.0).all()
+    assert (friction < 0.0).all()
+    np.testing.assert_allclose(casing + friction, damping + impact + stored, rtol=1e-9)
+    assert (unexplained < 1e-9 * casing).all()
+
+
+@pytest.mark.parametrize("study", ["time_response", "interaction_map"])
+def test_debug_runs_of_whole_histories_end_well(tiny, folder, study):
+    keys = {"study": study, "debug.energy_audit": "true", "history.duration_s": 0.1}
+    keys |= {"speeds.to_hz": 34.0, "spectrum.window_s": 0.05}
+    options = [f"--set={key}={value}" for key, value in keys.items()]
+    assert main(tiny, *options, "--output", "history.h5") == 0

@@ -1,0 +1,155 @@
+"""Studies that take their samples from an earlier contact study: energy, cross, damping.
+
+Truth: the strain energy of every blade on the full finite-element model.
+"""
+
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub import plot
+from hpcrub.commands import inspect
+from hpcrub.commands import run as cli
+from hpcrub.config import schema as config
+from hpcrub.config import yaml_text
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.results.layout import FAILED
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies import energy
+from hpcrub.studies.problem import build_problem
+from tests.program import TINY
+
+ONE_SPEED = {"speeds.from_hz": 34.0, "speeds.to_hz": 34.0}
+
+
+@pytest.mark.parametrize("basis", ["tuned", "per_sample"])
+def test_strain_energy_is_that_of_the_full_model(basis):
+    """The same motion in the dof of the finite elements, blade by blade."""
+    keys = ONE_SPEED | {"reduction.basis": basis}
+    cfg = config.replaced(config.Config.from_yaml(TINY), keys)
+    model, deviation = build_problem(cfg), np.linspace(-0.03, 0.03, 12)
+    problem = energy.Problem(cfg, model, deviation[None])
+    found = {name: values for name, _, values in energy.compute(problem, 1, lambda: None)}
+    found = found["energy_j"]
+
+    disk, own = mistune(model.disk, deviation), basis == "per_sample"
+    reduced = craig_bampton(disk, cfg.reduction.n_modes) if own else model.reduced
+    modes = mistuned_modes(reduced, np.zeros(12) if own else deviation)
+    motion = Motion.at_rest(1, len(modes.omega))
+    run_sweep(modes, model.scene, [34.0], motion=motion)
+    duration = cfg.steady_state.window_revolutions / 34.0
+    pieces = history.march(modes, model.scene, [34.0], duration, motion)
+    q = np.concatenate([piece.position[:, :, 0] for piece in pieces])
+    u = q @ (reduced.basis @ modes.shapes).T
+    expected = [
+        (0.5 * (u[:, dof] @ k) * u[:, dof]).sum(axis=1).max()
+        for dof, k in zip(disk.blade_dof, disk.blade_stiffness, strict=True)
+    ]
+    assert min(expected) > 0.0
+    assert found[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
+    """At every speed, whatever its neighbours: a longer look would find a larger energy."""
+    spans, march = [], history.march
+
+    def watched(modes, scene, speeds_hz, *arguments):
+        pieces = list(march(modes, scene, speeds_hz, *arguments))
+        step = pieces[0].time[1] - pieces[0].time[0]
+        spans.append((pieces[-1].time[-1] - pieces[0].time[0] + step) * speeds_hz)
+        return pieces
+
+    monkeypatch.setattr(history, "march", watched)
+    cfg = config.replaced(
+        config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
+    )
+    problem = energy.Problem(cfg, build_problem(cfg), np.zeros((1, 12)))
+    list(energy.compute(problem, 0, lambda: None))
+    assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def origin(tmp_path_factory):
+    """A contact study of 6 samples on two levels."""
+    path = tmp_path_factory.mktemp("origin") / "source.h5"
+    text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2")
+    path.with_suffix(".yaml").write_text(text)
+    arguments = str(path.with_suffix(".yaml")), "--output", str(path), "--no-figures"
+    assert cli.main(arguments) == 0
+    return path
+
+
+@pytest.fixture
+def folder(origin, tmp_path, monkeypatch):
+    """A working folder with source.h5."""
+    shutil.copy(origin, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(study, *options, sources=("source.h5",), **sections):
+    """Exit code of a study that starts from source.h5, into STUDY.h5."""
+    physics = yaml_text.parse(TINY) | {"mistuning": {}, "convergence": {}}
+    keys = physics | {"study": study, "sources": list(sources), "output": f"{study}.h5"} | sections
+    Path(f"{study}.yaml").write_text(json.dumps(keys))
+    return cli.main([f"{study}.yaml", *options])
+
+
+def change(path, dataset, where, value):
+    with h5py.File(path, "r+", locking=False) as file:
+        file[dataset][where] = value
+
+
+def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
+    assert run("energy", "--dry-run", energy={"samples": 12}) == 0
+    assert "stability limit" in capfd.readouterr().out
+    largest = ResultFile.open("source.h5").read("samples/amplification").argmax()
+    where = tuple(map(int, np.unravel_index(largest, (2, 6))))
+    change("source.h5", "samples/status", where, FAILED)
+    for samples in (12, 100):
+        capfd.readouterr()
+        assert run("energy", energy={"samples": samples}) == 2
+        expected = f"energy.samples: {samples} is more than the 11 finished samples of source.h5"
+        assert expected in capfd.readouterr().err
+    keys = {"study": "energy", "sources": ["source.h5"], "energy.samples": 11}
+    found = energy.constants(config.replaced(config.Config.from_yaml(TINY), keys))
+    places = list(zip(found["level"], found["number"], strict=True))
+    assert len(set(places)) == 11
+    assert where not in places
+    assert (np.diff(found["amplification"]) <= 0.0).all()
+
+
+CASES = [
+    ("energy", ("source.h5",), {"energy": {"samples": 2}}),
+    ("cross", ("source.h5",), {}),
+    ("damping", ("source.h5", "source.h5"), {}),
+]
+
+
+@pytest.mark.parametrize(("study", "sources", "sections"), CASES)
+def test_a_result_file_alone_is_enough(folder, capfd, study, sources, sections):
+    """Figures, --status and inspect need no source; to go on needs the sources as they were."""
+    assert run(study, "--no-figures", sources=sources, **sections) == 0
+    before = Path(f"{study}.h5").read_bytes()
+    Path("source.h5").rename("elsewhere.h5")
+    (picture,) = plot.draw_study([f"{study}.h5"])
+    assert picture.stat().st_size > 10_000
+    assert inspect.main([f"{study}.h5"]) == 0
+    assert run(study, "--status", sources=sources, **sections) == 0
+    capfd.readouterr()
+    assert run(study, "--resume", sources=sources, **sections) == 2
+    assert "source.h5 does not exist" in capfd.readouterr().err
+
+    Path("elsewhere.h5").rename("source.h5")
+    assert run(study, "--resume", "--no-figures", sources=sources, **sections) == 0
+    change("source.h5", "samples/linear_amplification", (1, 2), 1.25)
+    capfd.readouterr()
+    assert run(study, "--resume", sources=sources, **sections) == 2
+    assert f"sources: source.h5 has changed since {study}.h5" in capfd.readouterr().err
+    assert Path(f"{study}.h5").read_bytes() == before

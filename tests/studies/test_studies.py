@@ -1,0 +1,300 @@
+"""Studies other than contact, each on a tiny case: what they compute, store and draw.
+
+Truth: closed forms of the casing and of a tuned disk, brute force over speeds for linear peaks,
+the binomial coverage of an interval, and that ranks and interruptions change nothing.
+"""
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub import plot, studies
+from hpcrub.commands import inspect
+from hpcrub.commands import run as cli
+from hpcrub.commands.plot import main as plot_main
+from hpcrub.config import schema as config
+from hpcrub.contact import reasons
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.linear import travelling_load_response
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results import storage
+from hpcrub.results.layout import DIVERGED, STEADY
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies import time_response
+from hpcrub.studies.problem import build_model, build_problem
+from tests.program import ROOT, load, run
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def compute(name, *overrides):
+    """Run inputs/NAME.yaml with overrides in the current folder; returns its open ResultFile."""
+    arguments = [str(ROOT / "inputs" / f"{name}.yaml"), "--output", f"{name}.h5"]
+    for override in overrides:
+        arguments += ["--set", override]
+    assert cli.main(arguments) == 0
+    return ResultFile.open(f"{name}.h5")
+
+
+def test_every_study_has_an_input_and_a_figure():
+    for name in studies.STUDIES:
+        inputs = [load(path) for path in (ROOT / "inputs").glob("*.yaml")]
+        assert name in {cfg.study for cfg in inputs}
+        assert any(name in entry.studies for entry in plot.FIGURES.values())
+
+
+def test_modes_of_the_tuned_disk_come_in_pairs(folder):
+    file = compute("modal")
+    for kind in ("full", "reduced"):
+        family = file.read(f"{kind}/frequencies_hz")[:12]
+        diameters = file.read(f"{kind}/nodal_diameters")[:12]
+        # a cyclic disk: 0 and N/2 diameters once, all others twice, with equal frequencies
+        assert sorted(diameters) == [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6]
+        for d in range(1, 6):
+            pair = family[diameters == d]
+            assert pair[0] == pytest.approx(pair[1], rel=1e-9)
+        assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
+    # Rayleigh: a reduced model is never softer
+    full, reduced = file.read("full/frequencies_hz"), file.read("reduced/frequencies_hz")
+    assert (reduced >= full[: len(reduced)] * (1 - 1e-9)).all()
+    shapes = file.read("shapes")
+    assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)
+    inner = file.read("spokes")[:, 0]
+    assert (shapes[:, inner] == 0.0).all()  # clamped
+    assert plot_main(["modal.h5", "--figure", "animation", "--mode", "4"]) == 0
+    assert (folder / "modal_animation.gif").stat().st_size > 10_000
+    assert plot_main(["modal.h5", "--figure", "animation", "--mode", "400"]) == 2
+
+
+def test_a_mode_is_shown_or_refused(folder, capsys):
+    compute("modal")
+    whole = (folder / "modal_shapes.png").read_bytes()
+    assert plot_main(["modal.h5", "--figure", "disk", "--mode", "3"]) == 2
+    said = capsys.readouterr().err
+    assert "--mode 3: figure disk does not show a mode; shapes and animation" in said
+    assert plot_main(["modal.h5", "--mode", "3"]) == 0
+    three = (folder / "modal_shapes.png").read_bytes()
+    assert plot_main(["modal.h5", "--figure", "shapes", "--mode", "3"]) == 0
+    assert (folder / "modal_shapes.png").read_bytes() == three != whole
+    assert plot_main(["modal.h5", "--mode", "0"]) == 2
+    compute("casing")
+    capsys.readouterr()
+    assert plot_main(["casing.h5", "--mode", "3"]) == 2
+    assert "no figure of casing.h5 shows a mode" in capsys.readouterr().err
+
+
+def test_casing(folder):
+    file = compute("casing", "casing.n_bumps=3")
+    gap, angle = file.read("gap_m"), file.read("angle_rad")
+    assert gap.min() == pytest.approx(0.25e-3 - 1.25e-3)
+    assert angle[gap < gap.min() + 1e-12] == pytest.approx(np.arange(4) * 2 * np.pi / 3)
+    assert file.read("growth")[[0, -1]] == pytest.approx([0.0, 1.0])
+    assert (folder / "casing.png").stat().st_size > 10_000
+    assert plot_main(["casing.h5", "--format", "svg", "--out", "pictures"]) == 0
+    assert (folder / "pictures" / "casing.svg").exists()
+
+
+@pytest.mark.parametrize(("basis", "n_modes"), [("tuned", 60), ("per_sample", 4)])
+def test_linear_amplification_is_that_of_a_fine_search(folder, basis, n_modes):
+    overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
+    overrides += f"reduction.basis={basis}", f"reduction.n_modes={n_modes}"
+    file = compute("linear", *overrides, "mistuning.samples=56")
+    amplification = file.read("amplification")
+    assert amplification[0] == pytest.approx(1.0, abs=1e-12)  # no mistuning
+    disk, tuned = build_model(file.config)
+    deviation = stiffness_deviation(2020, 1, 55, 12, 0.03)  # of the second chunk
+    own = craig_bampton(mistune(disk, deviation), n_modes)
+    mistuned = (tuned, deviation) if basis == "tuned" else (own, np.zeros(12))
+    for d, n_diameters in enumerate((2, 5)):
+        speeds = np.linspace(85, 99, 70001) / n_diameters
+        peak = [
+            np.abs(
+                travelling_load_response(
+                    mistuned_modes(*made_of), 0.005, 1.0, n_diameters, disk.contact_angle, speeds
+                )
+            ).max()
+            for made_of in ((tuned, np.zeros(12)), mistuned)
+        ]  # fmt: skip
+        assert amplification[1, d, 55] == pytest.approx(peak[1] / peak[0], rel=1e-4)
+
+
+def test_sigma_of_a_pattern_is_that_of_its_blades():
+    moduli = [205.0, 215.0, 211.0] * 4
+    for name in ("contact", "linear"):
+        text = f"study: {name}\nmistuning: {{pattern_gpa: {moduli}}}"
+        cfg = config.Config.from_yaml(text)
+        assert studies.find(cfg).constants(cfg)["sigma"] == pytest.approx(np.std(moduli) / 210)
+
+
+@pytest.mark.parametrize(
+    ("name", "disk", "marches"),
+    [
+        ("modal", True, False),
+        ("casing", False, False),
+        ("linear", True, False),
+        ("time_response", True, True),
+        ("interaction_map", True, True),
+        ("branches", True, True),
+    ],
+)
+def test_dry_run_tells_of_the_model(folder, capfd, name, disk, marches):
+    keys = "time.step_s=2e-5", "steady_state.first_check_s=0.2", "steady_state.max_time_s=0.2"
+    options = [word for key in keys for word in ("--set", key)]
+    assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
+    out = capfd.readouterr().out
+    assert ("first frequencies:    90.12" in out) == disk  # [Hz], the paper
+    assert ("stability limit:" in out) == ("estimated run time:" in out) == marches
+    assert "tasks:" in out
+    assert "output:" in out
+    assert not any(folder.iterdir())
+
+
+@pytest.mark.mpi
+def test_tasks_on_several_ranks_are_the_same_bits(folder):
+    overrides = "--set", "mistuning.samples=60", "--set", "linear.n_diameters=[4]"
+    study = ROOT / "inputs" / "linear.yaml", *overrides, "--output"
+    for ranks, path in ((0, "one.h5"), (3, "three.h5")):
+        code, _, err = run(ranks, *study, path, folder=folder)
+        assert code == 0, err
+    with h5py.File("three.h5", "r+") as file:  # as an interrupted run would leave it
+        file["status"][2:] = 0
+        file["amplification"][1] = np.nan
+    assert run(2, *study, "three.h5", "--resume", folder=folder)[0] == 0
+    with h5py.File("one.h5") as one, h5py.File("three.h5") as three:
+        for name in ("amplification", "tuned/amplitude_m", "status"):
+            np.testing.assert_array_equal(one[name][()], three[name][()])
+
+
+def test_inspect(folder, capsys):
+    file = compute("casing", "casing.n_bumps=5")
+    gap = file.read("gap_m")
+    file.close()
+    capsys.readouterr()
+    assert inspect.main(["casing.h5"]) == 0
+    out = capsys.readouterr().out
+    for text in ("sound, study casing", "casing.n_bumps: 5", "done: 1 of 1 tasks", "gap_m (angle"):
+        assert text in out
+    (line,) = [line for line in out.splitlines() if line.strip().startswith("gap_m")]
+    assert f" [m] 100%, {gap.min():.6g} to {gap.max():.6g}: " in line
+    (folder / "casing.h5").write_bytes(b"nothing")
+    assert inspect.main(["casing.h5"]) == 2
+
+
+QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
+
+
+def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
+    pattern = "mistuning: {pattern_gpa: [" + "210, " * 11 + "211]}"
+    storage.lay_out("pattern.h5", config.Config.from_yaml(pattern))
+    assert inspect.main(["pattern.h5"]) == 0
+    assert "statistics/contact/percentile (level 1 x percentile 3 x block 0) [1] :" in (
+        capsys.readouterr().out
+    )
+
+
+def test_time_response(folder):
+    pattern = "mistuning.pattern_gpa=[205,215,205,215,205,215,205,215,205,215,205,215]"
+    speed = "speeds.from_hz=33.8", "speeds.to_hz=33.8"
+    file = compute("time_response", *QUICK, *speed, pattern, "history.duration_s=0.9")
+    assert len(file.read("deviation")) == 2
+    assert np.abs(file.read("tangential_m")).max() > 1e-3
+    assert file.read("gap_m").min() > -1e-6
+    problem, speed = build_problem(file.config), file.config.speeds.from_hz
+    time, window, checks = (file.read(name) for name in ("time_s", "window_s", "check_s"))
+    assert window == pytest.approx(3 / speed)
+    for disk, deviation in enumerate(file.read("deviation")):
+        u = file.read("tangential_m", disk)
+        for check, end in enumerate(checks):
+            place = (end - time) / window + 1e-9  # how many windows before the check
+            before, last = u[(place > 1) & (place < 2)], u[(place > 0) & (place < 1)]
+            tip = np.abs(last).max(axis=0).argmax()
+            size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
+            change = abs(size - size_before) / size
+            assert file.read("tip", (disk, check)) == tip
+            assert file.read("amplitude_change", (disk, check)) == pytest.approx(change)
+            correlation = np.corrcoef(before[:, tip], last[:, tip])[0, 1]
+            assert file.read("correlation", (disk, check)) == pytest.approx(correlation)
+        sweep = run_sweep(mistuned_modes(problem.reduced, deviation), problem.scene, [speed])
+        assert sweep.point_status[0] == STEADY
+        found = time_response.first_steady(file, disk)
+        assert found == disk  # the tuned disk at the first check, the pattern at the second
+        assert checks[found] == pytest.approx(sweep.time[0])
+        assert file.read("point_status")[disk] == STEADY
+    assert not file.read("point_reason").any()
+    assert (folder / "time_response.png").stat().st_size > 10_000
+    assert "one speed" in refusal("study: time_response")
+
+
+def test_interaction_map(folder):
+    """Nine speeds: the tasks are a group of eight and one alone."""
+    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=0.25"
+    spans = "history.duration_s=0.4", "spectrum.window_s=0.2", "spectrum.max_frequency_hz=150"
+    file = compute("interaction_map", *QUICK, *speeds, *spans)
+    spectrum, frequencies = file.read("spectrum_m"), file.read("frequencies_hz")
+    assert np.isfinite(spectrum).all()
+    speeds = file.read("speeds_hz")
+    # the tuned disk moves with the passing of the bumps, 4 per revolution
+    for s, speed in enumerate(speeds):
+        assert frequencies[spectrum[0, s].argmax()] == pytest.approx(4 * speed, abs=3)
+    problem = build_problem(file.config)
+    for disk, deviation in enumerate(file.read("deviation")):
+        modes = mistuned_modes(problem.reduced, deviation)
+        for group in (slice(0, 8), slice(8, 9)):
+            pieces = list(history.march(modes, problem.scene, speeds[group], 0.4))
+            time, q = (np.concatenate([piece[n] for piece in pieces]) for n in (0, 1))
+            tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, q)).max(axis=2)
+            tips[time < time[-1] - 0.2] = 0.0
+            np.testing.assert_allclose(file.read("amplitude_m", disk)[group], tips.max(axis=0))
+    assert file.read("natural_frequencies_hz")[0, 0] == pytest.approx(90.12, abs=0.1)
+    assert (folder / "interaction_map.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("failing", "words"),
+    [
+        (("contact.friction=1.5",), "diverged: self-locking"),
+        (("disk.spoke_thickness_mm=0.001", "contact.friction=0.5"), "diverged: displacements"),
+    ],
+)
+def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
+    spans = "history.duration_s=0.6", "spectrum.window_s=0.2"
+    file = compute("time_response", *QUICK, *failing, *spans)
+    out = capfd.readouterr().out
+    assert f"tuned disk: {words}" in out
+    assert "steady" not in out
+    assert file.read("point_status").tolist() == [DIVERGED]
+    assert reasons.words(file.read("point_reason", 0)).startswith(words)
+    assert np.isfinite(file.read("time_s")).all()
+    for name in ("radial_m", "tangential_m", "gap_m", "force_n", "correlation"):
+        assert np.isnan(file.read(name)).all()
+    assert (folder / "time_response.png").stat().st_size > 10_000
+
+    speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=1"
+    file = compute("interaction_map", *QUICK, *failing, *spans, *speeds)
+    out = capfd.readouterr().out
+    assert f"pattern: 3 of 3 points: {words}" in out
+    assert "mm" not in out
+    assert reasons.are_fatal(file.read("point_reason")).all()
+    assert np.isnan(file.read("spectrum_m")).all()
+    assert np.isnan(file.read("amplitude_m")).all()
+    assert (folder / "interaction_map.png").stat().st_size > 10_000
+
+
+def test_a_map_of_a_disk_at_rest_is_drawn(folder):
+    spans = "history.duration_s=0.2", "spectrum.window_s=0.1"
+    speeds = "speeds.from_hz=30", "speeds.to_hz=31", "speeds.step_hz=1"
+    file = compute("interaction_map", *QUICK, *spans, *speeds, "casing.bump_height_mm=0.1")
+    assert not file.read("amplitude_m").any()
+    assert not file.read("point_reason").any()
+
+
+def refusal(text):
+    with pytest.raises(config.InputError) as caught:
+        config.Config.from_yaml(text)
+    return str(caught.value)

@@ -1,0 +1,110 @@
+"""The energy audit in plain Python and NumPy: the twin of `response.energy.march`."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evidence.validation.motion import single_steps
+from hpcrub.model import casing
+
+
+class Ledger(NamedTuple):
+    """Energy and works of a march of n steps, L lanes."""
+
+    energy: np.ndarray  # E (n + 1, L) before the first and after every step [J]
+    casing: np.ndarray  # work of the casing's motion in every step (n, L) [J]
+    friction: np.ndarray  # work of friction (n, L) [J]
+    external: np.ndarray  # work of the external forces (n, L) [J]
+    damping: np.ndarray  # D, dissipated (n, L) [J]
+    impact: np.ndarray  # loss in impacts (n, L) [J]
+
+    def residual(self):
+        """What the balance of every step fails to explain (n, L) [J]: rounding, or a defect."""
+        gained = self.casing + self.friction + self.external
+        return np.diff(self.energy, axis=0) - (gained - self.damping - self.impact)
+
+    def turnover(self):
+        """Energy that ever was there and work done either way (L,) [J]: the residual's scale."""
+        works = np.abs(self[1:]).sum(axis=(0, 1))
+        return works + np.abs(self.energy).max(axis=0)
+
+
+def audit(bank, n_steps):
+    """March a Bank, at the start of its table, and account for its energy.
+
+    Args:
+        bank: scheme.Bank (modified: it is marched).
+        n_steps: how far.
+
+    Returns:
+        Ledger. Idle lanes have zeros.
+    """
+    scheme, state = bank.scheme, bank.state
+    inverse = np.divide(1.0, scheme.push, out=np.zeros_like(scheme.push), where=scheme.push > 0.0)
+    inertia, loss = (1.0 + scheme.keep) * inverse / 4.0, (1.0 - scheme.keep) * inverse / 4.0
+    spring = scheme.squared[:, None] / 2.0
+    q, d = state.position.copy(), state.increment.copy()
+    start = state.n_steps.copy()
+    gap_before, gap = _gap(bank, q - d, start, -1), _gap(bank, q, start, 0)
+    energy = [np.sum(inertia * d**2 + spring * q * (q - d), axis=0)]
+    works = []
+    for n in single_steps(bank, n_steps):
+        q_before, d_before = q, d
+        q, d = state.position.copy(), state.increment.copy()
+        gap_two_before, gap_before, gap = gap_before, gap, _gap(bank, q, start, n)
+        moved = d + d_before
+        force, normal, friction = _contact_work(bank, moved)
+        impact = np.sum(force * (gap_two_before - gap), axis=0) / 2.0
+        external = scheme.external[(n - 1) % len(scheme.bump)] if len(scheme.external) else 0.0
+        works.append(
+            (
+                normal + impact,
+                friction,
+                np.sum(np.reshape(external, (-1, 1)) * moved, axis=0) / 2.0,
+                np.sum(loss * moved**2, axis=0),
+                impact,
+            )
+        )
+        energy.append(np.sum(inertia * d**2 + spring * q * q_before, axis=0))
+    return Ledger(np.array(energy), *np.moveaxis(np.array(works), 1, 0))
+
+
+def _gap(bank, q, start, n):
+    """Gaps g after n steps of a march that began at step ``start`` of each lane (n_c, L) [m]."""
+    scheme, polar = bank.scheme, bank.polar
+    n_points, n_rows = len(polar.angle), len(scheme.bump)
+    t = np.maximum(start + n, 0) * scheme.step
+    grown = np.array([casing.growth(time, scheme.growth_time) for time in t])
+    u_r = scheme.radial[:, :n_points].T @ q
+    if polar.enabled:
+        u_t = scheme.tangential[:, :n_points].T @ q
+        r = polar.radius[:, None] + u_r
+        phi = polar.angle[:, None] + (n % n_rows) * polar.turn + np.arctan2(u_t, r)
+        bump = casing.bump_height(phi, 2.0 * np.pi / polar.pitch, polar.height)
+        return polar.clearance - grown * bump - (np.hypot(r, u_t) - polar.radius[:, None])
+    clearance = np.where(np.isfinite(scheme.clearance), scheme.clearance, 0.0)  # idle: no force
+    return clearance - grown * scheme.bump[(n - 1) % n_rows, :n_points, None] - u_r
+
+
+def _contact_work(bank, moved):
+    """Contact forces of the last step and their works over half of ``moved`` = d_{n+1} + d_n.
+
+    Returns λ (n_c, L) [N] and the works of the normal forces and of friction (L,) [J].
+    """
+    scheme, polar = bank.scheme, bank.polar
+    n_points, n_padded = len(polar.angle), scheme.radial.shape[1]
+    motion_r, motion_t = (
+        R[:, :n_points].T @ moved / 2.0 for R in (scheme.radial, scheme.tangential)
+    )
+    if not polar.enabled:
+        force = bank.state.multiplier[:n_points]
+        along = (scheme.load[:, :n_points] + scheme.radial[:, :n_points]).T @ moved / 2.0  # −μ u_t
+        return force, np.sum(-force * motion_r, axis=0), np.sum(force * along, axis=0)
+    force_r = bank.state.multiplier[:n_points]
+    force_t = bank.state.multiplier[n_padded : n_padded + n_points]
+    cosine, sine = polar.cosine[:n_points], polar.sine[:n_points]
+    force = force_r * cosine + force_t * sine
+    slide = force_t * cosine - force_r * sine  # μλ
+    normal = np.sum(-force * (cosine * motion_r + sine * motion_t), axis=0)
+    friction = np.sum(-slide * (cosine * motion_t - sine * motion_r), axis=0)
+    return force, normal, friction
