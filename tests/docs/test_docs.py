@@ -5,10 +5,10 @@ import json
 import re
 
 import pytest
-from conftest import ROOT
 
 from hpcrub import errors
 from hpcrub.run.runlog import RunLog, Work
+from tests.program import ROOT
 
 REFERENCE = ROOT / "docs" / "reference"
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
