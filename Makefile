@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint reference clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint reference docs clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -70,6 +70,14 @@ reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproducti
 
 reference: $(STAMP)  ## write the tables of docs/reference anew
 	@$(VENV_PYTHON) docs/tables.py
+
+docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a broken link inside
+	@$(VENV_PYTHON) -m sphinx -q --fail-on-warning --keep-going docs build/docs
+	@echo "open build/docs/index.html"
+
+.venv/set-up-docs: $(STAMP)
+	@$(VENV_PYTHON) -m pip install -q --disable-pip-version-check --no-build-isolation --editable '.[docs]'
+	@touch $@
 
 clean:  ## remove what can be made again (not .venv, not results)
 	rm -rf build *.egg-info .pytest_cache .ruff_cache .hypothesis

@@ -1,0 +1,78 @@
+"""Sphinx configuration of the site: `make docs`."""
+
+import os
+import re
+from pathlib import Path
+
+import hpcrub
+
+HERE = Path(__file__).parent
+ELSEWHERE = {  # pages whose text is a file outside this folder
+    "start": "README.md",
+    "benchmarks": "evidence/benchmarks/report.md",
+    "contributing": "CONTRIBUTING.md",
+    "changelog": "CHANGELOG.md",
+}
+
+project = "hpcrub"
+version = release = hpcrub.__version__
+copyright = "the hpcrub developers"  # noqa: A001  Sphinx asks for this name
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+]
+exclude_patterns = ["_build", "figures", "reproduction"]
+myst_enable_extensions = ["deflist", "dollarmath"]
+myst_heading_anchors = 3
+nb_execution_mode = "cache"
+nb_execution_cache_path = "../build/notebooks"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+napoleon_google_docstring = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+
+html_theme = "pydata_sphinx_theme"
+html_title = "hpcrub"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_theme_options = {
+    "header_links_before_dropdown": 6,
+    "show_toc_level": 2,
+    "secondary_sidebar_items": ["page-toc"],
+    "navigation_with_keys": False,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+html_sidebars = {"start": [], "gallery": [], "glossary": [], "index": []}
+html_show_sourcelink = False
+
+
+def take_in(app, page, source):
+    """A page of `ELSEWHERE` gets its text, with links that lead where they led before."""
+    if page not in ELSEWHERE:
+        return
+    file = HERE.parent / ELSEWHERE[page]
+    pages = {(HERE.parent / name).resolve(): f"{key}.md" for key, name in ELSEWHERE.items()}
+
+    def target(link):
+        there = (file.parent / link[1]).resolve()
+        return f"]({pages.get(there, os.path.relpath(there, HERE))}"
+
+    source[0] = re.sub(r"\]\((?!https?:|#)([^)#]+)", target, file.read_text("utf-8"))
+
+
+def escape(app, what, name, obj, options, lines):
+    """Docstrings are plain text: a bar or a trailing underscore is no markup."""
+    lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\\_", line.replace("|", r"\|")) for line in lines]
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("source-read", take_in)
+    app.connect("autodoc-process-docstring", escape, priority=900)
