@@ -55,9 +55,10 @@ test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes do
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
 	@$(VENV_PYTHON) -m evidence.stress.measure
 
-lint: $(STAMP)  ## check style
+lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
+	@$(VENV_PYTHON) -m mypy
 
 bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
 	@$(VENV_PYTHON) -m evidence.benchmarks
@@ -80,6 +81,6 @@ docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a b
 	@touch $@
 
 clean:  ## remove what can be made again (not .venv, not results)
-	rm -rf build *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf build *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
 	rm -rf "$${XDG_CACHE_HOME:-$$HOME/.cache}/hpcrub/jit"
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
