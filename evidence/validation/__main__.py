@@ -19,10 +19,10 @@ CASES = (bouncing_bar, moving_wall, cantilever, full_disk, linear_load, energy_a
 DOCS = Path(__file__).parents[2] / "docs"
 HEAD = f"""# Validation
 
-Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in `validation/`,
-their fast part is in the tests. All use the kernel of the studies, `hpcrub.kernel.march`. Every
-case ends with its thresholds, from theory or from what is asked of the program; `make validate`
-prints them and fails when one does."""
+Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in
+`evidence/validation/`, and their fast part is in the tests. All use the kernel of the studies. Every
+case ends with its thresholds, which come from theory or from what is asked of the program;
+`make validate` prints them and fails when one does."""
 
 
 def main(cases=CASES, docs=DOCS):
