@@ -20,8 +20,8 @@ DOCS = Path(__file__).parents[2] / "docs"
 HEAD = f"""# Validation
 
 Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in
-`evidence/validation/`, and their fast part is in the tests. All use the kernel of the studies. Every
-case ends with its thresholds, which come from theory or from what is asked of the program;
+`evidence/validation/`, and their fast part is in the tests. All use the kernel of the studies.
+Every case ends with its thresholds, which come from theory or from what is asked of the program;
 `make validate` prints them and fails when one does."""
 
 

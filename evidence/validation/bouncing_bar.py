@@ -47,17 +47,17 @@ AFTER = {  # times at which that many exact bounces are over
 SMOOTH = 0.05  # [s] of the running mean of the pressure, TAU / 13
 TEXT = """## Bouncing bar
 
-This is the benchmark of Doyen, Ern and Piperno (2011). An elastic bar of hpcrub's axial elements, with
-all its modes and the rigid one, falls on a rigid floor. The exact motion is periodic and loses no
-energy (`evidence/validation/bouncing_bar.py` derives it). The tables give errors of the foot over the
-fall and two bounces, which is one period, and over ten bounces:
+This is the benchmark of Doyen, Ern and Piperno (2011). An elastic bar of hpcrub's axial elements,
+with all its modes and the rigid one, falls on a rigid floor. The exact motion is periodic and
+loses no energy (`evidence/validation/bouncing_bar.py` derives it). The tables give errors of the
+foot over the fall and two bounces, which is one period, and over ten bounces:
 
 - displacement and velocity: root mean square, relative to that of the exact solution;
-- pressure: it oscillates on the scale of the mesh, so its running mean over 0.05 s (a bounce lasts
-  0.67 s) is compared, in the L1 norm relative to that of the exact one;
+- pressure: it oscillates on the scale of the mesh, so its running mean over 0.05 s (a bounce
+  lasts 0.67 s) is compared, in the L1 norm relative to that of the exact one;
 - impulse: the largest error of the contact impulse so far, relative to that of one bounce;
-- energy: the share of the drop's energy that is lost when the exact bar has ended so many bounces;
-  all of it is error."""
+- energy: the share of the drop's energy that is lost when the exact bar has ended so many
+  bounces; all of it is error."""
 ORDER_TEXT = """**Two bounces converge, ten do not with a consistent mass at these meshes.** The
 exact velocity jumps, along the bar and in time. With a consistent mass the elements disperse these
 fronts, which limits the order (2/3 in displacement and 1/3 in velocity, as for free waves) and

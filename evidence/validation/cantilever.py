@@ -82,22 +82,22 @@ MODE_STEPS = 25600  # over DURATION, of the comparison in modes
 TEXT = """## Cantilever with a stop
 
 A steel cantilever (500 × 20 × 5 mm, first frequency 16.8 Hz, damping 0.5 %) is bent by 10 mm,
-released, and hits a rigid stop. The reference moves all modes exactly between impacts and releases.
-On a modal model it needs an impact law: with K modes the contact point has the mass 1/ΣR², which
-the kernel brings to the stop's velocity within two steps. So the limit of small steps is the
-persistent contact with e = 0, in which the structure moves on the K − 1 modes that leave the tip
-still, until λ turns negative. The tables give the error of the tip over 0.15 s: its root mean square,
-divided by 10 mm."""
+released, and hits a rigid stop. The reference moves all modes exactly between impacts and
+releases. On a modal model it needs an impact law: with K modes the contact point has the mass
+1/ΣR², which the kernel brings to the stop's velocity within two steps. So the limit of small
+steps is the persistent contact with e = 0, in which the structure moves on the K − 1 modes that
+leave the tip still, until λ turns negative. The tables give the error of the tip over 0.15 s: its
+root mean square, divided by 10 mm."""
 ORDER_TEXT = """Each impact is up to a step late, but contact that lasts puts the tip back on the
 stop and forgets most of that error: the order lies between about one and two. With 4 modes the tip
 leaves the stop for just 37 µs after the first impact, and the error falls steadily only where the
 step is far below that: hence its smaller steps."""
 MODES_TEXT = """The last table shows the convergence with the number of modes: the distance of the
-tip from the event-driven motion with 32 modes, once of the event-driven motion itself and once of the
-kernel (`exact_modal`, 5.9 µs), and its order in the number of modes. The distance falls 50-fold from 1 to 8 modes and no further: from there on the impacts follow
-each other so closely that the sequence, not the number of modes, makes the difference of 0.6 %. The
-energy lost in impacts falls with the mass of the contact point, as it must: the continuous beam has
-none there."""
+tip from the event-driven motion with 32 modes, once of the event-driven motion itself and once of
+the kernel (`exact_modal`, 5.9 µs), and its order in the number of modes. The distance falls
+50-fold from 1 to 8 modes and no further: from there on the impacts follow each other so closely
+that the sequence, not the number of modes, makes the difference of 0.6 %. The energy lost in
+impacts falls with the mass of the contact point, as it must: the continuous beam has none there."""
 
 
 def section(folder):

@@ -71,10 +71,10 @@ DIVISIONS = np.array([256, 512, 1024, 2048])
 FINEST = 1e-5  # largest error allowed at the finest step
 TEXT = """## Linear response: casing withdrawn, engine-order excitation in time
 
-The reference disk, mistuned by up to ±3 % and with a damping of 5 %, is integrated in time under the
-engine-order excitation F cos(4(θ_i − Ωt)), which the contact kernel takes as external modal forces, at
-eight speeds around the resonance near 23 Hz. The table gives the largest error of any tip at any
-speed, phase included, relative to the largest amplitude of the closed form."""
+The reference disk, mistuned by up to ±3 % and with a damping of 5 %, is integrated in time under
+the engine-order excitation F cos(4(θ_i − Ωt)), which the contact kernel takes as external modal
+forces, at eight speeds around the resonance near 23 Hz. The table gives the largest error of any
+tip at any speed, phase included, relative to the largest amplitude of the closed form."""
 
 
 def section(_folder):

@@ -121,9 +121,9 @@ TEXT = """## A mass and a wall that moves
 A mass of 1 kg in the plane on two springs (4 and 7 Hz, damping 2 %) that lean by 30° against the
 wall's normal, so that friction feeds back into the normal motion. The wall is the table of bump
 heights: a sinusoid, or the program's own Gaussian bump. Between events the reference is exact;
-impacts and releases are located to 10⁻¹² s. The tables give errors over 1 s: the root mean square of
-the motion towards the wall and along it, relative to the largest, and the error of the impulse of the
-contact force, relative to the exact one."""
+impacts and releases are located to 10⁻¹² s. The tables give errors over 1 s: the root mean square
+of the motion towards the wall and along it, relative to the largest, and the error of the impulse
+of the contact force, relative to the exact one."""
 
 
 def section(folder):
