@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from evidence.benchmarks import cases
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
 from hpcrub.response.sweep import cut_revolution
 
@@ -38,12 +40,9 @@ class Lanes:
             model = cases.modes_of(built.reduced, 0), built.scene
         self.modes, self.scene = model
         self.grid = cut_revolution(33.5, self.scene)
-        self.bank = scheme.allocate(self.modes, self.scene, self.grid, width)
+        speeds = np.linspace(33.5, 35.5, width)
+        self.bank = allocate(self.modes, self.scene, self.grid, width, speeds)
         self.width = width
-        for lane, speed in enumerate(np.linspace(33.5, 35.5, width)):
-            scheme.empty_lane(self.bank, lane)
-            h = 1.0 / (speed * self.grid.steps_per_revolution)
-            scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
         self.march(WARM)
 
     def march(self, n_blocks, place=-1):
@@ -67,17 +66,17 @@ def dense_matrices(lanes, speed=34.0):
     """The same scheme in the coordinates of the reduced model: u+ = A1 u + A2 u-, push, W, bump."""
     modes, scene, grid = lanes.modes, lanes.scene, lanes.grid
     h = 1.0 / (speed * grid.steps_per_revolution)
-    keep, push = scheme.coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    keep, push = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
     inverse = np.linalg.inv(modes.shapes)
     A1 = modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse
     A2 = -modes.shapes @ np.diag(keep) @ inverse
-    load = -(modes.radial + scene.friction * modes.tangential).T
+    load = -(modes.normal + scene.friction * modes.tangential).T
     moved = modes.shapes @ (push[:, None] * load)
     bump = casing.bump_table(
-        scene.contact_angle, scene.n_bumps, scene.bump_height,
+        scene.interface.angle, scene.n_bumps, scene.bump_height,
         grid.steps_per_revolution, grid.steps_per_block,
     )  # fmt: skip
-    return h, A1, A2, moved, -moved[: len(modes.radial)], bump
+    return h, A1, A2, moved, -moved[: len(modes.normal)], bump
 
 
 def plain_c(lanes, n_steps=100_000):
@@ -139,7 +138,7 @@ def peak_bandwidth(n_bytes):
 def touched(bank):
     """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
     s = bank.scheme
-    read = s.radial, s.load, s.keep, s.squared, s.push, bank.state.position, bank.state.increment
+    read = s.normal, s.load, s.keep, s.squared, s.push, bank.state.position, bank.state.increment
     return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
 
 

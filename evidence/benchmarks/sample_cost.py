@@ -40,7 +40,7 @@ def parts():
     model = cases.problem()
     built = time.perf_counter() - start
     modes, scene = cases.modes_of(model.reduced, 0), model.scene
-    load = (scene.damping_ratio, 150.0, scene.n_bumps, scene.contact_angle, 12)
+    load = (scene.damping_ratio, 150.0, scene.n_bumps, scene.interface, 12)
     values = point_values(sweep.run_sweep(modes, scene, cases.SPEEDS)) | {"status": DONE}
     return {
         "model and reduction (once)": built,

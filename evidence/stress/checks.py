@@ -8,7 +8,8 @@ import numpy as np
 from evidence.stress import marches, operators
 from evidence.stress.corners import build
 from evidence.stress.marches import STEEPEST
-from hpcrub.contact import kernel, reasons, scheme
+from hpcrub.contact import bank as banks
+from hpcrub.contact import kernel, reasons
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.casing import bump_height, bump_table
 from hpcrub.response.sweep import cut_revolution, run_sweep, speed_bands
@@ -94,16 +95,6 @@ def consistent(result, scene, speeds):
         yield "simulated longer than allowed"
 
 
-def _bank(modes, scene, speeds, grid):
-    bank = scheme.allocate(modes, scene, grid, WIDTH)
-    for lane in range(WIDTH):
-        scheme.empty_lane(bank, lane)
-    for lane, speed in enumerate(speeds):
-        h = 1.0 / (speed * grid.steps_per_revolution)
-        scheme.fill_lane(bank, lane, modes, scene, h)
-    return bank
-
-
 def follow(modes, scene, speeds, result):
     """March all points again, at once and with nothing skipped, and go on after they were steady.
 
@@ -113,17 +104,17 @@ def follow(modes, scene, speeds, result):
     per_turn = grid.blocks_per_revolution
     n_blocks = np.round(result.time * speeds * per_turn).astype(int)
     steady = np.flatnonzero((result.point_status == STEADY) & (n_blocks > 0))
-    n_points, n_modes = (-(-n // 12) * 12 for n in modes.radial.shape)
+    n_points, n_modes = (-(-n // 12) * 12 for n in modes.observed.shape)
     rows = grid.steps_per_block // grid.stride * n_points
     total = n_blocks.max(initial=0) + AFTER * per_turn
     if not len(steady) or total * rows * WIDTH * 8 > 4e8:
         return 0, 0, []
-    bank = _bank(modes, scene, speeds, grid)
+    bank = banks.allocate(modes, scene, grid, WIDTH, speeds)
     record = kernel.Record(
         aligned_zeros((total * rows, WIDTH)), aligned_zeros((total * n_points, WIDTH))
     )
     kernel.march((0,) * WIDTH, *bank._replace(record=record), total, 0, grid.stride)
-    history = record.history.reshape(total, -1, n_points, WIDTH)[:, :, : len(modes.radial)]
+    history = record.history.reshape(total, -1, n_points, WIDTH)[:, :, : len(modes.observed)]
     faults, early = [], 0
     for i in steady:
         end, window = n_blocks[i], scene.steady.window_revolutions * per_turn
@@ -135,7 +126,7 @@ def follow(modes, scene, speeds, result):
         if not accepted(both[:, :, tip], before[tip], last[tip], scene.steady):
             faults.append("steady against the criteria")
         after = np.abs(history[end : end + AFTER * per_turn, :, :, i]).max()
-        if not after < np.max(scene.contact_radius):
+        if not after < scene.interface.radius.max():
             faults.append(f"steady, then {after:.3g} m")
         early += abs(after - last[tip]) > TOO_EARLY * last[tip]
     return len(steady), early, faults
@@ -164,11 +155,15 @@ def stepwise(modes, scene, speeds, result):
     if not len(fine):
         return 0.0, 0, 0.0, []
     grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
-    bank = _bank(modes, scene, speeds, grid)
+    bank = banks.allocate(modes, scene, grid, WIDTH, speeds)
     kernel.march((0,) * WIDTH, *bank, 1, -1, 1)
     table, angle = bank.scheme.bump.copy(), bank.polar.angle.copy()
     shown = bump_table(
-        scene.contact_angle, scene.n_bumps, scene.bump_height, grid.steps_per_revolution, len(table)
+        scene.interface.angle,
+        scene.n_bumps,
+        scene.bump_height,
+        grid.steps_per_revolution,
+        len(table),
     )
     row = aligned_zeros((1, table.shape[1]))
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
@@ -196,7 +191,7 @@ def _undisplaced(bank, scene, bump):
     """After a step, of every tip and lane (n, L): depth [m], the magnitudes it is the sum of,
     normal force, and what may remain of the depth."""
     n = len(bump)
-    radial, wall = bank.scheme.radial[:, :n].T, bank.state.growth * bump[:, None]
+    radial, wall = bank.scheme.normal[:, :n].T, bank.state.growth * bump[:, None]
     depth = radial @ bank.state.position + wall - scene.clearance
     size = np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance
     return depth, size, bank.state.multiplier[:n].copy(), np.zeros_like(depth)
@@ -208,7 +203,7 @@ def _displaced(bank, scene, bump):
     the way from there to the corrected position."""
     n, n_forces = len(bump), bank.scheme.load.shape[1] - 1
     padded = n_forces // 2
-    radial, tangential = bank.scheme.radial[:, :n].T, bank.scheme.tangential[:, :n].T
+    radial, tangential = bank.scheme.normal[:, :n].T, bank.scheme.tangential[:, :n].T
     kick = bank.scheme.push * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
     R = bank.polar.radius[:, None]
     r, t = R + radial @ bank.state.position, tangential @ bank.state.position

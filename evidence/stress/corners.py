@@ -50,12 +50,11 @@ def build(case):
     """Modes, Scene and speeds (S,) [Hz] of a case."""
     reduced = _reduced(case.disk, case.n_modes)
     rng = np.random.default_rng([SEED, case.number, 1])
-    n = len(reduced.contact_angle)
+    n = reduced.interface.n_blades
     modes = mistuned_modes(reduced, case.half_range * rng.uniform(-1.0, 1.0, n))
     duration = STEPS * case.step
     fields = {
-        "contact_angle": reduced.contact_angle,
-        "contact_radius": float(reduced.contact_radius[0]),
+        "interface": reduced.interface,
         "damping_ratio": 0.005,
         "n_bumps": 4,
         "bump_height": 1.25e-3,

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence.stress.model import reference_reduced, reference_scene
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
@@ -59,15 +60,12 @@ def of_speeds(modes, scene, grid, speeds, level, sample):
     """Members of Histories for WIDTH speeds of one disk."""
     per_revolution = grid.blocks_per_revolution
     n_blocks = int(DURATION * speeds.min() * per_revolution)
-    bank = scheme.allocate(modes, scene, grid, WIDTH)
-    n_points, n_records = len(bank.contact.stiffness), grid.steps_per_block // grid.stride
+    bank = allocate(modes, scene, grid, WIDTH, speeds)
+    n_points, n_records = bank.scheme.observed.shape[1], grid.steps_per_block // grid.stride
     record = kernel.Record(
         aligned_zeros((n_blocks * n_records * n_points, WIDTH)),
         aligned_zeros((n_blocks * n_points, WIDTH)),
     )
-    for lane, speed in enumerate(speeds):
-        scheme.empty_lane(bank, lane)
-        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * grid.steps_per_revolution))
     kernel.march((0,) * WIDTH, *bank._replace(record=record), n_blocks, 0, grid.stride)
     peak = record.peak.reshape(n_blocks, n_points, WIDTH)
     history = record.history.reshape(n_blocks, n_records, n_points, WIDTH)
@@ -90,6 +88,6 @@ def of_speeds(modes, scene, grid, speeds, level, sample):
         sample * ones,
         speeds,
         first,
-        np.moveaxis(peak[:n_most], 2, 0)[:, :, : len(modes.radial)].astype(np.float32),
+        np.moveaxis(peak[:n_most], 2, 0)[:, :, : len(modes.observed)].astype(np.float32),
         found[:, :, :n_kept].astype(np.float32),
     )

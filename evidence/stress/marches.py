@@ -46,7 +46,7 @@ def whole(modes, scene, speeds, result, allowed):
         lost = reasons.are_fatal(piece.reason)
         failed[block == ends] = lost[block == ends]
         last = (block <= ends) & (block > ends - window) & ~lost
-        tips = np.abs(modes.tangential @ piece.position[:, :, last]).max(axis=(0, 1))
+        tips = np.abs(modes.observed @ piece.position[:, :, last]).max(axis=(0, 1))
         amplitude[last] = np.maximum(amplitude[last], tips)
         faults |= set(_odd(piece, ~lost))
         if scene.kinematics == "small":
@@ -60,7 +60,7 @@ def whole(modes, scene, speeds, result, allowed):
 
 
 def _odd(piece, well):
-    forces = piece.radial_force, piece.tangential_force
+    forces = piece.normal_force, piece.tangential_force
     if not all(np.isfinite(v[..., well]).all() for v in (piece.time, piece.position, *forces)):
         yield "NaN or infinity in a history without a reason"
 
@@ -69,14 +69,14 @@ def _depth(modes, scene, speeds, piece, lanes, allowed):
     """Contact law at the records of some lanes, small kinematics."""
     for lane in lanes:
         q = piece.position[:, :, lane]
-        time, radial = piece.time[:, lane], q @ modes.radial.T
+        time, radial = piece.time[:, lane], q @ modes.normal.T
         depth = -gap(scene, speeds[lane], time, radial, np.zeros_like(radial))
-        size = np.abs(q) @ np.abs(modes.radial.T) + scene.bump_height + scene.clearance
+        size = np.abs(q) @ np.abs(modes.normal.T) + scene.bump_height + scene.clearance
         unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max() + 5e-324
         # the casing's own angle is rounded, too
         turns = 2.0 * np.pi * (speeds[lane] * time[-1] + 1.0) * np.finfo(float).eps
         unit += turns * STEEPEST * scene.n_bumps * scene.bump_height
         if not depth.max() <= allowed * unit:
             yield "a history goes through the casing without a reason"
-        if not piece.radial_force[..., lane].min() >= 0.0:
+        if not piece.normal_force[..., lane].min() >= 0.0:
             yield "tension in a contact of a history"

@@ -35,7 +35,7 @@ class Spread(NamedTuple):
 def linear_amplifications(n):
     """Linear amplifications of n mistuned samples (n,)."""
     problem = reference_problem()
-    load = 150.0, problem.scene.n_bumps, problem.scene.contact_angle
+    load = 150.0, problem.scene.n_bumps, problem.scene.interface
 
     def peak(half_range, sample):
         deviation = stiffness_deviation(SEED, 0, sample, 12, half_range)

@@ -8,7 +8,8 @@ import itertools
 
 import numpy as np
 
-from hpcrub.contact import reasons, scheme
+from hpcrub.contact import reasons
+from hpcrub.contact.recurrence import coefficients
 from hpcrub.response.sweep import cut_revolution
 from hpcrub.results.layout import DIVERGED
 
@@ -21,8 +22,8 @@ ANGLES = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)  # [rad] of normals
 def operator(modes, scene, speed, grid):
     """Motions by forces in one step, radial and tangential each (2, 2, n, n) [m/N]."""
     h = 1.0 / (speed * grid.steps_per_revolution)
-    _, push = scheme.coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
-    parts = modes.radial, modes.tangential
+    _, push = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    parts = modes.normal, modes.tangential
     return np.array([[(to * push) @ by.T for by in parts] for to in parts])
 
 
@@ -64,7 +65,7 @@ def judge(case, modes, scene, speeds, result):
             flawed = smallest_own(np.einsum("abii->abi", W), scene.friction) <= 0.0
         elif reason == reasons.SELF_LOCKING:
             flawed = not np.diag(W[0, 0] + scene.friction * W[0, 1]).min() > 0.0
-        elif len(modes.radial) <= MOST_POINTS:
+        elif len(modes.normal) <= MOST_POINTS:
             smallest = smallest_minor(W[0, 0] + scene.friction * W[0, 1])
             flawed = smallest <= (-ROUND_OFF if reason == reasons.NONE else ROUND_OFF)
         else:

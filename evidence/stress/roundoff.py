@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from evidence.stress.model import reference_problem, reference_scene
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
@@ -53,12 +54,9 @@ def _march(modes, scene, grid, speeds, nudge):
     per_turn = grid.blocks_per_revolution
     n_last = 3 * per_turn
     n_first = int(DURATION * speeds.min() * per_turn)
-    bank = scheme.allocate(modes, scene, grid, WIDTH)
-    for lane, speed in enumerate(speeds):
-        scheme.empty_lane(bank, lane)
-        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * grid.steps_per_revolution))
+    bank = allocate(modes, scene, grid, WIDTH, speeds)
     bank.state.position[0] += nudge
-    n_points, n_records = len(bank.contact.stiffness), grid.steps_per_block // grid.stride
+    n_points, n_records = bank.scheme.observed.shape[1], grid.steps_per_block // grid.stride
     record = kernel.Record(
         aligned_zeros((n_last * n_records * n_points, WIDTH)),
         aligned_zeros((n_last * n_points, WIDTH)),
@@ -66,7 +64,7 @@ def _march(modes, scene, grid, speeds, nudge):
     kernel.march((0,) * WIDTH, *bank, n_first, -1, grid.stride)
     kernel.march((0,) * WIDTH, *bank._replace(record=record), n_last, 0, grid.stride)
     history = record.history.reshape(n_last * n_records, n_points, WIDTH)
-    return np.moveaxis(history, 2, 0)[:, :, : len(modes.radial)]
+    return np.moveaxis(history, 2, 0)[:, :, : len(modes.observed)]
 
 
 def compare():

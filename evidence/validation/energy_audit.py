@@ -4,7 +4,7 @@ import numpy as np
 
 from evidence.validation import disk, report
 from evidence.validation.motion import WIDTH
-from hpcrub.contact import scheme
+from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import energy
 from hpcrub.response.sweep import Grid, Scene
@@ -33,8 +33,7 @@ def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION):
     """The reference disk at SPEEDS, one lane each, at rest; revolution: steps of one."""
     reduced = disk.reduced(n_modes)
     scene = Scene(
-        contact_angle=reduced.contact_angle,
-        contact_radius=float(reduced.contact_radius[0]),
+        interface=reduced.interface,
         damping_ratio=0.005,
         n_bumps=4,
         bump_height=1.25e-3,
@@ -45,12 +44,7 @@ def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION):
         scheme=scheme_name,
     )
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
-    bank = scheme.allocate(modes, scene, Grid(revolution, 4, 1), WIDTH)
-    for lane in range(WIDTH):
-        scheme.empty_lane(bank, lane)
-    for lane, speed in enumerate(SPEEDS):
-        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
-    return bank
+    return allocate(modes, scene, Grid(revolution, 4, 1), WIDTH, SPEEDS)
 
 
 def section(folder):

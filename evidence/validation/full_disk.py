@@ -66,9 +66,11 @@ class Model(NamedTuple):
 
 def of_reduced(reduced):
     """The reduced matrices as a Model, without modal coordinates."""
-    tips = np.arange(len(reduced.contact_angle))
-    dof = np.stack([tips, len(tips) + tips], axis=1)
-    return Model(reduced.mass, reduced.stiffness, dof, reduced.contact_angle)
+    interface = reduced.interface
+    dof = np.stack(
+        [rows.argmax(axis=1) for rows in (interface.normal, interface.tangential)], axis=1
+    )
+    return Model(reduced.mass, reduced.stiffness, dof, interface.angle)
 
 
 class _Operators(NamedTuple):
@@ -207,8 +209,7 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
     reduced = reference_disk.reduced(n_modes)
     casing = Casing()
     scene = Scene(
-        contact_angle=reduced.contact_angle,
-        contact_radius=float(reduced.contact_radius[0]),
+        interface=reduced.interface,
         damping_ratio=damping_ratio,
         n_bumps=casing.n_bumps,
         bump_height=casing.height,
@@ -219,7 +220,7 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
         step=step,
         steady=SteadyCriteria(first_check=seconds, max_time=seconds),
     )
-    modes = mistuned_modes(reduced, nudge * np.linspace(-1.0, 1.0, len(reduced.contact_angle)))
+    modes = mistuned_modes(reduced, nudge * np.linspace(-1.0, 1.0, reduced.interface.n_blades))
     motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
     result = run_sweep(modes, scene, speeds_hz, width=WIDTH, motion=motion)
     return result.amplitude, (

@@ -1,16 +1,17 @@
-"""The contact run with the casing withdrawn and a travelling load: the closed-form response.
+"""The contact run, casing withdrawn, with an engine-order excitation: the closed-form response.
 
 The load F cos(n_d(θ_i − Ωt)) enters the kernel as modal forces in time, over one bump pitch. The
 tips' motion over the last three revolutions of a long run is held against
-`hpcrub.linear.travelling_load_response`.
+`hpcrub.response.linear.engine_order_response`.
 """
 
 import numpy as np
 
 from evidence.validation import disk, report
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response.linear import travelling_load_response
+from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import Grid, Scene
 
 WIDTH = 8
@@ -20,14 +21,13 @@ SECONDS = 0.75
 RECORDS = 32  # a pitch
 
 
-def responses(modes, angle, speeds_hz, steps_per_pitch, scheme_name):
+def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
     """Complex u_t of every tip over the last revolutions, computed and in closed form.
 
-    modes: Modes; angle (n_c,) of the tips [rad]; speeds_hz: up to WIDTH. Returns two (S, n_c) [m].
+    modes: Modes; interface: its Interface; speeds_hz: up to WIDTH. Returns two (S, n_c) [m].
     """
     scene = Scene(
-        contact_angle=angle,
-        contact_radius=1.0,
+        interface=interface,
         damping_ratio=DAMPING_RATIO,
         n_bumps=DIAMETERS,
         bump_height=0.0,
@@ -38,31 +38,27 @@ def responses(modes, angle, speeds_hz, steps_per_pitch, scheme_name):
     )
     revolution = DIAMETERS * steps_per_pitch
     grid = Grid(revolution, DIAMETERS, steps_per_pitch // RECORDS)
-    bank = scheme.allocate(modes, scene, grid, WIDTH)
-    for lane in range(WIDTH):
-        scheme.empty_lane(bank, lane)
-    for lane, speed in enumerate(speeds_hz):
-        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
+    bank = allocate(modes, scene, grid, WIDTH, speeds_hz)
     turned = 2.0 * np.pi * np.arange(steps_per_pitch) / revolution  # Ωt at the start of each step
-    force = LOAD * np.cos(DIAMETERS * (angle - turned[:, None]))
-    bank = bank._replace(scheme=bank.scheme._replace(external=force @ modes.radial))
+    force = LOAD * np.cos(DIAMETERS * (interface.angle - turned[:, None]))
+    bank = bank._replace(scheme=bank.scheme._replace(external=force @ modes.normal))
     kernel.march((0,) * WIDTH, *bank, int(SECONDS * max(speeds_hz)) * DIAMETERS, 0, grid.stride)
-    n_points = len(bank.contact.stiffness)
-    records = bank.record.history.reshape(-1, n_points, WIDTH)[:, : len(angle), : len(speeds_hz)]
+    records = bank.record.history.reshape(-1, bank.scheme.observed.shape[1], WIDTH)
+    records = records[:, : len(modes.observed), : len(speeds_hz)]
     # a pitch is one period of every tip: its amplitude is the first Fourier coefficient
     periods = records.reshape(-1, RECORDS, *records.shape[1:])
     wave = np.exp(-2j * np.pi * np.arange(1, RECORDS + 1) / RECORDS)
     computed = 2.0 / RECORDS * np.einsum("prts,r->st", periods, wave) / len(periods)
-    load = DAMPING_RATIO, LOAD, DIAMETERS, angle
-    return computed, travelling_load_response(modes, *load, speeds_hz)
+    load = DAMPING_RATIO, LOAD, DIAMETERS, interface
+    return computed, engine_order_response(modes, *load, speeds_hz)
 
 
-def errors(modes, angle, scheme_name, divisions):
+def errors(modes, interface, scheme_name, divisions):
     """Largest error of any tip at any speed, phase included, over the largest amplitude."""
     speeds_hz = np.linspace(21.5, 25.0, WIDTH)
     out = []
     for n in divisions:
-        computed, exact = responses(modes, angle, speeds_hz, n, scheme_name)
+        computed, exact = responses(modes, interface, speeds_hz, n, scheme_name)
         out.append(np.abs(computed - exact).max() / np.abs(exact).max())
     return np.array(out)
 
@@ -82,7 +78,7 @@ def section(_folder):
     reduced = disk.reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     columns = {
-        f"`{name}`": errors(modes, reduced.contact_angle, name, DIVISIONS)
+        f"`{name}`": errors(modes, reduced.interface, name, DIVISIONS)
         for name in ("central_difference", "exact_modal")
     }
     labels = "steps a pitch", [str(n) for n in DIVISIONS]

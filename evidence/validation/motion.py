@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate, fill_lane
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import Grid, Scene
 
@@ -40,12 +42,11 @@ def make_bank(structure, scheme_name, steps, clearance, n_rows=1):
         n_rows: rows of the bump table.
 
     Returns:
-        scheme.Bank.
+        bank.Bank.
     """
-    modes = Modes(structure.omega, structure.radial[None], structure.tangential[None], None)
+    modes = Modes.planar(structure.omega, structure.radial[None], structure.tangential[None])
     scene = Scene(
-        contact_angle=np.zeros(1),
-        contact_radius=1.0,
+        interface=planar_interface(np.zeros(1), 1.0),
         damping_ratio=structure.damping_ratio,
         n_bumps=1,
         bump_height=0.0,
@@ -54,11 +55,9 @@ def make_bank(structure, scheme_name, steps, clearance, n_rows=1):
         friction=structure.friction,
         scheme=scheme_name,
     )
-    bank = scheme.allocate(modes, scene, Grid(n_rows, 1, n_rows), WIDTH)
-    for lane in range(WIDTH):
-        scheme.empty_lane(bank, lane)
+    bank = allocate(modes, scene, Grid(n_rows, 1, n_rows), WIDTH)
     for lane, h in enumerate(steps):
-        scheme.fill_lane(bank, lane, modes, scene, h)
+        fill_lane(bank, lane, modes, scene, h)
     return bank
 
 

@@ -296,6 +296,11 @@ class Config(Section):
         return self
 
     @property
+    def n_coordinates(self):
+        """Coordinates of the reduced model: two of every tip, and the fixed-interface modes."""
+        return 2 * self.disk.n_blades + self.reduction.n_modes
+
+    @property
     def is_part(self):
         """Whether the result file holds a part of the study only."""
         return self.part != Part()

@@ -8,7 +8,7 @@ both schemes are the same three lines (``docs/theory.md`` derives them):
     corrector   d ← d + push·Gλ,  q ← q + push·Gλ       G = −(R + μT)ᵀ: normal force and friction
 
 keep, push and pull = ω² push are numbers per mode and lane (`scheme.coefficients`); R and T hold
-the radial and tangential displacement of every contact point per unit modal coordinate;
+the normal and tangential displacement of every contact point per unit modal coordinate;
 W = R·push·(R + μT)ᵀ.
 
 The corrector of a step is applied on the way through the next predictor, so that each step reads
@@ -53,21 +53,23 @@ class Shortcuts(NamedTuple):
     no_contact: bool = True  # no multipliers where nothing penetrates
     candidates: bool = True  # only the points that may carry a force
     grown: bool = True  # no growth factor after the growth time
-    windows: bool = True  # no tangential displacements outside the windows that are compared
+    windows: bool = True  # nothing observed outside the windows that are compared
     narrow: bool = True  # half the lanes when a sweep runs dry
 
 
 class Scheme(NamedTuple):
-    """What the steps read. K modes, L lanes, C contact points padded to a multiple of TILE."""
+    """What the steps read. K modes, L lanes, C contact points and O observed displacements,
+    both padded to multiples of TILE."""
 
-    radial: np.ndarray  # R (K, C) [1/√kg]
+    normal: np.ndarray  # R (K, C) [1/√kg]
     tangential: np.ndarray  # T (K, C)
+    observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
     keep: np.ndarray  # (K, L) [-]
     squared: np.ndarray  # ω² (K,) [rad²/s²]; pull = ω² push in both schemes
     push: np.ndarray  # (K, L) [s²]
-    clearance: np.ndarray  # (1, L) [m]; infinite for an idle lane; polar: else zero
-    step: np.ndarray  # h (L,) [s]
+    clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
+    step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]; polar: zero
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
     growth_time: float  # [s]
@@ -100,10 +102,10 @@ class State(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Where tangential displacements go: a ring of B blocks, each of M records."""
+    """Where observed displacements u go: a ring of B blocks, each of M records."""
 
-    history: np.ndarray  # (B·M·C, L) [m]
-    peak: np.ndarray  # (B·C, L) largest |u_t| of a block [m]
+    history: np.ndarray  # (B·M·O, L) [m]
+    peak: np.ndarray  # (B·O, L) largest |u| of a block [m]
 
 
 @compiled(inline=True)
@@ -115,7 +117,8 @@ def predict(lanes, contacts, scheme, state, step):
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
-    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_splat(TIPS, splat(lanes, 0.0))
+    depth = tile_add(depth, scheme.clearance, 0, 0, splat(lanes, -1.0))
     depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
     loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
@@ -132,7 +135,7 @@ def predict(lanes, contacts, scheme, state, step):
         q = q + d
         store(state.increment, k, d)
         store(state.position, k, q)
-        depth = tile_add(depth, scheme.radial, k, 0, q)
+        depth = tile_add(depth, scheme.normal, k, 0, q)
     tile_store(state.penetration, 0, depth)
     return tile_largest(depth)
 
@@ -140,10 +143,11 @@ def predict(lanes, contacts, scheme, state, step):
 @compiled
 def predict_more(lanes, first, scheme, state, step):
     """Penetrations of the contact points from ``first`` on (modified); returns the deepest."""
-    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_splat(TIPS, splat(lanes, 0.0))
+    depth = tile_add(depth, scheme.clearance, 0, first, splat(lanes, -1.0))
     depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.growth, 0))
     for k in range(state.position.shape[0]):
-        depth = tile_add(depth, scheme.radial, k, first, load(lanes, state.position, k))
+        depth = tile_add(depth, scheme.normal, k, first, load(lanes, state.position, k))
     tile_store(state.penetration, first, depth)
     return tile_largest(depth)
 
@@ -164,10 +168,10 @@ def correct(lanes, scheme, state, n_active):
 
 @compiled(inline=True)
 def settle(lanes, contacts, scheme, state):
-    """Corrector by itself (state is modified); tangential motion of the first TILE points."""
+    """Corrector by itself (state is modified); the first TILE observed displacements."""
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
-    tips = tile_splat(TIPS, splat(lanes, 0.0))
+    seen = tile_splat(TIPS, splat(lanes, 0.0))
     for k in range(state.position.shape[0]):
         q = load(lanes, state.position, k)
         if len(contacts) > 0:
@@ -176,35 +180,35 @@ def settle(lanes, contacts, scheme, state):
             q = q + kick
             store(state.position, k, q)
             store(state.increment, k, load(lanes, state.increment, k) + kick)
-        tips = tile_add(tips, scheme.tangential, k, 0, q)
-    return tips
+        seen = tile_add(seen, scheme.observed, k, 0, q)
+    return seen
 
 
 @compiled
 def observe(lanes, scheme, state, record, row, block, n_active):
-    """Apply the corrector and record all tangential displacements (state, record are modified)."""
-    n_points = state.penetration.shape[0] - 1
+    """Apply the corrector and record all observed displacements (state, record are modified)."""
+    n_observed = scheme.observed.shape[1]
     if n_active > len(MANY_CONTACTS):
         correct(lanes, scheme, state, n_active)
         n_active = 0
     if n_active == 0:
-        tips = settle(lanes, NO_CONTACTS, scheme, state)
+        seen = settle(lanes, NO_CONTACTS, scheme, state)
     elif n_active <= len(FEW_CONTACTS):
-        tips = settle(lanes, FEW_CONTACTS, scheme, state)
+        seen = settle(lanes, FEW_CONTACTS, scheme, state)
     elif n_active <= len(SOME_CONTACTS):
-        tips = settle(lanes, SOME_CONTACTS, scheme, state)
+        seen = settle(lanes, SOME_CONTACTS, scheme, state)
     else:
-        tips = settle(lanes, MANY_CONTACTS, scheme, state)
-    tile_store(record.history, row * n_points, tips)
-    for first in range(TILE, n_points, TILE):
-        tips = tile_splat(TIPS, splat(lanes, 0.0))
+        seen = settle(lanes, MANY_CONTACTS, scheme, state)
+    tile_store(record.history, row * n_observed, seen)
+    for first in range(TILE, n_observed, TILE):
+        seen = tile_splat(TIPS, splat(lanes, 0.0))
         for k in range(state.position.shape[0]):
-            tips = tile_add(tips, scheme.tangential, k, first, load(lanes, state.position, k))
-        tile_store(record.history, row * n_points + first, tips)
-    for i in range(n_points):
-        u = load(lanes, record.history, row * n_points + i)
+            seen = tile_add(seen, scheme.observed, k, first, load(lanes, state.position, k))
+        tile_store(record.history, row * n_observed + first, seen)
+    for i in range(n_observed):
+        u = load(lanes, record.history, row * n_observed + i)
         size = larger(u, splat(lanes, 0.0) - u)
-        at = block * n_points + i
+        at = block * n_observed + i
         store(record.peak, at, larger(size, load(lanes, record.peak, at)))
 
 
@@ -215,7 +219,7 @@ def grow(scheme, state):
     for lane in range(scheme.step.shape[0]):
         t = (state.n_steps[lane] + 1) * scheme.step[lane]
         state.growth[0, lane] = growth(t, scheme.growth_time)
-        growing = growing or t < scheme.growth_time
+        growing = growing or 0.0 < t < scheme.growth_time  # an idle lane has no time
     return growing
 
 
@@ -265,14 +269,14 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride)
     ``block`` is the place in the ring of the first block to record, or negative to record nothing;
     every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
     """
-    n_points = state.penetration.shape[0] - 1
+    n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
     n_active = 0
     growing = True
     for b in range(n_blocks):
-        place = (block + b) % (record.peak.shape[0] // n_points)
+        place = (block + b) % (record.peak.shape[0] // n_observed)
         if block >= 0:
-            record.peak[place * n_points : (place + 1) * n_points] = 0.0
+            record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
             if growing:
                 growing = grow(scheme, state) or not scheme.shortcuts.grown

@@ -24,7 +24,7 @@ class Polar(NamedTuple):
     radius: np.ndarray  # R, of the real points only [m]
     pitch: float  # angle between bumps [rad]
     height: float  # of the bumps [m]
-    clearance: float  # [m]
+    clearance: np.ndarray  # of the real points only [m]
     friction: float
     turn: float  # rotation in one step [rad]
     compliance: np.ndarray  # (4·C·C, L) motion a of i by force b on j, row (2a + b)·C² + i·C + j
@@ -48,15 +48,13 @@ def displaced_depths(lanes, scheme, state, polar, step):
     polar.deepest[:] = -np.inf
     for i in range(polar.angle.size):
         for lane in range(len(lanes)):
-            if scheme.clearance[0, lane] > 0.0:
-                continue  # idle
             r = polar.radius[i] + state.penetration[i, lane]
             t = polar.tangential[i, lane]
             rho = math.sqrt(r * r + t * t)
             phi = polar.angle[i] + (step + 1) * polar.turn + math.atan2(t, r)
             phi -= polar.pitch * math.floor(phi / polar.pitch + 0.5)
             bump = polar.height * math.exp(-((phi / (0.1 * polar.pitch)) ** 2))
-            depth = rho - polar.radius[i] + state.growth[0, lane] * bump - polar.clearance
+            depth = rho - polar.radius[i] + state.growth[0, lane] * bump - polar.clearance[i]
             polar.cosine[i, lane] = r / rho
             polar.sine[i, lane] = t / rho
             state.penetration[i, lane] = depth

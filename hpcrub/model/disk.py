@@ -39,6 +39,7 @@ class Disk(NamedTuple):
     blade_dof: np.ndarray  # (N, nb) dof that each blade touches
     blade_stiffness: np.ndarray  # (N, nb, nb) part of the stiffness that is the blade's
     contact_dof: np.ndarray  # (n_c, 2) u_r, u_t of each contact point
+    contact_blade: np.ndarray  # (n_c,) int, blade of each contact point
     contact_angle: np.ndarray  # (n_c,) [rad]
     contact_radius: np.ndarray  # (n_c,) [m]
     points: Points
@@ -81,6 +82,7 @@ def build_disk(disk, material):
         blade_dof=blade_dof,
         blade_stiffness=np.repeat(blade_stiffness[None], disk.n_blades, axis=0),
         contact_dof=blade_dof[:, -3:-1],
+        contact_blade=np.arange(disk.n_blades),
         contact_angle=_tip_angles(disk),
         contact_radius=np.full(disk.n_blades, float(disk.tip_radius)),
         points=_points(disk, nodes, blade_dof),

@@ -5,16 +5,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
+from hpcrub.model.interface import Interface, planar_interface
+
 
 class ReducedModel(NamedTuple):
-    """Tuned disk on m = 2 n_c + n_modes coordinates: u_r of all contact points, u_t, modal."""
+    """Tuned disk on m coordinates, wherever they come from; n dof, N blades."""
 
     mass: np.ndarray  # (m, m)
     stiffness: np.ndarray  # (m, m)
     blade_stiffness: np.ndarray  # (N, m, m) part of each blade in the stiffness
     basis: np.ndarray  # (n, m) coordinates to the dof of the full model
-    contact_angle: np.ndarray  # (n_c,) [rad]
-    contact_radius: np.ndarray  # (n_c,) [m]
+    interface: Interface  # contact points and observed displacements on these coordinates
     tuned_modes: np.ndarray  # (m, m) mass-normalised: they turn the mass into the identity,
     tuned_eigenvalues: np.ndarray  # (m,) the tuned stiffness into these [rad2/s2]
     modal_blade_stiffness: np.ndarray  # (N, m, m) and the blades' stiffness into these
@@ -24,9 +25,18 @@ class Modes(NamedTuple):
     """Mass-normalised modes of one sample, by increasing frequency."""
 
     omega: np.ndarray  # (K,) [rad/s]
-    radial: np.ndarray  # (n_c, K) u_r of the contact points [1/sqrt(kg)]
-    tangential: np.ndarray  # (n_c, K) u_t of the contact points [1/sqrt(kg)]
+    normal: np.ndarray  # (C, K) outward displacement of the contact points [1/sqrt(kg)]
+    tangential: np.ndarray  # (C, K) their displacement towards +theta [1/sqrt(kg)]
+    axial: np.ndarray  # (C, K), or (0, K) where there is no axial motion [1/sqrt(kg)]
+    observed: np.ndarray  # (O, K) displacements whose largest is the amplitude [1/sqrt(kg)]
     shapes: np.ndarray  # (m, K) on the coordinates of the reduced model
+
+    @classmethod
+    def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
+        """Modes (K,) of a planar structure that is known by its contact points (C, K) alone."""
+        n_modes = len(omega)
+        none = np.zeros((0, n_modes))
+        return cls(omega, normal, tangential, none, tangential, np.eye(n_modes))
 
 
 def craig_bampton(disk, n_modes):
@@ -47,8 +57,13 @@ def craig_bampton(disk, n_modes):
         stiffness=stiffness,
         blade_stiffness=blade_stiffness,
         basis=basis,
-        contact_angle=disk.contact_angle,
-        contact_radius=disk.contact_radius,
+        interface=planar_interface(
+            disk.contact_angle,
+            disk.contact_radius,
+            normal=basis[disk.contact_dof[:, 0]],
+            tangential=basis[disk.contact_dof[:, 1]],
+            blade=disk.contact_blade,
+        ),
         tuned_modes=modes,
         tuned_eigenvalues=eigenvalues,
         modal_blade_stiffness=_project(blade_stiffness, modes),
@@ -65,11 +80,13 @@ def mistuned_modes(reduced, deviation):
     np.einsum("ii->i", change)[:] += reduced.tuned_eigenvalues
     eigenvalues, vectors = np.linalg.eigh(change)
     shapes = reduced.tuned_modes @ vectors
-    n_contact = len(reduced.contact_angle)
+    interface = reduced.interface
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
-        radial=shapes[:n_contact],
-        tangential=shapes[n_contact : 2 * n_contact],
+        normal=interface.normal @ shapes,
+        tangential=interface.tangential @ shapes,
+        axial=interface.axial @ shapes,
+        observed=interface.observed @ shapes,
         shapes=shapes,
     )
 

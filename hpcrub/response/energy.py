@@ -84,7 +84,7 @@ def audit(bank, n_blocks):
     """March a Bank, at the start of its table, and account for its energy.
 
     Args:
-        bank: scheme.Bank (modified: it is marched).
+        bank: bank.Bank (modified: it is marched).
         n_blocks: how far.
 
     Returns:
@@ -140,16 +140,16 @@ def find_gaps(scheme, state, polar, step, back, lane, gap):
         u_r = u_t = 0.0
         for k in range(state.position.shape[0]):
             q = state.position[k, lane] - back * state.increment[k, lane]
-            u_r += scheme.radial[k, i] * q
+            u_r += scheme.normal[k, i] * q
             u_t += scheme.tangential[k, i] * q
         if polar.enabled:
             r = polar.radius[i] + u_r
             phi = polar.angle[i] + (step + 1) * polar.turn + np.arctan2(u_t, r)
             bump = bump_height(phi, 2.0 * np.pi / polar.pitch, polar.height)
-            gap[i, lane] = polar.clearance - grown * bump - (np.hypot(r, u_t) - polar.radius[i])
+            gap[i, lane] = polar.clearance[i] - grown * bump - (np.hypot(r, u_t) - polar.radius[i])
         else:
             bump = scheme.bump[step % scheme.bump.shape[0], i]
-            gap[i, lane] = scheme.clearance[0, lane] - grown * bump - u_r
+            gap[i, lane] = scheme.clearance[0, i] - grown * bump - u_r
 
 
 @compiled
@@ -200,7 +200,7 @@ def left_open(state, polar, n_active, i, lane, gap):
             moved_t += polar.compliance[3 * n_pairs + at, lane] * force_t
     moved = np.hypot(moved_r, moved_t)
     along = abs(polar.cosine[i, lane] * moved_t - polar.sine[i, lane] * moved_r)
-    nearest = polar.radius[i] + polar.clearance - polar.height - gap[i, lane] - moved  # of all ρ
+    nearest = polar.radius[i] + polar.clearance[i] - polar.height - gap[i, lane] - moved  # of all ρ
     width = 0.1 * polar.pitch
     slope = polar.height * np.sqrt(2.0 / np.e) / width
     bend = 2.0 * polar.height / width**2
@@ -211,14 +211,14 @@ def left_open(state, polar, n_active, i, lane, gap):
 @compiled
 def contact_work(scheme, state, polar, n_active, lane, books, work):
     """Enter the works of the contact forces of one lane (books and work are modified)."""
-    n_padded = scheme.radial.shape[1]
+    n_padded = scheme.normal.shape[1]
     for a in range(n_active):
         i = state.active[a]
         if i >= len(polar.angle):
             continue  # padding, and the tangential forces of polar kinematics
         way_r = way_t = 0.0
         for k in range(books.moved.shape[0]):
-            way_r += scheme.radial[k, i] * books.moved[k, lane] / 2.0
+            way_r += scheme.normal[k, i] * books.moved[k, lane] / 2.0
             way_t += scheme.tangential[k, i] * books.moved[k, lane] / 2.0
         if polar.enabled:
             force_r, force_t = state.multiplier[i, lane], state.multiplier[n_padded + i, lane]
@@ -246,12 +246,12 @@ def contact_work(scheme, state, polar, n_active, lane, books, work):
 @compiled
 def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride, books):
     """`kernel.march`, step for step the same bits, with every step in the books (modified)."""
-    n_points = state.penetration.shape[0] - 1
+    n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
     for b in range(n_blocks):
-        place = (block + b) % (record.peak.shape[0] // n_points)
+        place = (block + b) % (record.peak.shape[0] // n_observed)
         if block >= 0:
-            record.peak[place * n_points : (place + 1) * n_points] = 0.0
+            record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
             grow(scheme, state)
             for lane in range(len(lanes)):

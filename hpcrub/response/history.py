@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import reasons, scheme
+from hpcrub.contact import reasons
+from hpcrub.contact.bank import allocate, set_motion
+from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.kernel import advance, correct, grow
 from hpcrub.response import energy
@@ -24,9 +26,9 @@ class Piece(NamedTuple):
 
     time: np.ndarray  # since the bumps began to grow (R, S) [s]
     position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
-    tangential: np.ndarray  # displacement of the tips u_t (R, n_c, S) [m]
-    radial_force: np.ndarray  # inward on each tip, mean since the last record (R, n_c, S) [N]
-    tangential_force: np.ndarray  # against the rotation of the disk (R, n_c, S) [N]
+    observed: np.ndarray  # observed displacements (R, O, S) [m]
+    normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
+    tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     reason: np.ndarray  # (S,) uint8: code of ``reasons``; once fatal, it stays and nothing counts
 
 
@@ -92,13 +94,9 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
     if motion is None:
         motion = Motion.at_rest(n_speeds, len(modes.omega))
     grid = cut_revolution(speeds_hz.min(), scene)
-    bank = scheme.allocate(modes, scene, grid, len(LANES))
-    for lane in range(len(LANES)):
-        scheme.empty_lane(bank, lane)
-    for lane, speed in enumerate(speeds_hz):
-        h = 1.0 / (speed * grid.steps_per_revolution)
-        scheme.fill_lane(bank, lane, modes, scene, h)
-        scheme.set_motion(bank, lane, *(values[lane] for values in motion))
+    bank = allocate(modes, scene, grid, len(LANES), speeds_hz)
+    for lane in range(n_speeds):
+        set_motion(bank, lane, *(values[lane] for values in motion))
     n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
     books = _audit(copy.deepcopy(bank), n_speeds, n_blocks) if scene.audit else None
     reason = np.zeros(n_speeds, dtype=np.uint8)
@@ -109,7 +107,7 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         if poll is not None:
             poll()
     for lane in range(n_speeds):
-        for values, end in zip(motion, scheme.motion(bank, lane), strict=True):
+        for values, end in zip(motion, motion_of(bank, lane), strict=True):
             values[lane] = end
 
 
@@ -125,7 +123,7 @@ def _audit(bank, n_speeds, n_blocks):
 def _judge(bank, scene, piece, books, reason):
     """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
     for lane in np.flatnonzero(~reasons.are_fatal(reason)):
-        reason[lane] = judge(bank, lane, np.abs(piece.tangential[:, :, lane]), scene, books)
+        reason[lane] = judge(bank, lane, np.abs(piece.observed[:, :, lane]), scene, books)
 
 
 def _piece(bank, modes, scene, grid, n_speeds):
@@ -136,13 +134,13 @@ def _piece(bank, modes, scene, grid, n_speeds):
     started = bank.state.n_steps[:n_speeds].copy()
     trace(LANES, bank.scheme, bank.contact, bank.state, bank.polar, position, force, grid.stride)
     steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
-    n_points, n_padded = len(scene.contact_angle), len(bank.contact.stiffness)
+    n_points, n_padded = len(scene.interface.angle), len(bank.contact.stiffness)
     force = force[:, :, :n_speeds] / grid.stride
-    radial = force[:, :n_points]
+    normal = force[:, :n_points]
     polar = bank.polar.enabled
-    tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * radial
+    tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * normal
     time = steps * bank.scheme.step[:n_speeds]
     position = position[:, :, :n_speeds]
     with np.errstate(all="ignore"):  # numbers of a diverged speed
-        moved = modes.tangential @ position
-    return Piece(time, position, moved, radial, tangential, reason=np.empty(0))
+        observed = modes.observed @ position
+    return Piece(time, position, observed, normal, tangential, reason=np.empty(0))

@@ -1,57 +1,112 @@
-"""Forced response to a travelling load on the contact points, in the frequency domain.
+"""Forced response to an engine-order excitation of the blades, in the frequency domain.
 
-The load of blade i is F cos(n_d (theta_i - Omega t)), radial [equation (5)]. In the rotating
-frame it is harmonic at w = n_d Omega, and a displacement is Re(u exp(j w t)) with
+The load of a blade is F cos(n_d (theta - Omega t)), radial [equation (5)], shared evenly by its
+contact points, each at its own angle theta. In the rotating frame it is harmonic at w = n_d Omega,
+and a displacement is Re(u exp(j w t)) with
 
-    u_t = sum_k tangential_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
-    p_k = F sum_i radial_ik exp(-j n_d theta_i).
+    u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
+    p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
 """
 
 import numpy as np
+import numpy.typing as npt
+
+from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import Modes
 
 _MESH_STEP = 0.25  # of the search mesh, in distances to the nearest pole
 _WORTH_REFINING = 0.9  # mesh maxima below this share of the largest cannot overtake it
 _MAX_ITERATIONS = 60
 
 
-def travelling_load_response(modes, damping_ratio, amplitude, n_diameters, angle, speed_hz):
-    """Steady tangential displacement of the contact points under a travelling radial load.
+def engine_order_response(
+    modes: Modes,
+    damping_ratio: float,
+    amplitude: float,
+    engine_order: int,
+    interface: Interface,
+    speed_hz: npt.ArrayLike,
+) -> np.ndarray:
+    """Steady displacements under an engine-order excitation of the blades.
 
-    modes: Modes; damping_ratio of every mode [-]; amplitude of the load [N]; n_diameters of the
-    load; angle of the contact points (n_c,) [rad]; speed_hz: rotation (S,) [Hz].
-    Returns complex amplitudes (S, n_c) [m].
-    Source: Joachim, Nyssen, Batailly 2020, equation (5).
+    Parameters
+    ----------
+    modes : Modes
+    damping_ratio : float
+        Of every mode [-].
+    amplitude : float
+        Of the radial load on a blade [N].
+    engine_order : int
+        Number n_d of periods of the load over the circumference.
+    interface : Interface
+        Contact points that carry the load.
+    speed_hz : array_like (S,)
+        Rotation [Hz].
+
+    Returns
+    -------
+    ndarray (S, O)
+        Complex amplitudes of the observed displacements [m].
+
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), equation (5).
     """
-    w = 2 * np.pi * n_diameters * np.asarray(speed_hz, dtype=float)
-    load = _modal_load(modes, amplitude, n_diameters, angle)
-    return (load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.tangential.T
+    w = 2 * np.pi * engine_order * np.asarray(speed_hz, dtype=float)
+    load = _modal_load(modes, amplitude, engine_order, interface)
+    return (load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.observed.T
 
 
-def linear_peak(modes, damping_ratio, amplitude, n_diameters, angle, n_family):
-    """Largest tangential amplitude of any contact point over the speeds of the first family.
+def linear_peak(
+    modes: Modes,
+    damping_ratio: float,
+    amplitude: float,
+    engine_order: int,
+    interface: Interface,
+    n_family: int,
+) -> tuple[float, float]:
+    """Largest observed displacement over the speeds of the first family of modes.
 
-    Arguments as `travelling_load_response`; n_family: modes in the first family. Speeds run from
-    0.9 omega_1 to 1.1 omega_n_family, over n_diameters.
-    Returns amplitude [m], to 1e-6 of itself, and rotation speed [Hz].
-    Raises ValueError without damping or without diameters: there is no peak then.
-    Source: Joachim, Nyssen, Batailly 2020, section 2.3.2.
+    Parameters
+    ----------
+    modes, damping_ratio, amplitude, engine_order, interface
+        As of `engine_order_response`.
+    n_family : int
+        Modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over n_d.
+
+    Returns
+    -------
+    amplitude : float
+        To 1e-6 of itself [m].
+    speed_hz : float
+        Where it is reached [Hz].
+
+    Raises
+    ------
+    ValueError
+        Without damping or with engine order zero: there is no peak then.
+
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
-    if not (damping_ratio > 0 and n_diameters > 0):
-        raise ValueError("a linear peak needs damping_ratio > 0 and n_diameters > 0")
-    load = _modal_load(modes, amplitude, n_diameters, angle)
+    if not (damping_ratio > 0 and engine_order > 0):
+        raise ValueError("a linear peak needs damping_ratio > 0 and engine_order > 0")
+    load = _modal_load(modes, amplitude, engine_order, interface)
     w = _search_mesh(modes.omega, damping_ratio, n_family)
-    u = np.abs((load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.tangential.T)
+    u = np.abs((load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.observed.T)
 
-    speed, point = _mesh_maxima(u)
-    residues = modes.tangential[point] * load
+    speed, row = _mesh_maxima(u)
+    residues = modes.observed[row] * load
     low, high = w[np.maximum(speed - 1, 0)], w[np.minimum(speed + 1, len(w) - 1)]
     w, u = _refine(residues, modes.omega, damping_ratio, w[speed], low, high)
     best = np.argmax(u)
-    return float(u[best]), float(w[best] / (2 * np.pi * n_diameters))
+    return float(u[best]), float(w[best] / (2 * np.pi * engine_order))
 
 
-def _modal_load(modes, amplitude, n_diameters, angle):
-    return amplitude * (np.exp(-1j * n_diameters * np.asarray(angle)) @ modes.radial)
+def _modal_load(modes, amplitude, engine_order, interface):
+    share = 1.0 / interface.points_per_blade[interface.blade]
+    return amplitude * ((share * np.exp(-1j * engine_order * interface.angle)) @ modes.normal)
 
 
 def _dynamic_stiffness(omega, xi, w):
@@ -83,7 +138,7 @@ def _search_mesh(omega, xi, n_family):
 
 
 def _mesh_maxima(u):
-    """Indices (speed, point) of the local maxima over speeds of u (S, n_c) that may be largest."""
+    """Indices (speed, row) of the local maxima over speeds of u (S, O) that may be largest."""
     lowest = np.full((1, u.shape[1]), -np.inf)
     padded = np.concatenate([lowest, u, lowest])
     is_maximum = (u >= padded[:-2]) & (u >= padded[2:])

@@ -42,7 +42,7 @@ def is_constant(before, last, criteria):
     """Whether the amplitudes of two successive windows agree; False for NaN.
 
     Args:
-        before, last: largest magnitude in both windows of the tip that moves most [m].
+        before, last: largest magnitude in both windows of the displacement that is largest [m].
         criteria: SteadyCriteria.
     """
     return bool(abs(last - before) <= criteria.max_amplitude_change * last)
@@ -52,28 +52,28 @@ def is_repeated(before, last, criteria):
     """Whether two successive windows show the same motion; False for NaN.
 
     Args:
-        before, last: displacement of the tip that moves most (n,) [m] in both windows.
+        before, last: the displacement that is largest (n,) [m] in both windows.
         criteria: SteadyCriteria.
     """
     return correlation(before, last) > criteria.min_correlation
 
 
-def localisation(tip_amplitude):
+def localisation(blade_amplitude):
     """Localisation factor of a vibration, 0 if all blades move alike and 1 if one moves alone.
 
     Args:
-        tip_amplitude: largest displacement of each contact point (..., n_c) [m].
+        blade_amplitude: largest displacement of each blade (..., N) [m].
 
     Returns:
         Factor (...) [-]; 0 where nothing moves.
 
     Source: Joachim, Nyssen, Batailly (2020), equations (8) to (10).
     """
-    n = tip_amplitude.shape[-1]
-    largest = tip_amplitude.max(axis=-1)
+    n = blade_amplitude.shape[-1]
+    largest = blade_amplitude.max(axis=-1)
     if n == 1:
         return np.zeros_like(largest)
     scale = np.where(largest > 0.0, largest, 1.0)
-    rms = np.sqrt(np.mean((tip_amplitude / scale[..., None]) ** 2, axis=-1))
+    rms = np.sqrt(np.mean((blade_amplitude / scale[..., None]) ** 2, axis=-1))
     zeta = 1.0 / np.where(rms > 0.0, rms, 1.0)
     return np.where(largest > 0.0, (zeta - 1.0) / (np.sqrt(n) - 1.0), 0.0)

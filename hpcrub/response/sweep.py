@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import kernel, reasons, scheme
+from hpcrub.contact import bank, kernel, reasons
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
+from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import energy
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated, localisation
@@ -30,8 +31,7 @@ COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops tha
 class Scene(NamedTuple):
     """Everything about a contact run that is the same for all samples and speeds."""
 
-    contact_angle: np.ndarray  # (n_c,) [rad]
-    contact_radius: float | np.ndarray  # of all, or of every point (n_c,) [m]
+    interface: Interface
     damping_ratio: float
     n_bumps: int
     bump_height: float  # [m]
@@ -62,7 +62,7 @@ class Motion(NamedTuple):
 class SweepResult(NamedTuple):
     """Frequency response of one sample over S speeds."""
 
-    amplitude: np.ndarray  # (S,) largest |u_t| of all contact points [m]; NaN where diverged
+    amplitude: np.ndarray  # (S,) largest observed displacement [m]; NaN where diverged
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED
@@ -202,23 +202,23 @@ def _merge(first, second):
 
 def can_touch(scene):
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
-    return scene.bump_height > scene.clearance
+    return scene.bump_height > scene.clearance + scene.interface.clearance.min()
 
 
-def judge(bank, lane, size, scene, books=None):
+def judge(lanes, lane, size, scene, books=None):
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
     Args:
-        bank: scheme.Bank that has been marched.
+        lanes: bank.Bank that has been marched.
         lane: index.
-        size: magnitudes of its tangential displacements, of any shape [m].
+        size: magnitudes of its observed displacements, of any shape [m].
         scene: Scene.
         books: energy.Books of an audited march.
 
     Returns:
         code of ``reasons``.
     """
-    state = bank.state
+    state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
     flaw = int(state.report[FLAW, lane]) if touched else reasons.NONE
     if flaw in reasons.FATAL:
@@ -227,7 +227,7 @@ def judge(bank, lane, size, scene, books=None):
         return reasons.UNSOLVED
     if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(size).all()):
         return reasons.NOT_FINITE
-    if size.max() >= np.max(scene.contact_radius):
+    if size.max() >= scene.interface.radius.max():
         return reasons.TOO_LARGE
     if books and not energy.is_balanced(books, lane):
         return reasons.UNBALANCED
@@ -240,7 +240,7 @@ class _Band:
     def __init__(self, modes, scene, grid, speeds_hz, width, motion=None):
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
         self.motion = motion
-        self.bank = scheme.allocate(modes, scene, grid, width)
+        self.bank = bank.allocate(modes, scene, grid, width)
         self.books = energy.open_books(self.bank) if scene.audit else None
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.speed = [None] * width  # index of the speed in each lane
@@ -302,14 +302,14 @@ class _Band:
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
-        scheme.empty_lane(self.bank, lane)
+        bank.empty_lane(self.bank, lane)
         self.speed[lane] = waiting.pop(0) if waiting else None
         if self.speed[lane] is None:
             return
         h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
-        scheme.fill_lane(self.bank, lane, self.modes, self.scene, h)
+        bank.fill_lane(self.bank, lane, self.modes, self.scene, h)
         if self.motion is not None:
-            scheme.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
+            bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         if self.books:
             energy.open_lane(self.books, self.bank, lane)
         self.start[lane], self.passed[lane] = now, 0
@@ -321,7 +321,7 @@ class _Band:
         steady = self.scene.steady
         older, newer = self._windows(now)
         peak = self.bank.record.peak.reshape(2 * self.window, -1, len(self.speed))
-        peak = peak[:, : len(self.modes.radial), lane]
+        peak = peak[:, : len(self.modes.observed), lane]
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         elapsed = now - self.start[lane]
@@ -329,10 +329,10 @@ class _Band:
         if reason in reasons.FATAL:
             status = DIVERGED
         else:
-            tip = int(np.argmax(last))
+            most = int(np.argmax(last))
             cap = self._blocks(lane, steady.max_time, math.floor)
-            passes = is_constant(before[tip], last[tip], steady) and is_repeated(
-                self._signal(lane, tip, older), self._signal(lane, tip, newer), steady
+            passes = is_constant(before[most], last[most], steady) and is_repeated(
+                self._signal(lane, most, older), self._signal(lane, most, newer), steady
             )
             self.passed[lane] = self.passed[lane] + 1 if passes else 0
             if self.passed[lane] >= steady.confirmations:
@@ -344,14 +344,14 @@ class _Band:
                 self.check[lane] = min(now + extend, self.start[lane] + cap)
                 return False
             out.amplitude[index] = last.max()
-            out.localisation[index] = localisation(last)
+            out.localisation[index] = localisation(self.scene.interface.of_blades(last))
         if self.books:
             out.energy[index] = energy.close_lane(self.books, lane)
         out.point_status[index], out.point_reason[index] = status, reason
         out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
         if self.motion is not None:
-            for values, end in zip(self.motion, scheme.motion(self.bank, lane), strict=True):
+            for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[index] = end
         return True
 
@@ -362,11 +362,11 @@ class _Band:
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
-    def _signal(self, lane, tip, window):
-        """Displacement of one contact point over a window, places in the ring."""
-        n_points = len(self.bank.contact.stiffness)
-        history = self.bank.record.history.reshape(2 * self.window, -1, n_points, len(self.speed))
-        return history[window, :, tip, lane].ravel()
+    def _signal(self, lane, row, window):
+        """One observed displacement over a window, places in the ring."""
+        n_observed = self.bank.scheme.observed.shape[1]
+        history = self.bank.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
+        return history[window, :, row, lane].ravel()
 
 
 def warm_up(audit=False):
@@ -381,10 +381,9 @@ def warm_up(audit=False):
 
 def smallest_case():
     """Modes and Scene of one mass and a few steps."""
-    modes = Modes(np.ones(1), np.ones((1, 1)), np.ones((1, 1)), np.ones((1, 1)))
-    return modes, Scene(
-        contact_angle=np.zeros(1),
-        contact_radius=1.0,
+    one = np.ones((1, 1))
+    return Modes.planar(np.ones(1), one, one), Scene(
+        interface=planar_interface(np.zeros(1), 1.0),
         damping_ratio=0.01,
         n_bumps=1,
         bump_height=2e-3,

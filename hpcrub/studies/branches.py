@@ -99,7 +99,9 @@ def compute(problem, task, poll):
     else:
         if name != "rest":
             size = config.branches.perturbation
-            motion.position[:] = deflection(modes, config.mistuning.seed, task, size)
+            motion.position[:] = deflection(
+                modes, scene.interface.n_blades, config.mistuning.seed, task, size
+            )
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
     amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
     result = result.marched_on(reason)
@@ -142,10 +144,10 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
             march = history.march(modes, scene, speeds_hz[group], duration, part, poll)
-            tips, codes = zip(
-                *((np.abs(p.tangential).max(axis=0).T, p.reason) for p in march), strict=True
+            sizes, codes = zip(
+                *((np.abs(p.observed).max(axis=0).T, p.reason) for p in march), strict=True
             )
-            largest = np.max(tips, axis=0)  # (speeds of the group, tips)
+            largest = scene.interface.of_blades(np.max(sizes, axis=0))  # (speeds of the group, N)
             well = ~reasons.are_fatal(codes[-1])
             at, largest = group[well], largest[well]
             found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
@@ -153,13 +155,12 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
     return *found, reason
 
 
-def deflection(modes, seed, task, size):
-    """Random modal coordinates (K,) in the first family, largest |u_t| of a tip = size [m]."""
-    n_family = len(modes.tangential)
+def deflection(modes, n_family, seed, task, size):
+    """Random modal coordinates (K,) in the first family, largest observed |u| = size [m]."""
     random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
-    tips = modes.tangential[:, :n_family] @ random
+    observed = modes.observed[:, :n_family] @ random
     return np.concatenate([random, np.zeros(len(modes.omega) - n_family)]) * (
-        size / np.abs(tips).max()
+        size / np.abs(observed).max()
     )
 
 

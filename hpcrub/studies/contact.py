@@ -17,7 +17,7 @@ def sizes(config):
         "level": len(config.levels),
         "sample": len(config.samples),
         "blade": config.disk.n_blades,
-        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
+        "mode": config.n_coordinates,
         "percentile": len(config.convergence.percentiles),
         "run": config.mistuning.tuned_runs,
         "account": len(ACCOUNTS),

@@ -33,7 +33,7 @@ def sizes(config):
         "frequency": config.spectrum.n_frequencies,
         "disk": len(disks(config)),
         "blade": config.disk.n_blades,
-        "mode": 2 * config.disk.n_blades + config.reduction.n_modes,
+        "mode": config.n_coordinates,
     }
 
 
@@ -64,7 +64,7 @@ def compute(problem, task, poll):
     modes, group = problem.modes[disk], groups[group]
     speeds = config.speeds.values_hz[group]
     parts = [
-        (piece.time, piece.tangential, piece.reason)
+        (piece.time, piece.observed, piece.reason)
         for piece in history.march(modes, scene, speeds, config.history.duration_s, poll=poll)
     ]
     *values, reason = zip(*parts, strict=True)

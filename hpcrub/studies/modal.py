@@ -31,7 +31,7 @@ prepare = build_model
 def sizes(config):
     """Length of every dimension."""
     blade, n_blades = config.disk.blade, config.disk.n_blades
-    n_modes = 2 * n_blades + config.reduction.n_modes
+    n_modes = config.n_coordinates
     return {
         "node": n_blades * (blade.n_elements + 2),
         "axis": 2,

@@ -60,8 +60,7 @@ def build_problem(config):
 def _scene(config, reduced):
     steady = config.steady_state
     return sweep.Scene(
-        contact_angle=reduced.contact_angle,
-        contact_radius=reduced.contact_radius,
+        interface=reduced.interface,
         damping_ratio=config.material.damping_ratio,
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,
@@ -136,9 +135,9 @@ def modes_of(config, model, deviation):
 
 
 def linear_amplitude(config, problem, modes):
-    """Largest tip displacement under the linear travelling load of a configuration [m]."""
+    """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
-    load = config.forcing.amplitude, scene.n_bumps, scene.contact_angle
+    load = config.forcing.amplitude, scene.n_bumps, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 
 

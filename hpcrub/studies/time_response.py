@@ -92,12 +92,12 @@ def compute(problem, task, poll):
     if reasons.are_fatal(reason):
         yield "point_status", task, DIVERGED
         return
-    radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.radial.T
-    tangential = np.concatenate([piece.tangential[:, :, 0] for piece in pieces])
+    radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
+    tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial, tangential)
-    yield "force_n", task, np.concatenate([piece.radial_force[:, :, 0] for piece in pieces])
+    yield "force_n", task, np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
     tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
     yield "tip", task, tip
     yield "correlation", task, correlated
@@ -109,13 +109,14 @@ def compute(problem, task, poll):
 def gap(scene, speed_hz, time, radial, tangential):
     """Gap of every tip, (T, n_c) [m]; the paper's, or that of the displaced position."""
     grown = np.array([growth(t, scene.growth_time) for t in time])[:, None]
-    angle = 2 * np.pi * speed_hz * time[:, None] + scene.contact_angle
+    angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
     outward = radial
+    radius = scene.interface.radius
     if scene.kinematics == "polar":
-        angle = angle + np.arctan2(tangential, scene.contact_radius + radial)
-        outward = np.hypot(scene.contact_radius + radial, tangential) - scene.contact_radius
+        angle = angle + np.arctan2(tangential, radius + radial)
+        outward = np.hypot(radius + radial, tangential) - radius
     bump = bump_height(angle, scene.n_bumps, scene.bump_height)
-    return scene.clearance - grown * bump - outward
+    return scene.clearance + scene.interface.clearance - grown * bump - outward
 
 
 def _tests(config, tangential, per_block):

@@ -12,6 +12,7 @@ import pytest
 
 from hpcrub.contact import multipliers, reasons
 from hpcrub.contact.complementarity import flaw, is_p_matrix, solve_by_pivoting
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Scene, run_sweep
@@ -96,10 +97,10 @@ def masses(W, friction=0.5):
     """Free masses (one contact point each) whose Delassus operator is h²·W, and a bump for each."""
     n = len(W)
     eye = np.eye(n)
-    modes = Modes(np.full(n, 2 * np.pi * 20.0), eye, (W - eye) / friction, eye)
+    modes = Modes.planar(np.full(n, 2 * np.pi * 20.0), eye, (W - eye) / friction)
     scene = Scene(
-        np.zeros(n), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, friction, scheme="exact_modal", step=1e-4,
-        steady=SteadyCriteria(first_check=0.3, max_time=0.6),
+        planar_interface(np.zeros(n), 1.0), 0.05, 1, 2e-3, 1e-3, 0.01, friction,
+        scheme="exact_modal", step=1e-4, steady=SteadyCriteria(first_check=0.3, max_time=0.6),
     )  # fmt: skip
     return modes, scene
 
@@ -113,7 +114,7 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
     assert (result.point_status == STEADY).all()
     assert (result.point_reason == reasons.NONE).all()
     one, one_scene = masses(np.eye(1))
-    one = one._replace(tangential=np.full((1, 1), modes.tangential[0].sum()))
+    one = Modes.planar(one.omega, one.normal, np.full((1, 1), modes.tangential[0].sum()))
     alone = run_sweep(one, one_scene._replace(friction=0.0), speeds, width=8)
     assert alone.amplitude.min() > 1e-3
     np.testing.assert_allclose(result.amplitude, alone.amplitude, rtol=1e-6)
@@ -147,7 +148,7 @@ def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 def test_an_operator_that_is_not_finite_is_the_reason_too(kinematics):
     modes, scene = masses(np.eye(2))
-    huge = modes._replace(radial=1e200 * modes.radial, tangential=1e200 * modes.tangential)
+    huge = modes._replace(normal=1e200 * modes.normal, tangential=1e200 * modes.tangential)
     scene = scene._replace(kinematics=kinematics)
     with np.errstate(all="ignore"):
         result = run_sweep(huge, scene, np.array([12.0]), width=8)

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from hpcrub.config import schema as config
+from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
-from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.linear import engine_order_response
+from hpcrub.response.steady import SteadyCriteria, localisation
 from hpcrub.response.sweep import cut_revolution, run_sweep
 from hpcrub.studies import problem as study
 from tests.contact.test_kernel import march, textbook
@@ -26,6 +28,7 @@ def reduced():
     before = tuned.blade_dof[:, -6:-4]
     two = tuned._replace(
         contact_dof=np.vstack([tuned.contact_dof, before]),
+        contact_blade=np.tile(np.arange(N_BLADES), 2),
         contact_angle=np.concatenate([tuned.contact_angle, tuned.contact_angle - APART]),
         contact_radius=np.concatenate([tuned.contact_radius, tuned.contact_radius]),
     )
@@ -33,13 +36,13 @@ def reduced():
 
 
 def scene_of(reduced, **changes):
-    points = {name: getattr(reduced, name) for name in ("contact_angle", "contact_radius")}
-    return reference_scene(**(points | {"scheme": "central_difference"} | changes))
+    defaults = {"interface": reduced.interface, "scheme": "central_difference"}
+    return reference_scene(**(defaults | changes))
 
 
 def test_two_points_a_blade_are_the_textbook_scheme(reduced):
     modes, scene = mistuned_modes(reduced, DEVIATION), scene_of(reduced)
-    assert modes.radial.shape == (2 * N_BLADES, 4 * N_BLADES)
+    assert modes.normal.shape == (2 * N_BLADES, 4 * N_BLADES)
     history, _ = march(modes, scene, [SPEED], n_blocks=2, width=8)
     tips, forces = textbook(reduced, modes, scene, SPEED, len(history))
     touches = forces.reshape(len(tips), -1, 2, N_BLADES).any(axis=1)  # tip or second point
@@ -47,8 +50,8 @@ def test_two_points_a_blade_are_the_textbook_scheme(reduced):
     assert np.abs(history[:, :, 0] - tips).max() < 1e-9 * np.abs(tips).max()
 
 
-def test_a_sweep_looks_at_all_points(reduced):
-    """Largest |u_t| of any point in the records of the second of two revolutions."""
+def test_a_sweep_looks_at_all_points_and_counts_blades(reduced):
+    """Largest |u_t| of any point, and of each blade, in the second of two revolutions."""
     modes = mistuned_modes(reduced, DEVIATION)
     steady = SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=2.0 / SPEED)
     scene = scene_of(reduced, step=1.0 / (1500 * SPEED), steady=steady)
@@ -59,6 +62,24 @@ def test_a_sweep_looks_at_all_points(reduced):
     assert result.time == pytest.approx(2.0 / SPEED)
     recorded = tips[n_steps + grid.stride - 1 :: grid.stride]
     assert result.amplitude == pytest.approx(np.abs(recorded).max(), rel=1e-6)
+    blades = np.abs(recorded).reshape(-1, 2, N_BLADES).max(axis=(0, 1))
+    assert result.localisation[0] == pytest.approx(localisation(blades), rel=1e-6)
+
+
+def test_an_engine_order_excitation_loads_blades():
+    """Twice the same contact points: each carries half the load of its blade, which moves alike."""
+    one = craig_bampton(make_disk(n_blades=N_BLADES, blade={"n_elements": 3}), 0).interface
+    two = Interface(*(np.concatenate([values, values]) for values in one))
+    speeds = np.array([20.0, 21.0])
+    reduced = craig_bampton(make_disk(n_blades=N_BLADES, blade={"n_elements": 3}), 0)
+    answers = [
+        engine_order_response(
+            mistuned_modes(reduced._replace(interface=points), DEVIATION),
+            0.005, 150.0, 2, points, speeds,
+        )
+        for points in (one, two)
+    ]  # fmt: skip
+    np.testing.assert_allclose(answers[1][:, :N_BLADES], answers[0], rtol=1e-12)
 
 
 def test_every_point_keeps_its_radius(monkeypatch):
@@ -67,4 +88,4 @@ def test_every_point_keeps_its_radius(monkeypatch):
     made = make_disk()._replace(contact_radius=radii)
     monkeypatch.setattr(study, "build_disk", lambda *arguments: made)
     scene = study.build_problem(config.Config()).scene
-    np.testing.assert_array_equal(np.broadcast_to(scene.contact_radius, 12), radii)
+    np.testing.assert_array_equal(scene.interface.radius, radii)

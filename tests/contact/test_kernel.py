@@ -15,9 +15,12 @@ import sys
 import numpy as np
 import pytest
 
-from hpcrub.contact import kernel, scheme
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history as histories
 from hpcrub.response.sweep import Grid, Scene, cut_revolution
@@ -31,12 +34,8 @@ REVOLUTION = 1500  # steps
 def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
     grid = Grid(revolution, scene.n_bumps, 1)
-    bank = scheme.allocate(modes, scene, grid, width)
-    for lane in range(width):
-        scheme.empty_lane(bank, lane)
-    for lane, speed in enumerate(speeds):
-        scheme.fill_lane(bank, lane, modes, scene, 1.0 / (speed * revolution))
-    n_points, n_steps = len(bank.contact.stiffness), grid.steps_per_block
+    bank = allocate(modes, scene, grid, width, speeds)
+    n_points, n_steps = bank.scheme.observed.shape[1], grid.steps_per_block
     bank = bank._replace(
         record=kernel.Record(
             aligned_zeros((n_blocks * n_steps * n_points, width)),
@@ -45,7 +44,7 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     )
     kernel.march((0,) * width, *bank, n_blocks, 0, 1)
     history = bank.record.history.reshape(n_blocks * n_steps, n_points, width)
-    return history[:, : len(modes.radial), : len(speeds)], bank
+    return history[:, : len(modes.observed), : len(speeds)], bank
 
 
 def all_contact_sets(W, depth):
@@ -66,12 +65,12 @@ def contact_of(scene, u, angle, grown):
 
     Polar: the tip is at (R + u_r, u_t) in the frame of its nominal place, its normal is along that.
     """
-    n_c = len(scene.contact_angle)
+    n_c = len(scene.interface.angle)
     outward, x, y = u[:n_c], np.ones(n_c), np.zeros(n_c)
     if scene.kinematics == "polar":
-        x, y = scene.contact_radius + u[:n_c], u[n_c : 2 * n_c]
+        x, y = scene.interface.radius + u[:n_c], u[n_c : 2 * n_c]
         angle = angle + np.arctan2(y, x)
-        outward = np.hypot(x, y) - scene.contact_radius
+        outward = np.hypot(x, y) - scene.interface.radius
     depth = outward + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
     cosine, sine = np.diag(x / np.hypot(x, y)), np.diag(y / np.hypot(x, y))
     elsewhere = np.zeros((n_c, len(u) - 2 * n_c))
@@ -91,11 +90,11 @@ def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
     K = omega_bar @ np.diag(modes.omega**2) @ omega_bar.T
     D = omega_bar @ np.diag(2.0 * scene.damping_ratio * modes.omega) @ omega_bar.T
     A = np.linalg.inv(M / h**2 + D / (2.0 * h))
-    n_c = len(scene.contact_angle)
+    n_c = len(scene.interface.angle)
     u, u_before, tips, forces = np.zeros(len(M)), np.zeros(len(M)), [], []
     for step in range(1, n_steps + 1):
         free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
-        angle = scene.contact_angle + 2.0 * np.pi * step / revolution
+        angle = scene.interface.angle + 2.0 * np.pi * step / revolution
         grown = casing.growth(step * h, scene.growth_time)
         depth, normal, force = contact_of(scene, free, angle, grown)
         f = np.zeros(len(M))
@@ -137,7 +136,7 @@ def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned, ki
     pieces = list(histories.march(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
     radial, tangential = (
         np.concatenate([getattr(piece, f"{name}_force")[:, :, 0] for piece in pieces])
-        for name in ("radial", "tangential")
+        for name in ("normal", "tangential")
     )
     n_steps = len(radial) * grid.stride
     _, forces = textbook(reduced, mistuned, scene, SPEEDS[0], n_steps, grid.steps_per_revolution)
@@ -195,8 +194,8 @@ def step_by_step(bank, scene, n_steps, width):
         bump[0] = table[step]
         bank.state.multiplier[:] = 0.0
         kernel.march((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
-        depth = bank.scheme.radial.T @ bank.state.position
-        depth += bank.state.growth * table[step][:, None] - bank.scheme.clearance
+        depth = bank.scheme.normal.T @ bank.state.position
+        depth += bank.state.growth * table[step][:, None] - bank.scheme.clearance.T
         yield depth, bank.state.multiplier[:-1]
 
 
@@ -205,10 +204,7 @@ def step_by_step(bank, scene, n_steps, width):
 def test_no_penetration_and_no_tension_after_the_corrector(reduced, mistuned, friction, name):
     scene = reference_scene(friction=friction, scheme=name)
     grid = Grid(REVOLUTION, 1, 1)
-    bank = scheme.allocate(mistuned, scene, grid, 8)
-    for lane, speed in enumerate(np.linspace(33.5, 35.25, 8)):
-        scheme.empty_lane(bank, lane)
-        scheme.fill_lane(bank, lane, mistuned, scene, 1.0 / (speed * REVOLUTION))
+    bank = allocate(mistuned, scene, grid, 8, np.linspace(33.5, 35.25, 8))
     most = 0
     for depth, force in step_by_step(bank, scene, REVOLUTION, 8):
         round_off = 84 * np.finfo(float).eps * np.abs(depth).max()  # of a sum over the modes
@@ -223,18 +219,17 @@ def one_mode(frequency_hz, damping_ratio):
     """A mass of 1 kg on a spring, seen by one contact point that moves along both directions."""
     ones = np.ones((1, 1))
     omega = 2.0 * np.pi * frequency_hz
-    scene = Scene(np.zeros(1), 1.0, damping_ratio, 1, 0.0, 10.0, 0.01, 0.0)
-    return Modes(np.array([omega]), ones, ones, ones), scene, omega
+    scene = Scene(planar_interface(np.zeros(1), 1.0), damping_ratio, 1, 0.0, 10.0, 0.01, 0.0)
+    return Modes.planar(np.array([omega]), ones, ones), scene, omega
 
 
 def released(name, n_steps, damping_ratio=0.02):
     """A mass released from 1 m at rest, over one second of a 5 Hz oscillation: error at its end."""
     modes, scene, omega = one_mode(5.0, damping_ratio)
     scene = scene._replace(scheme=name)
-    bank = scheme.allocate(modes, scene, Grid(n_steps, 1, 1), 1)
-    scheme.empty_lane(bank, 0)
+    bank = allocate(modes, scene, Grid(n_steps, 1, 1), 1)
     h = 1.0 / n_steps
-    scheme.fill_lane(bank, 0, modes, scene, h)
+    fill_lane(bank, 0, modes, scene, h)
     decay, omega_d = damping_ratio * omega, omega * np.sqrt(1.0 - damping_ratio**2)
 
     def exact(t):
@@ -260,7 +255,7 @@ def test_central_differences_are_of_second_order():
 def test_both_schemes_meet_at_small_steps():
     modes, scene, _ = one_mode(5.0, 0.02)
     small = [
-        scheme.coefficients(name, modes.omega, 0.02, 1e-7)
+        coefficients(name, modes.omega, 0.02, 1e-7)
         for name in ("central_difference", "exact_modal")
     ]
     for a, b in zip(*small, strict=True):
@@ -269,7 +264,7 @@ def test_both_schemes_meet_at_small_steps():
 
 def test_a_rigid_body_mode_has_finite_coefficients():
     for name in ("central_difference", "exact_modal"):
-        keep, push = scheme.coefficients(name, np.zeros(1), 0.01, 1e-5)
+        keep, push = coefficients(name, np.zeros(1), 0.01, 1e-5)
         assert keep[0] == 1.0
         assert abs(push[0] / 1e-10 - 1.0) < 1e-12
 
@@ -279,12 +274,14 @@ def test_more_contact_points_than_one_tile(reduced):
     modes, scene, omega = one_mode(50.0, 0.01)
     n = 25
     eye = np.eye(n)
-    many = Modes(np.full(n, omega), eye, 0.3 * eye, eye)
+    many = Modes.planar(np.full(n, omega), eye, 0.3 * eye)
     angles = np.zeros(n)
     angles[-1] = np.pi
     one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
-    one = modes._replace(tangential=0.3 * modes.tangential)
-    history, _ = march(many, one_scene._replace(contact_angle=angles), [20.0], 1, 8, 4000)
+    one = Modes.planar(modes.omega, modes.normal, 0.3 * modes.tangential)
+    history, _ = march(
+        many, one_scene._replace(interface=planar_interface(angles, 1.0)), [20.0], 1, 8, 4000
+    )
     alone, _ = march(one, one_scene, [20.0], 1, 8, 4000)
     assert np.abs(alone).max() > 1e-4
     for i in range(n - 1):

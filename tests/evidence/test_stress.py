@@ -71,13 +71,13 @@ def test_a_false_steady_is_noticed(sound):
 
 def test_forces_of_the_wrong_sign_are_noticed(sound, monkeypatch):
     modes, scene, speeds, result = sound
-    fill = checks.scheme.fill_lane
+    fill = checks.banks.fill_lane
 
     def pulling(bank, lane, *arguments):
         fill(bank, lane, *arguments)
         bank.contact.stiffness[:, lane] *= -1e-3
 
-    monkeypatch.setattr(checks.scheme, "fill_lane", pulling)
+    monkeypatch.setattr(checks.banks, "fill_lane", pulling)
     faults = checks.stepwise(modes, scene, speeds, result)[-1]
     assert any("tension" in f for f in faults)
     assert any("penetration" in f for f in faults)
@@ -85,13 +85,13 @@ def test_forces_of_the_wrong_sign_are_noticed(sound, monkeypatch):
 
 def test_a_penetration_that_is_not_a_number_is_noticed(sound, monkeypatch):
     modes, scene, speeds, result = sound
-    fill = checks.scheme.fill_lane
+    fill = checks.banks.fill_lane
 
     def spoilt(bank, lane, *arguments):
         fill(bank, lane, *arguments)
         bank.state.position[0, lane] = np.nan
 
-    monkeypatch.setattr(checks.scheme, "fill_lane", spoilt)
+    monkeypatch.setattr(checks.banks, "fill_lane", spoilt)
     worst, _, _, faults = checks.stepwise(modes, scene, speeds, result)
     assert np.isnan(worst)
     assert any("penetration" in f for f in faults)

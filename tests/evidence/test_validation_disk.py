@@ -21,10 +21,10 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     deviation = np.linspace(-0.02, 0.02, 12)[[3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]]
     tuned = build_disk(disk_section(blade={"n_elements": 2}), MATERIAL)
     n_modes = len(tuned.mass) - 24
-    modes = mistuned_modes(craig_bampton(tuned, n_modes), deviation)
+    reduced = craig_bampton(tuned, n_modes)
+    modes = mistuned_modes(reduced, deviation)
     scene = Scene(
-        contact_angle=tuned.contact_angle,
-        contact_radius=0.5,
+        interface=reduced.interface,
         damping_ratio=DAMPING_RATIO,
         n_bumps=4,
         bump_height=1.25e-3,
@@ -50,7 +50,7 @@ def test_a_load_in_time_gives_the_closed_form_response(name):
     reduced = disk.reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     divisions = np.array([256, 512, 1024])
-    errors = linear_load.errors(modes, reduced.contact_angle, name, divisions)
+    errors = linear_load.errors(modes, reduced.interface, name, divisions)
     assert 1.95 < fitted_order(1.0 / divisions, errors) < 2.05
     assert errors[-1] < 1e-4
 

@@ -67,8 +67,8 @@ def test_contact_coordinates_are_physical_and_modes_hold_them():
     disk, reduced = reference_disk(), reference_reduced(60)
     contact = reduced.basis[disk.contact_dof.T.ravel()]
     np.testing.assert_array_equal(contact, np.eye(24, 84))
-    np.testing.assert_array_equal(reduced.contact_angle, disk.contact_angle)
-    np.testing.assert_array_equal(reduced.contact_radius, disk.contact_radius)
+    np.testing.assert_array_equal(reduced.interface.angle, disk.contact_angle)
+    np.testing.assert_array_equal(reduced.interface.radius, disk.contact_radius)
 
 
 def test_static_and_fixed_interface_parts_do_not_couple_in_stiffness():
@@ -95,7 +95,7 @@ def test_modes_solve_the_mistuned_eigenproblem_and_are_mass_normalised():
     np.testing.assert_allclose(Phi.T @ reduced.mass @ Phi, np.eye(84), atol=1e-9)
     np.testing.assert_allclose(Phi.T @ K @ Phi, np.diag(eigenvalues), atol=1e-9 * eigenvalues.max())
     np.testing.assert_allclose(modes.omega, np.sqrt(eigh(K, reduced.mass)[0]), rtol=1e-8)
-    np.testing.assert_array_equal(modes.radial, Phi[:12])
+    np.testing.assert_array_equal(modes.normal, Phi[:12])
     np.testing.assert_array_equal(modes.tangential, Phi[12:24])
     assert np.all(np.diff(modes.omega) >= 0)
 

@@ -41,7 +41,7 @@ def whole(modes, scene, speeds, duration, motion=None):
     pieces = list(history.march(modes, scene, speeds, duration, motion))
     return [
         np.concatenate([getattr(piece, name) for piece in pieces])
-        for name in ("time", "position", "radial_force")
+        for name in ("time", "position", "normal_force")
     ]
 
 
@@ -96,7 +96,7 @@ def test_forces_balance_the_mean_deflection(problem, modes):
     motion = Motion.at_rest(1, len(modes.omega))
     whole(modes, problem.scene, [33.5], 0.6, motion)
     _, q, force = whole(modes, problem.scene, [33.5], 1.5, motion)
-    load = modes.radial + problem.scene.friction * modes.tangential
+    load = modes.normal + problem.scene.friction * modes.tangential
     modal_force = -np.einsum("ck,rcs->k", load, force) / len(force)
     mean = q[:, :, 0].mean(axis=0)
     assert force.max() > 0.0  # contact did occur
@@ -109,7 +109,7 @@ def test_forces_balance_the_mean_deflection(problem, modes):
 def test_no_tip_is_inside_the_casing(problem, modes):
     scene = problem.scene._replace(growth_time=0.0)
     time, q, force = whole(modes, scene, [34.0], 0.1)
-    tips = [np.einsum("ck,rk->rc", m, q[:, :, 0]) for m in (modes.radial, modes.tangential)]
+    tips = [np.einsum("ck,rk->rc", m, q[:, :, 0]) for m in (modes.normal, modes.tangential)]
     gap = time_response.gap(scene, 34.0, time[:, 0], *tips)
     assert gap.min() > -1e-9
     touching = force[:, :, 0] > 0.0
@@ -147,10 +147,10 @@ def test_a_failure_stays():
     scene = problem.scene._replace(bump_height=0.0, damping_ratio=0.5)
     motion = Motion.at_rest(2, len(modes.omega))
     tips = modes.tangential[:, 0]
-    motion.position[0, 0] = 1.1 * scene.contact_radius.max() / np.abs(tips).max()
+    motion.position[0, 0] = 1.1 * scene.interface.radius.max() / np.abs(tips).max()
     first, *_, last = history.march(modes, scene, [34.0, 34.2], 0.1, motion)
     end = np.abs(modes.tangential @ last.position[-1, :, 0]).max()
-    assert end < 0.01 * scene.contact_radius.max()
+    assert end < 0.01 * scene.interface.radius.max()
     assert first.reason.tolist() == last.reason.tolist() == [reasons.TOO_LARGE, reasons.NONE]
 
 
@@ -192,12 +192,12 @@ def test_gap_of_a_tip_at_its_place(problem):
     random = np.random.default_rng(4)
     time = random.uniform(0.0, 0.1, 50)
     radial, tangential = random.uniform(-0.02, 0.02, (2, 50, 12))
-    turned = 2j * np.pi * 34.0 * time[:, None] + 1j * scene.contact_angle
-    place = (scene.contact_radius + radial + 1j * tangential) * np.exp(turned)
+    turned = 2j * np.pi * 34.0 * time[:, None] + 1j * scene.interface.angle
+    place = (scene.interface.radius + radial + 1j * tangential) * np.exp(turned)
     pitch = 2 * np.pi / 4
     off = np.mod(np.angle(place) + pitch / 2, pitch) - pitch / 2
     inward = scene.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
-    expected = scene.contact_radius + scene.clearance - inward - np.abs(place)
+    expected = scene.interface.radius + scene.clearance - inward - np.abs(place)
     found = time_response.gap(scene, 34.0, time, radial, tangential)
     assert np.abs(inward).max() > 0.9 * scene.bump_height
     np.testing.assert_allclose(found, expected, atol=1e-14)

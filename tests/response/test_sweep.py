@@ -8,6 +8,7 @@ from evidence.validation.motion import Structure
 from hpcrub.contact import kernel, reasons
 from hpcrub.contact.kernel import Shortcuts
 from hpcrub.errors import Interrupted
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import sweep
 from hpcrub.response.steady import SteadyCriteria
@@ -38,8 +39,8 @@ def modes():
 def one_blade(**changes):
     """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
     ones = np.ones((1, 1))
-    modes = Modes(np.array([2 * np.pi * 20.0]), ones, ones, ones)
-    scene = Scene(np.zeros(1), 1.0, 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
+    modes = Modes.planar(np.array([2 * np.pi * 20.0]), ones, ones)
+    scene = Scene(planar_interface(np.zeros(1), 1.0), 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
     return modes, scene._replace(**changes)
 
 
@@ -220,7 +221,9 @@ def passing_bump(scene, speed_hz):
 def test_one_blade_moves_as_between_exact_events():
     """The amplitude is that of the event-driven motion over the same three revolutions."""
     speed, dt = 15.0, 1e-4
-    modes, scene = one_blade(contact_angle=np.full(1, np.pi), growth_time=0.0, step=1e-5)
+    modes, scene = one_blade(
+        interface=planar_interface(np.full(1, np.pi), 1.0), growth_time=0.0, step=1e-5
+    )
     result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
     assert result.point_status[0] == STEADY
     blade = Structure(modes.omega, np.ones(1), np.ones(1), scene.damping_ratio, 0.0)

@@ -56,7 +56,7 @@ def test_branches(tmp_path, monkeypatch):
     np.testing.assert_allclose(motion.time, rest.time + 12 * 3 / speeds)
     np.testing.assert_allclose(windows[0].T, largest.max(axis=2), rtol=1e-9)
     np.testing.assert_allclose(local[0].T, localisation(largest), rtol=1e-9)
-    start = branches.deflection(modes, 1, 3, 0.02)
+    start = branches.deflection(modes, 12, 1, 3, 0.02)
     assert np.abs(modes.tangential @ start).max() == pytest.approx(0.02)
     assert Path("branches.png").stat().st_size > 10_000
 
@@ -64,9 +64,9 @@ def test_branches(tmp_path, monkeypatch):
 def test_initial_states_share_no_random_number():
     """Neither with one another, of whatever seed and number, nor with the deviations of blades."""
     tips = np.eye(12)
-    modes = Modes(np.ones(12), tips, tips, tips)
+    modes = Modes.planar(np.ones(12), tips, tips)
     places = [(seed, task) for seed in range(6) for task in range(6)]
-    drawn = [branches.deflection(modes, *place, 0.02) for place in places]
+    drawn = [branches.deflection(modes, 12, *place, 0.02) for place in places]
     assert np.abs(drawn).max(axis=1) == pytest.approx(0.02)
     drawn += [stiffness_deviation(seed, 0, sample, 12, 1.0) for seed, sample in places]
     drawn += [stiffness_deviation(seed, 1 + level, 0, 12, 1.0) for seed, level in places]

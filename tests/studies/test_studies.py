@@ -17,7 +17,7 @@ from hpcrub.contact import reasons
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response import history
-from hpcrub.response.linear import travelling_load_response
+from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import storage
 from hpcrub.results.layout import DIVERGED, STEADY
@@ -115,8 +115,8 @@ def test_linear_amplification_is_that_of_a_fine_search(folder, basis, n_modes):
         speeds = np.linspace(85, 99, 70001) / n_diameters
         peak = [
             np.abs(
-                travelling_load_response(
-                    mistuned_modes(*made_of), 0.005, 1.0, n_diameters, disk.contact_angle, speeds
+                engine_order_response(
+                    mistuned_modes(*made_of), 0.005, 1.0, n_diameters, tuned.interface, speeds
                 )
             ).max()
             for made_of in ((tuned, np.zeros(12)), mistuned)

@@ -53,8 +53,7 @@ def reference_scene(**changes):
     """Scene of the reference disk with four bumps, with changes."""
     reduced = reference_reduced()
     values = {
-        "contact_angle": reduced.contact_angle,
-        "contact_radius": reduced.contact_radius,
+        "interface": reduced.interface,
         "damping_ratio": DAMPING_RATIO,
         "n_bumps": 4,
         "bump_height": 1.25e-3,

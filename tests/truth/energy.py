@@ -33,7 +33,7 @@ def audit(bank, n_steps):
     """March a Bank, at the start of its table, and account for its energy.
 
     Args:
-        bank: scheme.Bank (modified: it is marched).
+        bank: bank.Bank (modified: it is marched).
         n_steps: how far.
 
     Returns:
@@ -75,15 +75,18 @@ def _gap(bank, q, start, n):
     n_points, n_rows = len(polar.angle), len(scheme.bump)
     t = np.maximum(start + n, 0) * scheme.step
     grown = np.array([casing.growth(time, scheme.growth_time) for time in t])
-    u_r = scheme.radial[:, :n_points].T @ q
+    u_r = scheme.normal[:, :n_points].T @ q
     if polar.enabled:
         u_t = scheme.tangential[:, :n_points].T @ q
         r = polar.radius[:, None] + u_r
         phi = polar.angle[:, None] + (n % n_rows) * polar.turn + np.arctan2(u_t, r)
         bump = casing.bump_height(phi, 2.0 * np.pi / polar.pitch, polar.height)
-        return polar.clearance - grown * bump - (np.hypot(r, u_t) - polar.radius[:, None])
-    clearance = np.where(np.isfinite(scheme.clearance), scheme.clearance, 0.0)  # idle: no force
-    return clearance - grown * scheme.bump[(n - 1) % n_rows, :n_points, None] - u_r
+        return polar.clearance[:, None] - grown * bump - (np.hypot(r, u_t) - polar.radius[:, None])
+    return (
+        scheme.clearance[0, :n_points, None]
+        - grown * scheme.bump[(n - 1) % n_rows, :n_points, None]
+        - u_r
+    )
 
 
 def _contact_work(bank, moved):
@@ -92,13 +95,13 @@ def _contact_work(bank, moved):
     Returns λ (n_c, L) [N] and the works of the normal forces and of friction (L,) [J].
     """
     scheme, polar = bank.scheme, bank.polar
-    n_points, n_padded = len(polar.angle), scheme.radial.shape[1]
+    n_points, n_padded = len(polar.angle), scheme.normal.shape[1]
     motion_r, motion_t = (
-        R[:, :n_points].T @ moved / 2.0 for R in (scheme.radial, scheme.tangential)
+        R[:, :n_points].T @ moved / 2.0 for R in (scheme.normal, scheme.tangential)
     )
     if not polar.enabled:
         force = bank.state.multiplier[:n_points]
-        along = (scheme.load[:, :n_points] + scheme.radial[:, :n_points]).T @ moved / 2.0  # −μ u_t
+        along = (scheme.load[:, :n_points] + scheme.normal[:, :n_points]).T @ moved / 2.0  # −μ u_t
         return force, np.sum(-force * motion_r, axis=0), np.sum(force * along, axis=0)
     force_r = bank.state.multiplier[:n_points]
     force_t = bank.state.multiplier[n_padded : n_padded + n_points]

@@ -1,4 +1,4 @@
-"""Time-integration schemes: what a kernel lane needs to march one speed of one sample."""
+"""Banks of kernel lanes: what the lanes need to march speeds of one sample, and their filling."""
 
 import math
 from typing import NamedTuple
@@ -11,34 +11,8 @@ from hpcrub.contact.kernel import Contact, Record, Scheme, State
 from hpcrub.contact.lanes import TILE, aligned_zeros
 from hpcrub.contact.polar import Polar
 from hpcrub.contact.reasons import NONE, NOT_FINITE, UNPROVEN
+from hpcrub.contact.recurrence import coefficients
 from hpcrub.model.casing import bump_table
-
-
-def coefficients(scheme, omega, damping_ratio, h):
-    """Modal coefficients of a time step.
-
-    Args:
-        scheme: ``central_difference`` or ``exact_modal``.
-        omega: angular eigenfrequencies (K,) [rad/s].
-        damping_ratio: modal damping ratio ξ [-].
-        h: time step [s].
-
-    Returns:
-        keep [-] and push [s²], each (K,), in d ← keep·d − ω² push·q + push·(force).
-
-    Source: Joachim, Nyssen, Batailly (2020), section 2.2.2; ``docs/theory.md`` for exact_modal.
-    """
-    c = damping_ratio * omega * h
-    if scheme == "central_difference":
-        push = h * h / (1.0 + c)
-        return (1.0 - c) / (1.0 + c), push
-    theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
-    keep = np.exp(-2.0 * c)
-    # 1 − 2e^{−c}cos θ + e^{−2c} without the cancellation at small steps
-    pull = np.real(np.expm1(-c) ** 2 + 4.0 * np.exp(-c) * np.sin(theta / 2.0) ** 2)
-    rigid = omega * h < 1e-8
-    push = np.where(rigid, h * h, pull / np.where(rigid, 1.0, omega) ** 2)
-    return keep, push
 
 
 def delassus(motion, load, push):
@@ -71,7 +45,7 @@ class Bank(NamedTuple):
 
 # Members that have one column (or one number) per lane
 LANE_MEMBERS = {
-    Scheme: ("keep", "push", "clearance", "step"),
+    Scheme: ("keep", "push", "step"),
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
@@ -84,41 +58,45 @@ def _take(group, lanes):
     return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
 
 
-def allocate(modes, scene, grid, width):
-    """Idle lanes for one sample and one band of speeds.
+def allocate(modes, scene, grid, width, speeds_hz=()):
+    """Lanes for one sample and one band of speeds.
 
     Args:
         modes: Modes of the sample.
         scene: sweep.Scene.
         grid: sweep.Grid.
         width: number of lanes.
+        speeds_hz: of the first lanes, at most ``width`` [Hz]; the others are idle.
 
     Returns:
         Bank.
     """
     polar = scene.kinematics == "polar"
-    n_modes, n_points = len(modes.omega), -(-len(modes.radial) // TILE) * TILE
-    padding = ((0, 0), (0, n_points - len(modes.radial)))
-    radial, tangential = np.pad(modes.radial.T, padding), np.pad(modes.tangential.T, padding)
-    load = -np.hstack([radial, tangential]) if polar else -(radial + scene.friction * tangential)
+    interface = scene.interface
+    n_modes, n_points = len(modes.omega), _padded(len(modes.normal))
+    normal, tangential = _columns(modes.normal), _columns(modes.tangential)
+    load = -np.hstack([normal, tangential]) if polar else -(normal + scene.friction * tangential)
     n_forces = load.shape[1] + 1
     bump = bump_table(
-        scene.contact_angle,
+        interface.angle,
         scene.n_bumps,
         0.0 if polar else scene.bump_height,
         grid.steps_per_revolution,
         grid.steps_per_block,
     )
+    clearance = np.full((1, n_points), np.inf)  # nothing touches at the padding
+    clearance[0, : len(modes.normal)] = 0.0 if polar else scene.clearance + interface.clearance
     scheme = Scheme(
-        radial=_aligned(radial),
+        normal=_aligned(normal),
         tangential=_aligned(tangential),
+        observed=_aligned(_columns(modes.observed)),
         load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
         keep=aligned_zeros((n_modes, width)),
         squared=modes.omega**2,
         push=aligned_zeros((n_modes, width)),
-        clearance=aligned_zeros((1, width)),
+        clearance=_aligned(clearance),
         step=np.zeros(width),
-        bump=_aligned(np.pad(bump, padding)),
+        bump=_aligned(_columns(bump.T)),
         external=np.zeros((0, n_modes)),
         growth_time=scene.growth_time,
         shortcuts=scene.shortcuts,
@@ -141,11 +119,26 @@ def allocate(modes, scene, grid, width):
     )
     n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
     n_records = grid.steps_per_block // grid.stride
+    n_observed = scheme.observed.shape[1]
     record = Record(
-        history=aligned_zeros((n_blocks * n_records * n_points, width)),
-        peak=aligned_zeros((n_blocks * n_points, width)),
+        history=aligned_zeros((n_blocks * n_records * n_observed, width)),
+        peak=aligned_zeros((n_blocks * n_observed, width)),
     )
-    return Bank(scheme, contact, state, record, _allocate_polar(scene, grid, n_points, width))
+    polar = _allocate_polar(scene, grid, n_points, width)
+    bank = Bank(scheme, contact, state, record, polar)
+    for lane, speed in enumerate(speeds_hz):
+        fill_lane(bank, lane, modes, scene, 1.0 / (speed * grid.steps_per_revolution))
+    return bank
+
+
+def _padded(n):
+    """The next multiple of a tile."""
+    return -(-n // TILE) * TILE
+
+
+def _columns(rows):
+    """Rows (n, K) as columns of a table, padded with zeros to whole tiles (K, n_padded)."""
+    return np.pad(rows.T, ((0, 0), (0, _padded(len(rows)) - len(rows))))
 
 
 def _allocate_polar(scene, grid, n_points, width):
@@ -153,11 +146,11 @@ def _allocate_polar(scene, grid, n_points, width):
     rows = n_points if enabled else 0
     return Polar(
         enabled=enabled,
-        angle=np.array(scene.contact_angle, dtype=float),
-        radius=np.broadcast_to(scene.contact_radius, len(scene.contact_angle)).astype(float),
+        angle=scene.interface.angle.copy(),
+        radius=scene.interface.radius,
         pitch=2.0 * np.pi / scene.n_bumps,
         height=scene.bump_height,
-        clearance=scene.clearance,
+        clearance=scene.clearance + scene.interface.clearance,
         friction=scene.friction,
         turn=2.0 * np.pi / grid.steps_per_revolution,
         compliance=aligned_zeros((4 * rows**2, width)),
@@ -169,18 +162,17 @@ def _allocate_polar(scene, grid, n_points, width):
 
 
 def empty_lane(bank, lane):
-    """Put a lane at rest, far from the casing (bank is modified)."""
+    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
     scheme, state = bank.scheme, bank.state
     for array in (scheme.keep, scheme.push, *bank.contact):
         array[:, lane] = 0.0
-    scheme.clearance[:, lane] = np.inf
-    for array in (state.position, state.increment, state.multiplier, state.report):
+    for array in (state.position, state.increment, state.multiplier, state.growth, state.report):
         array[:, lane] = 0.0
-    state.n_steps[lane] = 0
+    scheme.step[lane] = state.n_steps[lane] = 0
 
 
 def fill_lane(bank, lane, modes, scene, h):
-    """Give an empty lane the coefficients of one speed (bank is modified).
+    """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
     Args:
         bank: Bank.
@@ -189,22 +181,21 @@ def fill_lane(bank, lane, modes, scene, h):
         scene: sweep.Scene.
         h: time step [s].
     """
+    empty_lane(bank, lane)
     scheme = bank.scheme
     scheme.keep[:, lane], scheme.push[:, lane] = coefficients(
         scene.scheme, modes.omega, scene.damping_ratio, h
     )
     scheme.step[lane] = h
-    motion = np.stack([modes.radial.T, modes.tangential.T])
+    motion = np.stack([modes.normal.T, modes.tangential.T])
     push = scheme.push[:, lane]
     W = np.array([[delassus(to, by, push) for by in motion] for to in motion])
     if bank.polar.enabled:
-        scheme.clearance[0, lane] = 0.0
         _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
         bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
         known = NONE if np.isfinite(reach) else UNPROVEN
         bank.state.report[FLAW, lane] = known if np.isfinite(W).all() else NOT_FINITE
         return
-    scheme.clearance[0, lane] = scene.clearance
     normal = W[0, 0] + scene.friction * W[0, 1]
     bank.state.report[FLAW, lane] = flaw = complementarity.flaw(normal)
     if flaw in (NONE, UNPROVEN):  # else the point has no forces, and no result once it touches

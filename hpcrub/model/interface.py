@@ -1,0 +1,97 @@
+"""The contact interface: what the casing and the observer see of a reduced disk.
+
+A disk of any origin meets the contact kernel through this tuple alone. Any number of contact points
+may belong to a blade, at any radius and axial position.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Interface(NamedTuple):
+    """Contact points between disk and casing: C points, N blades, O observed displacements.
+
+    Displacements are rows over the m coordinates of the reduced model.
+    """
+
+    blade: np.ndarray  # (C,) int, index of the blade of each contact point
+    angle: np.ndarray  # (C,) in the rotating frame [rad]
+    radius: np.ndarray  # (C,) [m]
+    axial_position: np.ndarray  # (C,) z [m]
+    clearance: np.ndarray  # (C,) of each point, beyond the casing's own [m]
+    normal: np.ndarray  # (C, m) outward displacement
+    tangential: np.ndarray  # (C, m) displacement towards +theta
+    axial: np.ndarray  # (C, m), or (0, m) for a planar disk, which has no axial motion
+    observed: np.ndarray  # (O, m) displacements whose largest magnitude is the amplitude
+    observed_blade: np.ndarray  # (O,) int, blade of each observed displacement
+
+    @property
+    def n_blades(self) -> int:
+        """Number of blades N."""
+        return 1 + int(max(self.blade.max(), self.observed_blade.max()))
+
+    @property
+    def points_per_blade(self) -> np.ndarray:
+        """Number of contact points of every blade (N,)."""
+        return np.bincount(self.blade, minlength=self.n_blades)
+
+    def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
+        """Largest of the observed magnitudes of every blade.
+
+        Parameters
+        ----------
+        magnitude : ndarray (..., O)
+            Magnitudes of the observed displacements, not negative.
+
+        Returns
+        -------
+        ndarray (..., N)
+            The largest of each blade; NaN where one of them is.
+        """
+        largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
+        np.maximum.at(largest, (..., self.observed_blade), magnitude)
+        return largest
+
+
+def planar_interface(
+    angle: np.ndarray,
+    radius: float | np.ndarray,
+    normal: np.ndarray | None = None,
+    tangential: np.ndarray | None = None,
+    blade: np.ndarray | None = None,
+) -> Interface:
+    """Interface of a planar disk, whose amplitude is the largest tangential displacement.
+
+    Parameters
+    ----------
+    angle : ndarray (C,)
+        Of the contact points in the rotating frame [rad].
+    radius : float or ndarray (C,)
+        Of all of them, or of each [m].
+    normal, tangential : ndarray (C, m), optional
+        Displacements per unit coordinate; by default the coordinates are all u_r, then all u_t.
+    blade : ndarray (C,) of int, optional
+        Blade of each point; by default every blade has one.
+
+    Returns
+    -------
+    Interface
+    """
+    angle = np.asarray(angle, dtype=float)
+    n = len(angle)
+    if normal is None or tangential is None:
+        normal, tangential = np.eye(2 * n)[:n], np.eye(2 * n)[n:]
+    blade = np.arange(n) if blade is None else np.asarray(blade)
+    return Interface(
+        blade=blade,
+        angle=angle,
+        radius=np.broadcast_to(radius, n).astype(float),
+        axial_position=np.zeros(n),
+        clearance=np.zeros(n),
+        normal=normal,
+        tangential=tangential,
+        axial=np.zeros((0, normal.shape[1])),
+        observed=tangential,
+        observed_blade=blade,
+    )
