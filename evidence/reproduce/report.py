@@ -10,22 +10,25 @@ from hpcrub.config.schema import Time
 DEFAULT = Time()
 HEAD = """# Reproduction of the paper
 
-Every number that J. Joachim, F. Nyssen and A. Batailly, *Numerical Investigation of a Mistuned
-Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), gives for this model, beside ours.
-Written by `make reproduce SCALE={scale:g}` on {today} with hpcrub {version}: {samples} samples per
-level and number of bumps where the paper has 5000. At full scale nothing changes but the sample
-counts. The time integration is the default one, {scheme} with {step:g} s, but for figure 9a; the
-paper has central differences with 1e-6 s. A_nl is relative to the median of {runs} runs of
-the tuned disk that hardly differ; the paper has one run.
+This page puts every number that J. Joachim, F. Nyssen and A. Batailly, *Numerical Investigation of
+a Mistuned Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), give for this model beside
+ours. It is written by `make reproduce`.
 
-Intervals are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
-scatter of the samples; "–" is an end that so few samples do not bound. "Yes" means that the paper's
-number lies in the interval or, where there is none, within 1 % (a speed: 0.1 Hz), rounding allowed
-for; "near" means within 5 % (a speed: 1 %); "open" that there are too few samples to tell. Several
-numbers in a row are as good as the worst. A statement agrees or not; where that is no matter of
-plain order, the row says when. The dimensions of the disk are not published: they were found by a
-search, and the rows marked *fitted* took part in it, so that their agreement proves nothing. The
-others are predictions.
+- **Samples.** This is SCALE={scale:g} of {today} with hpcrub {version}: {samples} samples per level
+  and number of bumps, where the paper has 5000. At full scale nothing changes but these counts.
+- **Time integration.** It is the default one, {scheme} with {step:g} s, but for figure 9a. The paper
+  has central differences with 1e-6 s.
+- **Reference.** A_nl is relative to the median of {runs} runs of the tuned disk, all but the first
+  with slightly perturbed stiffness. The paper has one run.
+- **Intervals** are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
+  scatter of the samples. "–" is an end that so few samples do not bound.
+- **Agreement.** "Yes" means that the paper's number lies in the interval or, where there is none,
+  within 1 % (a speed: 0.1 Hz), rounding allowed for. "Near" means within 5 % (a speed: 1 %), "open"
+  that there are too few samples to tell. Several numbers in a row are as good as the worst. A
+  statement agrees or not; where that is no matter of plain order, the row says when.
+- **Fitted rows.** The dimensions of the disk are not published. They were found by a search, and the
+  rows marked *fitted* took part in it, so that their agreement proves nothing. The others are
+  predictions.
 
 """
 
