@@ -11,13 +11,13 @@ DEFAULT = Time()
 HEAD = """# Reproduction of the paper
 
 This page puts every number that J. Joachim, F. Nyssen and A. Batailly, *Numerical Investigation of
-a Mistuned Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), give for this model beside
-ours. It is written by `make reproduce`.
+a Mistuned Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), give for this model
+beside ours. It is written by `make reproduce`.
 
 - **Samples.** This is SCALE={scale:g} of {today} with hpcrub {version}: {samples} samples per level
   and number of bumps, where the paper has 5000. At full scale nothing changes but these counts.
-- **Time integration.** It is the default one, {scheme} with {step:g} s, but for figure 9a. The paper
-  has central differences with 1e-6 s.
+- **Time integration.** It is the default one, {scheme} with {step:g} s, but for figure 9a. The
+  paper has central differences with 1e-6 s.
 - **Reference.** A_nl is relative to the median of {runs} runs of the tuned disk, all but the first
   with slightly perturbed stiffness. The paper has one run.
 - **Intervals** are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
@@ -26,8 +26,8 @@ ours. It is written by `make reproduce`.
   within 1 % (a speed: 0.1 Hz), rounding allowed for. "Near" means within 5 % (a speed: 1 %), "open"
   that there are too few samples to tell. Several numbers in a row are as good as the worst. A
   statement agrees or not; where that is no matter of plain order, the row says when.
-- **Fitted rows.** The dimensions of the disk are not published. They were found by a search, and the
-  rows marked *fitted* took part in it, so that their agreement proves nothing. The others are
+- **Fitted rows.** The dimensions of the disk are not published. They were found by a search, and
+  the rows marked *fitted* took part in it, so that their agreement proves nothing. The others are
   predictions.
 
 """
