@@ -4,6 +4,9 @@ import os
 import re
 from pathlib import Path
 
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
+
 import hpcrub
 
 HERE = Path(__file__).parent
@@ -42,14 +45,17 @@ html_title = "hpcrub"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_theme_options = {
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 10,
     "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
+    "navbar_persistent": ["search-button"],
     "navigation_with_keys": False,
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"start": [], "gallery": [], "glossary": [], "index": []}
+ALONE = "index", "start", "gallery", "theory", "cluster", "glossary"
+html_sidebars = dict.fromkeys(ALONE, [])
+html_math_renderer = "mathml"  # needs neither a network nor LaTeX
 html_show_sourcelink = False
 
 
@@ -72,7 +78,16 @@ def escape(app, what, name, obj, options, lines):
     lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\\_", line.replace("|", r"\|")) for line in lines]
 
 
+def write_math(writer, node):
+    """A formula as MathML, which all browsers draw by themselves."""
+    block = node.tagname == "math_block"
+    mathml = tex2mathml(node.astext(), as_block=block)
+    writer.body.append(f'<div class="formula">{mathml}</div>' if block else mathml)
+    raise SkipNode
+
+
 def setup(app):
     """Called by Sphinx."""
+    app.add_html_math_renderer("mathml", (write_math, None), (write_math, None))
     app.connect("source-read", take_in)
     app.connect("autodoc-process-docstring", escape, priority=900)
