@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce lint reference docs clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce house lint reference docs clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -43,27 +43,30 @@ test: $(STAMP)  ## run all tests (ARGS="-k config")
 test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 
-validate: $(STAMP)  ## hold the kernel against exact solutions (writes docs/validation.md); fails if one does
-	@$(VENV_PYTHON) -m evidence.validation
+validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/validation.md (5 min; ARGS=--fast)
+	@$(VENV_PYTHON) -m evidence.validation $(ARGS)
 
-stress: $(STAMP)  ## thousands of runs in the corners of the input; fails if a check does (5 min)
-	@$(VENV_PYTHON) -m evidence.stress
+stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/stress.md (5 min; ARGS=--fast)
+	@$(VENV_PYTHON) -m evidence.stress $(ARGS)
 
-test-faults: $(STAMP)  ## break disks, files and processes on purpose (writes docs/faults.md; 20 to 40 min)
+test-faults: $(STAMP)  ## break disks, files and processes on purpose, write docs/faults.md (20 to 40 min)
 	@$(VENV_PYTHON) -m evidence.faults $(ARGS)
 
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
-	@$(VENV_PYTHON) -m evidence.stress.measure
+	@$(VENV_PYTHON) -m evidence.stress.measure $(ARGS)
+
+house: $(STAMP)  ## count lines, modules, functions and imports between rooms (ARGS="OLD_TREE .")
+	@$(VENV_PYTHON) -m evidence.house $(ARGS)
 
 lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
 	@$(VENV_PYTHON) -m mypy
 
-bench: $(STAMP)  ## measure speed and error, write benchmarks/report.md (15 minutes)
-	@$(VENV_PYTHON) -m evidence.benchmarks
+bench: $(STAMP)  ## measure speed and error, write evidence/benchmarks/report.md (15 min; ARGS=kernel)
+	@$(VENV_PYTHON) -m evidence.benchmarks $(ARGS)
 
-scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 minutes)
+scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 min)
 	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)

@@ -1,4 +1,4 @@
-"""`python -m evidence.house [ROOT ...]`: how large the house is, how its rooms lean on each other.
+"""How large the house is, and how its rooms lean on each other.
 
 Prints, for every tree given (this one without any), the lines of the package and of everything
 beside it, modules, the median and the longest file, the longest functions, and the imports between

@@ -28,6 +28,7 @@ ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     "NUMBA_NUM_THREADS": "1",
+    "PYTHONPATH": str(ROOT),
 }
 
 
@@ -42,7 +43,7 @@ def start(ranks, script, *arguments, folder):
     return subprocess.Popen(
         command(ranks, script, *arguments),
         cwd=folder,
-        env=os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT)},
+        env=os.environ | ENVIRONMENT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

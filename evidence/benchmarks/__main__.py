@@ -1,96 +1,98 @@
-"""`python -m evidence.benchmarks [SECTION ...]`: measure, write the report and its figure."""
+"""Measure the kernel's speed, its error and what a sample costs; writes report.md (15 min).
 
-import os
+Every section stands for itself. What is measured is kept in build/benchmarks.pickle; the report is
+written when all sections have been measured, the others as they were.
+"""
 
-os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "NUMBA")})
-
+import argparse
 import pickle
-import platform
 import sys
 import time
 from pathlib import Path
 
+from evidence import page
 from evidence.benchmarks import kernel_speed, report, sample_cost, work_precision
 
-FOLDER = Path(__file__).parent
-MEASURED = FOLDER.parent / "build" / "benchmarks.pickle"
+REPORT = Path(__file__).with_name("report.md")
+MEASURED = page.ROOT / "build" / "benchmarks.pickle"
 
 
 def kernel():
-    return {"kernel": kernel_speed.measure()}
-
-
-def sample():
-    whole, parts = sample_cost.whole_samples(), sample_cost.parts()
-    return {"parts": parts, "whole": whole, "shortcuts": sample_cost.shortcuts()}
-
-
-def size():
-    return {"scaling": sample_cost.scaling()}
-
-
-def start():
-    return {"start": sample_cost.start_up(), "memory": sample_cost.memory()}
-
-
-def ranks():
-    return {"ranks": sample_cost.ranks()}
+    """Simulated steps per second."""
+    return kernel_speed.measure()
 
 
 def precision():
+    """Run time against error."""
     with work_precision.pool_of_two() as pool:
-        results = work_precision.measure(pool)
-        return {"results": results, "periodic": work_precision.periodic_errors(pool)}
+        return work_precision.measure(pool), work_precision.periodic_errors(pool)
 
 
-SECTIONS = kernel, sample, size, start, ranks, precision
+def sample():
+    """What a sample costs, by part."""
+    return sample_cost.parts(), sample_cost.whole_samples(), sample_cost.shortcuts()
 
 
-def measure(names):
-    """Measure the sections of these names, all for none, and take the others as they were."""
-    again = [section for section in SECTIONS if section.__name__ in names]
-    out = pickle.loads(MEASURED.read_bytes()) if again else {}
-    began = time.time()
-    for section in again or SECTIONS:
-        print(section.__name__, flush=True)
-        out |= section()
-    if not again:
-        out["minutes"] = (time.time() - began) / 60.0
-    return out | {"again": [section.__name__ for section in again]}
+def size():
+    """Growth with the size of the disk."""
+    return sample_cost.scaling()
 
 
-def main():
-    """Measure all, or the sections named, or with --report none, and write the report."""
-    if "--report" not in sys.argv:
+def start():
+    """Start and memory."""
+    return sample_cost.start_up(), sample_cost.memory()
+
+
+def ranks():
+    """One and two ranks."""
+    return sample_cost.ranks()
+
+
+SECTIONS = {  # what measures a section, what writes it
+    "kernel": (kernel, report.kernel_section),
+    "precision": (precision, report.precision_section),
+    "sample": (sample, report.sample_section),
+    "size": (size, report.size_section),
+    "start": (start, report.start_section),
+    "ranks": (ranks, report.ranks_section),
+}
+
+
+def main(argv=None):
+    """Measure the sections asked for, print them, and write the report; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence.benchmarks", description=__doc__)
+    parser.add_argument("section", nargs="*", metavar="SECTION",
+                        help=f"only these: {', '.join(SECTIONS)}")  # fmt: skip
+    parser.add_argument("--report", action="store_true", help="measure nothing, write the report")
+    options = parser.parse_args(argv)
+    if unknown := set(options.section) - set(SECTIONS):
+        parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
+    found = pickle.loads(MEASURED.read_bytes()) if MEASURED.exists() else {}
+    chosen = [] if options.report else options.section or list(SECTIONS)
+    for name in chosen:
+        began = time.time()
+        measured = SECTIONS[name][0]()
+        found[name] = measured, (time.time() - began) / 60.0
         MEASURED.parent.mkdir(exist_ok=True)
-        MEASURED.write_bytes(pickle.dumps(measure(sys.argv[1:])))
-    m = pickle.loads(MEASURED.read_bytes())
-    again = f"; measured once more by itself: {', '.join(m['again'])}" if m["again"] else ""
-    text = "\n".join((
-        "# Benchmark report\n",
-        f"Written by `make bench` in {m['minutes']:.0f} minutes on a virtual machine with "
-        f"{os.cpu_count()} cores\n({processor()}), Python {platform.python_version()}, one thread "
-        f"per core{again}.\n",
-        report.kernel_section(m["kernel"]),
-        report.precision_section(m["results"], m["periodic"]),
-        "![Work-precision diagram](work_precision.png)\n",
-        report.cost_section(m),
-    ))  # fmt: skip
-    report.precision_figure(m["results"], m["periodic"], FOLDER / "work_precision.png")
-    (FOLDER / "report.md").write_text(text)
-    print(text)
-    print(f"{FOLDER}/report.md, {m['minutes']:.0f} minutes")
+        MEASURED.write_bytes(pickle.dumps(found))
+        print(text(name, found), flush=True)
+    missing = [name for name in SECTIONS if name not in found]
+    if missing:
+        print(f"{REPORT} is written when these are measured too: {', '.join(missing)}")
+        return 0
+    minutes = sum(taken for _, taken in found.values())
+    head = f"Written by `make bench`: {minutes:.0f} minutes of measurements with {page.machine()}."
+    parts = ["# Benchmark report\n", f"{head}\n", *(text(name, found) for name in SECTIONS)]
+    REPORT.write_text("\n".join(parts), encoding="utf-8")
+    report.precision_figure(*found["precision"][0], REPORT.with_name("work_precision.png"))
+    print(REPORT)
+    return 0
 
 
-def processor():
-    """Kind of processor and its widest vectors."""
-    try:
-        flags = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        flags = ""
-    widest = [name for name in ("avx512f", "avx2") if name in flags]
-    return ", ".join([platform.machine(), *widest[:1]])
+def text(name, found):
+    """Markdown of one section that has been measured."""
+    return SECTIONS[name][1](found[name][0])
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

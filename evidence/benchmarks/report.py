@@ -1,4 +1,4 @@
-"""Measured numbers → ``benchmarks/report.md`` and figures."""
+"""The sections of `evidence/benchmarks/report.md` and its figure, from what was measured."""
 
 import matplotlib
 
@@ -8,14 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from evidence.benchmarks import work_precision as wp
+from evidence.page import table
 
 COLOURS = {"exact_modal": "#0072B2", "central_difference": "#D55E00"}
-
-
-def table(head, rows):
-    """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n"
 
 
 def verdict(reached):
@@ -86,8 +81,9 @@ def percent(values):
     return " / ".join(f"{100 * v:+.1f}" for v in values)
 
 
-def precision_section(results, periodic):
+def precision_section(measured):
     """Run time against error, and what the defaults are worth."""
+    results, periodic = measured
     rows = []
     front = pareto(results)
     for setting in (*wp.plain_settings(), *wp.other_settings(), wp.NUDGED):
@@ -135,7 +131,9 @@ standard error; is it within 1 %, by two standard errors?
 Peak search, against the full sweep of the same setting:
 
 {table(("setting", "samples whose peak is missed", "found over true peak, mean"), missed)}
-{periodic_section(periodic)}"""
+{periodic_section(periodic)}
+![Work-precision diagram](work_precision.png)
+"""
 
 
 def crossed_table(results):
@@ -270,22 +268,16 @@ def draw_series(axis, results, error):
     axis.grid(alpha=0.3)
 
 
-def cost_section(m):
-    """Where the time of a sample goes, and how it grows; m: all that was measured."""
-    parts, ranks, memory = m["parts"], m["ranks"], m["memory"]
+def sample_section(measured):
+    """Where the time of a sample goes."""
+    parts, whole, shortcuts = measured
     total = sum(v for k, v in parts.items() if "once" not in k)
     rows = [(k, f"{1e3 * v:.2f} ms", "" if "once" in k else f"{100 * v / total:.2f} %")
             for k, v in parts.items()]  # fmt: skip
-    grow = [
-        (name, ", ".join(f"{n}: {1e9 * s:.0f}" for n, s in zip(sizes, seconds, strict=True)),
-         f"{exponent:.2f}", ", ".join(f"{x:.1f}" for x in local))
-        for name, (sizes, seconds, exponent, local) in m["scaling"].items()
-    ]  # fmt: skip
     samples = [(f"{step:g} s", f"{longest:g} s", f"{seconds:.3f} s", verdict(seconds <= 0.2))
-               for (step, longest), seconds in m["whole"].items()]  # fmt: skip
+               for (step, longest), seconds in whole.items()]  # fmt: skip
     off = [(name, f"{1e3 * without:.2f} ms", f"{1e3 * with_it:.2f} ms", f"{without / with_it:.2f}")
-           for name, (without, with_it) in m["shortcuts"].items()]  # fmt: skip
-    ratio = ranks[1] / ranks[2]
+           for name, (without, with_it) in shortcuts.items()]  # fmt: skip
     return f"""## Cost of a sample
 
 {table(("part", "time", "share of a sample"), rows)}
@@ -296,18 +288,40 @@ Run time of a sweep with one shortcut switched off, and with all on, of at most 
 changes a bit of the result; there is a test for each). The first is measured where the bumps are
 lower than the clearance, the others where blades rub:
 
-{table(("shortcut", "without", "with all", "ratio"), off)}
-## Growth with the size of the disk
+{table(("shortcut", "without", "with all", "ratio"), off)}"""
+
+
+def size_section(measured):
+    """How the cost of a step grows with the disk."""
+    grow = [
+        (name, ", ".join(f"{n}: {1e9 * s:.0f}" for n, s in zip(sizes, seconds, strict=True)),
+         f"{exponent:.2f}", ", ".join(f"{x:.1f}" for x in local))
+        for name, (sizes, seconds, exponent, local) in measured.items()
+    ]  # fmt: skip
+    return f"""## Growth with the size of the disk
 
 {table(("varied", "ns per step and lane", "fitted exponent", "from size to size"), grow)}
 The cost is no power of the number of blades: contacts are solved together and tips times modes
 outgrow the caches.
+"""
 
-## Start, memory, ranks
 
-- Start of the kernel: {m["start"]["cold"]:.1f} s with an empty cache (compiled),
-  {m["start"]["warm"]:.1f} s from the cache. Memory: {memory[0]:.0f} MB on rank 0, which draws the
-  figure, {memory[1]:.0f} MB on another rank.
-- The same study without its figure on one and two ranks: {ranks[1]:.1f} s and {ranks[2]:.1f} s, a
-  speed-up of {ratio:.2f}; target 1.9 {verdict(ratio >= 1.9)}.
+def start_section(measured):
+    """What a rank takes before its first step."""
+    start, memory = measured
+    return f"""## Start and memory
+
+Start of the kernel: {start["cold"]:.1f} s with an empty cache (compiled),
+{start["warm"]:.1f} s from the cache. Memory: {memory[0]:.0f} MB on rank 0, which draws the figure,
+{memory[1]:.0f} MB on another rank.
+"""
+
+
+def ranks_section(ranks):
+    """Speed-up on the cores at hand."""
+    ratio = ranks[1] / ranks[2]
+    return f"""## Ranks
+
+The same study without its figure on one and two ranks: {ranks[1]:.1f} s and {ranks[2]:.1f} s, a
+speed-up of {ratio:.2f}; target 1.9 {verdict(ratio >= 1.9)}.
 """

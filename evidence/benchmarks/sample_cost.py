@@ -18,16 +18,11 @@ from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile, lay_out
 from hpcrub.studies.problem import point_values
+from tests.program import ENVIRONMENT, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 N_BLADES = (6, 12, 24, 48, 96)
 N_MODES = (36, 48, 84, 144)  # of all of them, 24 + η
 N_BUMPS = (2, 3, 4, 6)
-MPI = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-}
 STUDY = """\
 speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.1}
 mistuning: {half_range_percent: [3], samples: 128}
@@ -127,7 +122,7 @@ def scaling():
 def start_up():
     """Seconds of `warm_up` in a new process, with an empty and with a filled cache."""
     code = (
-        "import time; t = time.perf_counter(); from hpcrub import sweep; sweep.warm_up();"
+        "import time; t = time.perf_counter(); from hpcrub.response import sweep; sweep.warm_up();"
         "print(time.perf_counter() - t)"
     )
     with tempfile.TemporaryDirectory() as cache:
@@ -145,7 +140,7 @@ def start_up():
 def memory():
     """Largest memory of rank 0 and of another rank in a study of two samples on two ranks [MB]."""
     code = (
-        "import sys, resource; from hpcrub import cli; code = cli.main(sys.argv[1:]);"
+        "import sys, resource; from hpcrub.commands.run import main; code = main(sys.argv[1:]);"
         "from mpi4py import MPI; rank = MPI.COMM_WORLD.rank;"
         "open(f'{rank}.kb', 'w').write(str(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss));"
         "sys.exit(code)"
@@ -154,7 +149,7 @@ def memory():
         (Path(folder) / "study.yaml").write_text(STUDY)
         few = ["--set", "mistuning.samples=2", "--set", "convergence.step=1"]
         command = ["mpirun", "-n", "2", sys.executable, "-c", code, "study.yaml", *few]
-        environment = os.environ | MPI | {"PYTHONPATH": str(ROOT)}
+        environment = os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT)}
         subprocess.run(command, check=True, capture_output=True, cwd=folder, env=environment)
         return [int((Path(folder) / f"{rank}.kb").read_text()) / 1024 for rank in (0, 1)]
 
@@ -173,7 +168,7 @@ def ranks():
                 command = ["mpirun", "-n", str(n), sys.executable, str(ROOT / "main.py"), path.name]
                 command += ["--overwrite", "--no-figures"]
                 run = subprocess.run(command, check=True, capture_output=True, text=True,
-                                     cwd=folder, env=os.environ | MPI)  # fmt: skip
+                                     cwd=folder, env=os.environ | ENVIRONMENT)  # fmt: skip
                 told = float(re.search(r"wall time ([\d.]+) s", run.stdout)[1])
                 seconds[n] = min(seconds[n], told)
     return seconds

@@ -1,9 +1,9 @@
-"""`python -m evidence.faults [WORD ...]`: cause all faults and check what the program does.
+"""Break disks, files and processes on purpose and check what the program does.
 
-Ends with 1 if anything is wrong. Words choose faults by their names; without any, docs/faults.md is
-written anew.
+Ends with 1 if anything is wrong. All faults take 20 to 40 minutes and write docs/faults.md.
 """
 
+import argparse
 import collections
 import concurrent.futures
 import re
@@ -12,12 +12,13 @@ import tempfile
 import time
 from pathlib import Path
 
+from evidence import page
 from evidence.faults import disks, files, inputs, kills, system
 from evidence.faults.job import Skip
 
-REPORT = Path(__file__).parents[2] / "docs" / "faults.md"
 AT_ONCE = 6  # faults: most of the time they wait
 KILLS = 13  # of each kind, at programs that still ran
+HEADS = ("fault", "trials", "exit codes (how often)", "when, or for example", "problems")
 GROUPS = {
     "killed": {
         f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
@@ -30,8 +31,16 @@ GROUPS = {
 }
 
 
-def main(words):
-    """Run, print, write the report; returns the exit code."""
+def main(argv=None):
+    """Run, print, write the page; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence.faults", description=__doc__)
+    parser.add_argument("word", nargs="*", help="only faults with a WORD in their name; no page")
+    parser.add_argument("--list", action="store_true", help="print the names of all faults")
+    options = parser.parse_args(argv)
+    words = options.word
+    if options.list:
+        print("\n".join(name for faults in GROUPS.values() for name in faults))
+        return 0
     began = time.monotonic()
     chosen = [
         (group, name)
@@ -50,13 +59,11 @@ def main(words):
     for group in GROUPS:
         rows = [line for (g, _), (line, _) in zip(chosen, found, strict=True) if g == group]
         if rows:
-            tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{_markdown(rows)}")
+            tables.append(f"**{group[0].upper()}{group[1:]}**\n\n{page.table(HEADS, rows)}")
     text = f"{time.monotonic() - began:.0f} s; {len(problems)} problems.\n\n" + "\n".join(tables)
     print(text)
     if not words:
-        old = REPORT.read_text(encoding="utf-8")
-        block = re.compile(r"(?<=<!-- results -->\n).*?(?=<!-- end of results -->)", re.DOTALL)
-        REPORT.write_text(block.sub(lambda _: text, old), encoding="utf-8")
+        page.replace(page.DOCS / "faults.md", results=text)
     for problem in problems:
         print(f"FAILED {problem}", file=sys.stderr)
     return 1 if problems else 0
@@ -97,11 +104,5 @@ def _short(message):
     return message if len(message) <= 110 else message[:107] + "..."
 
 
-def _markdown(rows):
-    heads = ["fault", "trials", "exit codes (how often)", "when, or for example", "problems"]
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -74,7 +74,7 @@ def quota(folder):
         "import resource, sys\n"
         f"sys.path.insert(0, {str(ROOT)!r})\n"
         "from hpcrub.__main__ import main\n"
-        "from hpcrub import storage\n"
+        "from hpcrub.results import storage\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, (20000, {resource.RLIM_INFINITY}))\n"
         "sys.exit(main())\n"
     )

@@ -16,33 +16,33 @@ import traceback
 import h5py
 import numpy as np
 
-from evidence.faults.job import TINY, Trial
+from evidence.faults.job import Trial
 from hpcrub import __version__, studies
 from hpcrub.commands import inspect, merge
 from hpcrub.commands import run as cli
 from hpcrub.commands.plot import main as plot
 from hpcrub.results import seal, storage
+from tests.program import TINY
 
 PATIENCE = 60  # [s] for one reader
 MEMORY = 8 << 30  # bytes that a reader may take more than it has
-SMALL = TINY.replace("samples: 32", "samples: 2")
-PHYSICS = "".join(line for line in SMALL.splitlines(True) if "mistuning" not in line)
+PHYSICS = "".join(line for line in TINY.splitlines(True) if "mistuning" not in line)
 SOURCE = "contact.h5"
 LOW = "material: {damping_ratio: 0.004}\n"
 SPANS = "history: {duration_s: 0.6}\nspectrum: {window_s: 0.2, max_frequency_hz: 150}\n"
-ONE_SPEED = SMALL.replace("to_hz: 34.4", "to_hz: 34.0")
+ONE_SPEED = TINY.replace("to_hz: 34.4", "to_hz: 34.0")
 STUDIES = {
-    "contact": SMALL,
-    "low": LOW + SMALL,
-    "modal": SMALL,
-    "casing": SMALL,
-    "linear": SMALL,
+    "contact": TINY,
+    "low": LOW + TINY,
+    "modal": TINY,
+    "casing": TINY,
+    "linear": TINY,
     "time_response": ONE_SPEED + SPANS,
-    "interaction_map": SMALL + SPANS,
+    "interaction_map": TINY + SPANS,
     "energy": f"sources: [{SOURCE}]\nenergy: {{samples: 2}}\nmistuning: {{samples: 2}}\n{PHYSICS}",
-    "cross": f"sources: [{SOURCE}]\n{SMALL}",
-    "damping": f"sources: [{SOURCE}, low.h5]\n{SMALL}",
-    "branches": "branches: {perturbed: 1}\n" + SMALL,
+    "cross": f"sources: [{SOURCE}]\n{TINY}",
+    "damping": f"sources: [{SOURCE}, low.h5]\n{TINY}",
+    "branches": "branches: {perturbed: 1}\n" + TINY,
 }
 # What reads a result file, with the path of the file and the name of its study. One more program
 # that does is one more line here.

@@ -18,26 +18,11 @@ import numpy as np
 from hpcrub import studies
 from hpcrub.results import storage
 from hpcrub.results.layout import DONE
+from tests.program import ENVIRONMENT, ROOT, TINY
 
-ROOT = Path(__file__).parents[2]
-TINY = """\
-speeds: {from_hz: 34.0, to_hz: 34.4, step_hz: 0.2}
-reduction: {n_modes: 12}
-time: {step_s: 2e-5}
-steady_state: {first_check_s: 0.2, max_time_s: 0.5}
-mistuning: {half_range_percent: [2, 4], samples: 32}
-convergence: {step: 1}
-"""
+STUDY = TINY.replace("samples: 2", "samples: 32")
 BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".log", ".runs.jsonl")}
 SMALLER = "--set", "mistuning.samples=2"
-ENVIRONMENT = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
-    "OPENBLAS_NUM_THREADS": "1",
-    "PYTHONPATH": str(ROOT),
-}
 PATIENCE = 600.0  # [s] for anything that must end by itself: compiling can take minutes
 
 
@@ -63,7 +48,7 @@ class Job:
         self.folder.mkdir(parents=True, exist_ok=True)
         study = self.folder / "study.yaml"
         if not study.exists():
-            study.write_text(TINY + "output: results/study.h5\n", encoding="utf-8")
+            study.write_text(STUDY + "output: results/study.h5\n", encoding="utf-8")
         launcher = ["mpirun", "-n", str(ranks)] if ranks else []
         variables = os.environ | ENVIRONMENT | environment
         with open(self.folder / "out", "w") as out, open(self.folder / "err", "w") as err:

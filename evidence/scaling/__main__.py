@@ -1,25 +1,18 @@
-"""`python -m evidence.scaling`: measure, simulate, write the tables and figures of docs/scaling.md.
+"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (10 min).
 
-With --report the last measurement is taken.
+What is measured is kept in build/scaling.pickle.
 """
 
-import os
-
-os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "NUMBA")})
-
+import argparse
 import pickle
-import platform
-import re
 import sys
 import time
-from pathlib import Path
 
+from evidence import page
 from evidence.scaling import costs, growth, program, report, simulate
 from hpcrub.response import sweep
 
-ROOT = Path(__file__).resolve().parents[2]
-MEASURED = ROOT / "build" / "scaling.pickle"
-PAGE = ROOT / "docs" / "scaling.md"
+MEASURED = page.ROOT / "build" / "scaling.pickle"
 SAMPLES = 24  # measured of each case, whole and in parts
 
 
@@ -57,26 +50,27 @@ def growing():
     }
 
 
-def main():
-    """Measure, simulate, write."""
-    if "--report" not in sys.argv:
+def main(argv=None):
+    """Measure, simulate, write; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence.scaling", description=__doc__)
+    parser.add_argument("--report", action="store_true", help="take what was measured before")
+    again = not parser.parse_args(argv).report
+    if not (again or MEASURED.exists()):
+        parser.error(f"nothing has been measured yet: there is no {MEASURED}")
+    if again:
         MEASURED.parent.mkdir(exist_ok=True)
         MEASURED.write_bytes(pickle.dumps(measure()))
     found = pickle.loads(MEASURED.read_bytes())
     print("simulation", flush=True)
     table = report.simulations(found)
-    figures = ROOT / "docs" / "figures"
+    figures = page.DOCS / "figures"
     report.efficiency_figure(found, table, figures / "scaling.png")
     report.cost_figure(found["costs"], figures / "sample_costs.png")
-    text = PAGE.read_text(encoding="utf-8")
-    results = report.text(found, table) + (
-        f"\nMeasured in {found['minutes']:.0f} minutes with {os.cpu_count()} cores, "
-        f"{platform.machine()}, Python {platform.python_version()}.\n"
-    )
-    block = re.compile(r"(?<=<!-- results -->\n).*?(?=<!-- end of results -->)", re.DOTALL)
-    PAGE.write_text(block.sub(lambda _: results, text), encoding="utf-8")
-    print(PAGE)
+    told = f"\nMeasured in {found['minutes']:.0f} minutes with {page.machine()}.\n"
+    page.replace(page.DOCS / "scaling.md", results=report.text(found, table) + told)
+    print(page.DOCS / "scaling.md")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

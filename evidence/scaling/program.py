@@ -11,15 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from evidence.scaling import simulate
+from tests.program import ENVIRONMENT, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
-MPI = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
-    "PYTHONPATH": str(ROOT),
-}
 SAMPLES = 10  # of each level, in whole studies
 SLEPT, NAP = 160, 3e-3  # samples of ranks that sleep, and [s] from one of their polls to the next
 STUDY = """\
@@ -136,7 +129,7 @@ def _mpi(n_ranks, script, *arguments, folder):
     path.write_text(script)
     command = ["mpirun", "-n", str(n_ranks), sys.executable, str(path), *map(str, arguments)]
     run = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder,
-                         env=os.environ | MPI)  # fmt: skip
+                         env=os.environ | ENVIRONMENT)  # fmt: skip
     return float(run.stdout.split()[-1])
 
 
@@ -176,7 +169,7 @@ def whole_studies(costs, machine, all_ranks=(1, 2, 4, 8)):
             command = ["mpirun", "-n", str(n_ranks), sys.executable, str(ROOT / "main.py")]
             command += [path.name, "--overwrite", "--no-figures"]
             subprocess.run(command, check=True, capture_output=True, cwd=folder,
-                           env=os.environ | MPI)  # fmt: skip
+                           env=os.environ | ENVIRONMENT)  # fmt: skip
             (log,) = Path(folder).rglob("*.runs.jsonl")
             summary = json.loads(log.read_text().splitlines()[-1])
             found[n_ranks] = [summary, n_ranks]

@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from evidence import page
 from evidence.scaling import growth, program, simulate
 from evidence.scaling.costs import CASES
 from hpcrub.plot.style import BLUE, COLOURS, MARKERS, ORANGE, STYLE, legend_below
@@ -77,7 +78,7 @@ def _cost_section(found):
     machine = found["machine"]
     return f"""### What things cost
 
-{_markdown(heads, rows)}
+{page.table(heads, rows)}
 Rank 0 needs {1e6 * machine.receive:.0f} µs for a message with a result
 ({1e6 * found["noting"]:.0f} µs of them to take note) and {1e6 * machine.send:.0f} µs to send the
 next task; the messages have {found["sizes"][1]} and {found["sizes"][0]} bytes. Eigenproblem, linear
@@ -105,7 +106,7 @@ def _agreement_section(found):
 The program's dispatcher on ranks that sleep as long as a sample would take, so that no rank lacks a
 core; the simulation takes the same samples in the same order:
 
-{_markdown((*heads, "difference"), rows)}
+{page.table((*heads, "difference"), rows)}
 The simulation lacks {min(late):.2f} to {max(late):.2f} s of a study, on few ranks and on many: a
 larger share of a shorter study. (Ranks that sleep wake up late, and wait for each other at the
 end.)
@@ -113,7 +114,7 @@ end.)
 The program itself, {4 * program.SAMPLES} samples on this machine's cores (with more ranks than
 cores, ranks share them; the simulated speed is that of the run on one rank):
 
-{_markdown((*heads, "speed-up", "ranks idle"), studies)}"""
+{page.table((*heads, "speed-up", "ranks idle"), studies)}"""
 
 
 def _slept(found):
@@ -149,7 +150,7 @@ def _rank_section(found, table):
 Four cases (n_d = 3 … 6) one after another in one job, 20,000 samples each, efficiency without
 start-up and figures:
 
-{_markdown(heads, rows)}
+{page.table(heads, rows)}
 - At least 95 % at 1,000 ranks: {"reached" if least >= 0.95 else "**not certain**"}.
   With the {late:.2f} s that the simulation lacks at most (above), in each of the four cases, it is
   {100 * least:.1f} % instead of {100 * reached:.1f} %.
@@ -171,7 +172,7 @@ def _io_section(found):
 Time per sample on every rank while all ranks write, samples at their own time or all ranks
 together:
 
-{_markdown(("ranks", "independent", "collective"), rows)}
+{page.table(("ranks", "independent", "collective"), rows)}
 So writes are independent: collective ones would also make every rank wait for the slowest sample of
 all. In the run log of the study of {4 * program.SAMPLES} samples on two ranks, writing them takes
 {100 * summary["writing_share"]:.2f} % of the ranks' time (`writing_share`).
@@ -198,7 +199,7 @@ def _growth_section(found):
 Rank 0's book of a study (a status byte and two amplifications of every sample; the other ranks keep
 nothing):
 
-{_markdown(("samples per level, 4 levels", "at most", "kept per sample"), memory)}
+{page.table(("samples per level, 4 levels", "at most", "kept per sample"), memory)}
 Statistics of 10⁶ samples on four levels: {four:.2f} s of processor time for one amplification,
 {eight:.2f} s for both; {written:.2f} s with taking up the samples from the file and writing the
 statistics.
@@ -206,13 +207,13 @@ statistics.
 With `stop_when_converged` rank 0 computes the percentiles anew whenever the finished samples have
 grown by 1 %. In a study of {growth.LOOKED:,} samples on each of four levels that never converges:
 
-{_markdown(("criterion", "looks", "processor time in all"), looks)}
+{page.table(("criterion", "looks", "processor time in all"), looks)}
 Rank 0 alone lays the file out at its full size, before any rank computes:
 
-{_markdown(("samples per level, 4 levels", "file", "lay-out"), laid_out)}
+{page.table(("samples per level, 4 levels", "file", "lay-out"), laid_out)}
 Result files of the paper's four cases together:
 
-{_markdown(("scale", "samples", "files", "per sample"), files)}"""
+{page.table(("scale", "samples", "files", "per sample"), files)}"""
 
 
 def efficiency_figure(found, table, path):
@@ -261,8 +262,3 @@ def cost_figure(all_costs, path):
         legend_below(right)
         figure.savefig(path, dpi=130)
         plt.close(figure)
-
-
-def _markdown(heads, rows):
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines) + "\n"

@@ -1,20 +1,17 @@
-"""``python -m evidence.stress [SHARE]``: all cases, their checks, round-off; writes docs/stress.md.
+"""Thousands of runs in the corners of the input, checked by other means than the sweep's own.
 
-Ends with 1 if anything fails. SHARE (0 to 1) runs the first cases of every corner only and leaves
-the report as it is.
+Ends with 1 if a check fails. All cases take 5 minutes and write docs/stress.md.
 """
 
+import argparse
 import itertools
 import multiprocessing
-import os
-import platform
-import re
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
+from evidence import page
 from evidence.stress import roundoff
 from evidence.stress.checks import EVERY, examine
 from evidence.stress.corners import CORNERS, cases
@@ -22,26 +19,28 @@ from hpcrub.contact import multipliers, reasons
 from hpcrub.response.sweep import warm_up
 from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
 
-REPORT = Path(__file__).parents[2] / "docs" / "stress.md"
+FAST = 0.01  # share of the cases: the first of every corner
 WORKERS = 2
 MOST_SECONDS = 60  # for one case with all its checks
 
 
-def main(share):
-    """Run, print, write the report; returns the exit code."""
+def main(argv=None):
+    """Run, print, write the page; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence.stress", description=__doc__)
+    parser.add_argument("--fast", action="store_true",
+                        help="the first case of every corner, without the page (20 s)")  # fmt: skip
+    fast = parser.parse_args(argv).fast
     began = time.monotonic()
     warm_up()
     for case in itertools.islice(cases(), EVERY + 1):
         examine(case)  # whatever there is to compile: no case's time is spent on it
-    findings, faults = run_cases(list(cases(share)))
-    rounding, more = roundoff.compare() if share == 1.0 else (None, [])
+    findings, faults = run_cases(list(cases(FAST if fast else 1.0)))
+    rounding, more = (None, []) if fast else roundoff.compare()
     faults += [("round-off", fault) for fault in more]
     text = report(findings, rounding, faults, time.monotonic() - began)
     print(text)
-    if share == 1.0:
-        old = REPORT.read_text(encoding="utf-8")
-        block = re.compile(r"(?<=<!-- results -->\n).*?(?=<!-- end of results -->)", re.DOTALL)
-        REPORT.write_text(block.sub(lambda _: text, old), encoding="utf-8")
+    if not fast:
+        page.replace(page.DOCS / "stress.md", results=text)
     for where, fault in faults:
         print(f"FAILED {where}: {fault}", file=sys.stderr)
     return 1 if faults else 0
@@ -72,7 +71,7 @@ def report(findings, rounding, faults, seconds):
     """The generated part of docs/stress.md."""
     parts = [
         f"{sum(len(f.status) for f in findings):,} runs in {len(findings)} cases, "
-        f"{seconds:.0f} s on {WORKERS} processes, {platform.machine()}; "
+        f"{seconds:.0f} s on {WORKERS} processes, {page.machine()}; "
         f"{len(faults)} failures.\n",
         corner_table(findings),
         reason_table(findings),
@@ -103,7 +102,7 @@ def corner_table(findings):
         again = [sum(getattr(f, name) for f in mine) for name in ("judged", "audited", "histories")]
         row = [*(f"{n:,}" for n in numbers), f"{worst:.2g}", f"{left:.1g}"]
         rows.append([corner, *row, *(f"{n:,}" for n in again), f"{most}"])
-    return _markdown(heads, rows)
+    return page.table(heads, rows)
 
 
 def reason_table(findings):
@@ -116,7 +115,7 @@ def reason_table(findings):
     rows[reasons.UNBALANCED][0] += f" (of {sum(f.audited for f in findings):,} audited)"
     pivoted = np.count_nonzero(sweeps >= multipliers.MAX_SWEEPS)
     rows.append([f"(pivoting was needed, after {multipliers.MAX_SWEEPS} sweeps)", f"{pivoted:,}"])
-    return _markdown(["reason", "points"], rows)
+    return page.table(["reason", "points"], rows)
 
 
 def rounding_table(rounding):
@@ -131,14 +130,8 @@ def rounding_table(rounding):
         [f"{d:g}", f"{c.sum()} of {len(c)}"]
         for d, c in zip(roundoff.DAMPING, per_damping, strict=True)
     ]
-    return _markdown(["damping ratio", "chaotic points"], counts) + "\n" + _markdown(heads, rows)
-
-
-def _markdown(heads, rows):
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    return page.table(["damping ratio", "chaotic points"], counts) + "\n" + page.table(heads, rows)
 
 
 if __name__ == "__main__":
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    sys.exit(main(float(sys.argv[1]) if len(sys.argv) > 1 else 1.0))
+    sys.exit(main())

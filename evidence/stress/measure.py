@@ -1,20 +1,19 @@
-"""``python -m evidence.stress.measure``: the numbers of docs/steady_state.md (10 min).
+"""Compare tests of the steady state and Monte-Carlo errors.
 
-With ``--results FILE``, a finished contact study of many samples, only the table of independent
-studies, from its samples of the largest deviation.
+Writes the tables and the figure of docs/steady_state.md in 10 minutes.
 """
 
 import argparse
-import re
 from pathlib import Path
 
 import numpy as np
 
+from evidence import page
 from evidence.stress import histories, monte_carlo, steady_state
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import percentile_interval
 
-DOCS = Path(__file__).parents[2] / "docs"
+PAGE = page.DOCS / "steady_state.md"
 SAMPLES = 64  # of every level, contact
 POOL = 20_000  # linear amplifications
 REPETITIONS = 2000
@@ -24,11 +23,15 @@ GROUPS = (64, 300)  # samples of the independent studies
 
 def main():
     """Simulate, compare, write; or read a result file."""
-    parser = argparse.ArgumentParser(description="what docs/steady_state.md says")
-    parser.add_argument("--results", type=Path, help="result file of a contact study to cut up")
+    parser = argparse.ArgumentParser(prog="python -m evidence.stress.measure", description=__doc__)
+    parser.add_argument(
+        "--results",
+        type=Path,
+        help="finished contact study: only cut its samples of the largest deviation up",
+    )
     path = parser.parse_args().results
     if path:
-        write({"groups": groups_table(path)})
+        page.replace(PAGE, groups=groups_table(path))
     else:
         measure()
 
@@ -43,7 +46,7 @@ def groups_table(path):
     low, high = percentile_interval(values, (99,), monte_carlo.Z)
     half = (high[0] - low[0]) / 2.0
     return (
-        f"{monte_carlo.table([('contact', values, studies)])}\n\n"
+        f"{monte_carlo.table([('contact', values, studies)])}\n"
         f"The interval of percentile 99 with all {len(values)} samples has the half width "
         f"{half:.4f}; {TARGET} takes about {len(values) * (half / TARGET) ** 2:,.0f} samples."
     )
@@ -60,18 +63,8 @@ def measure():
             ("contact", contact[-1], (40,)),
         )
     ]
-    write({"tests": steady_state.table(h), "studies": monte_carlo.table(populations)})
-    steady_state.draw(h, DOCS / "figures" / "steady_state.png")
-
-
-def write(tables):
-    """Put tables into their places in the page, {name: Markdown}."""
-    page = DOCS / "steady_state.md"
-    text = page.read_text(encoding="utf-8")
-    for name, table in tables.items():
-        block = re.compile(f"(?<=<!-- {name} -->\n).*?(?=<!-- end of {name} -->)", re.DOTALL)
-        text = block.sub(lambda _, table=table: table + "\n", text)
-    page.write_text(text, encoding="utf-8")
+    page.replace(PAGE, tests=steady_state.table(h), studies=monte_carlo.table(populations))
+    steady_state.draw(h, page.DOCS / "figures" / "steady_state.png")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evidence import page
 from evidence.stress.model import reference_problem
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
@@ -91,16 +92,16 @@ def table(populations):
         "Z times true deviation",
     ]
     heads += ["mean of (6)", "(6) holds the truth", "interval holds it", "half width of interval"]
-    lines = [heads, ["---"] * len(heads)]
+    rows = []
     for name, pool, groups in populations:
         for studies in groups:
             s = spread(pool, studies)
             for p, percentile in enumerate(PERCENTILES):
                 wide = f"{s.half_width[p]:.4f}" if np.isfinite(s.half_width[p]) else "open end"
-                lines.append(
+                rows.append(
                     [name, *map(str, studies.shape), f"{percentile}", f"{s.true[p]:.3f}"]
                     + [f"{x[p]:.4f}" for x in (Z * s.deviation, s.stated)]
                     + [f"{100 * x[p]:.1f} %" for x in (s.covered_6, s.covered_interval)]
                     + [wide]
                 )
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return page.table(heads, rows)

@@ -90,7 +90,7 @@ def compare():
 def _in_a_process(environment):
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "motions.npy"
-        command = [sys.executable, "-m", "stress.roundoff", str(out)]
+        command = [sys.executable, "-m", "evidence.stress.roundoff", str(out)]
         # a rank's own choice, made when the libraries are imported
         subprocess.run(command, check=True, env=os.environ | environment)
         return np.load(out)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 import numpy as np
 
+from evidence import page
 from evidence.stress.histories import FIRST_CHECK, LEVELS, WINDOWS
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, STYLE
 from hpcrub.response.steady import SteadyCriteria
@@ -132,7 +133,7 @@ def table(histories):
     percentiles = [f"A_nl ±{100 * level:g} %" for level in LEVELS]
     heads = ["test", "not steady", "> 1 % later", "> 5 % later", "trend > 1 %", "trend > 5 %"]
     heads += ["mean offset", "scatter", "mean time [s]", "tuned peak [mm]", *percentiles]
-    lines = [heads, ["---"] * len(heads)]
+    rows = []
     for test in TESTS:
         s = summary(histories, judge(histories, test.criteria))
         shares = [f"{100 * s[k]:.1f} %" for k in ("not_steady", "drift_1", "drift_5")]
@@ -140,8 +141,8 @@ def table(histories):
         rest = [f"{100 * s['bias']:+.2f} %", f"{100 * s['scatter']:.1f} %", f"{s['time']:.2f}"]
         rest += [f"{1e3 * s['tuned']:.1f}"]
         rest += [" / ".join(f"{p:.2f}" for p in row) for row in s["percentiles"]]
-        lines.append([test.name, *shares, *rest])
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+        rows.append([test.name, *shares, *rest])
+    return page.table(heads, rows)
 
 
 def draw(histories, path):

@@ -8,6 +8,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from evidence.page import table
+
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # told apart by colour-blind eyes too
 STYLE = {
     "figure.figsize": (9.0, 4.2),
@@ -64,17 +66,6 @@ def verdict_table(verdicts):
 def fitted_order(size, error):
     """Slope of log(error) over log(size)."""
     return float(np.polyfit(np.log(size), np.log(error), 1)[0])
-
-
-def table(head, rows):
-    """Markdown table; rows of strings or numbers (three digits)."""
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    lines += ["| " + " | ".join(map(_cell, row)) + " |" for row in rows]
-    return "\n".join(lines)
-
-
-def _cell(value):
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def order_table(first, size, errors):

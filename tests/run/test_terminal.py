@@ -77,7 +77,7 @@ def test_bar_and_tables_fit_the_terminal(tiny, width):
     pid, terminal = pty.fork()
     if pid == 0:
         os.chdir(tiny.parent)
-        os.environ.update(ENVIRONMENT, PYTHONPATH=str(ROOT), COLUMNS=str(width), TERM="xterm")
+        os.environ.update(ENVIRONMENT, COLUMNS=str(width), TERM="xterm")
         more = "--no-figures", "--set=mistuning.samples=30"
         os.execv(sys.executable, command(0, ROOT / "main.py", "tiny.yaml", *more))
     output = bytearray()

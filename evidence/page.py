@@ -1,0 +1,41 @@
+"""The generated parts of the pages in docs/: tables, and the text between two comments."""
+
+import os
+import platform
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def table(heads, rows):
+    """Markdown table; rows of strings or numbers (of a float, three digits)."""
+    lines = [heads, ["---"] * len(heads), *([_cell(value) for value in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def _cell(value):
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def replace(path, **parts):
+    """Put texts {name: Markdown} between `<!-- name -->` and `<!-- end of name -->` of a page."""
+    text = path.read_text(encoding="utf-8")
+    for name, part in parts.items():
+        place = re.compile(f"(?<=<!-- {name} -->\n).*?(?=<!-- end of {name} -->)", re.DOTALL)
+        text, n_found = place.subn(lambda _, part=part: part.rstrip("\n") + "\n", text)
+        if n_found != 1:
+            raise ValueError(f"{path}: {n_found} places for {name}")
+    path.write_text(text, encoding="utf-8")
+
+
+def machine():
+    """Cores, processor with its widest vectors, and Python, in words."""
+    try:
+        flags = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        flags = ""
+    widest = [name for name in ("avx512f", "avx2") if name in flags]
+    kind = " with ".join([platform.machine(), *widest[:1]])
+    return f"{os.cpu_count()} cores ({kind}), Python {platform.python_version()}"
