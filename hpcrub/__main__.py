@@ -5,7 +5,7 @@ from importlib import import_module
 
 from hpcrub.run import parallel
 
-COMMANDS = "run", "merge", "inspect", "plot"
+COMMANDS = {name: name for name in ("run", "merge", "inspect", "plot")} | {"import": "import_model"}
 
 
 def main(argv=None):
@@ -13,7 +13,7 @@ def main(argv=None):
     parallel.listen()  # the libraries that the next line loads take a second
     argv = sys.argv[1:] if argv is None else argv
     name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
-    return import_module(f"hpcrub.commands.{name}").main(rest)
+    return import_module(f"hpcrub.commands.{COMMANDS[name]}").main(rest)
 
 
 if __name__ == "__main__":

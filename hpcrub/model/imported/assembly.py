@@ -1,0 +1,211 @@
+"""A whole disk from a neutral model: cyclic assembly, supports, blades, contact points."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.blades import joined
+from hpcrub.model.imported.frames import row_table, to_cylindrical
+
+PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
+
+
+class SparseDisk(NamedTuple):
+    """A whole bladed disk on its n free rows, in cylindrical node frames."""
+
+    mass: sp.csr_array  # (n, n)
+    stiffness: tuple  # K0, or K0, K1, K2, each (n, n)
+    blade_stiffness: sp.csr_array | None  # (n, n) of all blades together
+    row_blade: np.ndarray  # (n,) blade that has stiffness in the row, -1 for the disk's own
+    nodes: np.ndarray  # (n_nodes, 3) [m]
+    row: np.ndarray  # (n_nodes, 3) rows of u_r, u_theta, u_z; -1 where held or absent
+    contact_node: np.ndarray  # (C,)
+    contact_blade: np.ndarray  # (C,)
+    contact_clearance: np.ndarray  # (C,) [m]
+    surface: np.ndarray  # (F, 4) nodes of faces to draw
+
+    @property
+    def n_blades(self):
+        """Number of blades."""
+        return int(self.contact_blade.max()) + 1
+
+
+def pair_sides(nodes, low, high, n_sectors):
+    """Nodes of the low side in the order of those that they become one sector further on.
+
+    Parameters
+    ----------
+    nodes : (n_nodes, 3) [m]
+    low, high : (p,) nodes of the sides; exchanged where they were named the other way round
+    n_sectors : int
+
+    Returns
+    -------
+    low, high : (p,) in pairs
+    error : float
+        Largest distance of a pair [m].
+
+    Raises
+    ------
+    InputError
+        The sides do not pair.
+    """
+    found = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
+    low, high, error = min(found, key=lambda pairs: pairs[2])
+    reach = np.hypot(nodes[high, 0], nodes[high, 1]).max()
+    if not error <= PAIRING * reach or len(np.unique(low)) != len(low):
+        raise InputError(
+            f"low, high: the sides do not pair; turned by 360/{n_sectors} degrees about z, the "
+            f"worst node misses its partner by {error:.3g} m"
+        )
+    return low, high, error
+
+
+def _pair(nodes, low, high, n_sectors):
+    a = 2 * np.pi / n_sectors
+    turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    if not np.isfinite(nodes[np.concatenate([low, high])]).all():
+        raise InputError("low, high: a node of the sides has no place")
+    distance, nearest = cKDTree(nodes[low] @ turn.T).query(nodes[high])
+    return low[nearest], high, float(distance.max())
+
+
+def disk_rows(model):
+    """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
+
+    Returns
+    -------
+    rows : (n_sectors, n)
+        Every sector owns as many, one sector after another.
+    own : (n_own,)
+        Rows of a sector that are not those of the next one's low side.
+    """
+    low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
+    table = row_table(model.dof, len(model.nodes))
+    partner = np.full(len(model.nodes), -1)
+    partner[high] = low
+    shared = (model.dof[:, 1] > 0) & (partner[model.dof[:, 0]] >= 0)
+    own = np.flatnonzero(~shared)
+    sector = np.arange(model.n_sectors)[:, None]
+    rows = np.full((model.n_sectors, len(model.dof)), -1)
+    rows[:, own] = sector * len(own) + np.arange(len(own))
+    origin = table[partner[model.dof[shared, 0]], model.dof[shared, 1]]
+    if (origin < 0).any():
+        node = model.dof[shared, 0][origin < 0][0]
+        raise InputError(f"high: node {node} has a row that its partner on the low side lacks")
+    rows[:, shared] = np.roll(rows, -1, axis=0)[:, origin]
+    return rows, own
+
+
+def assemble(model):
+    """The whole disk of a NeutralModel of kind "sector" or "disk".
+
+    Returns
+    -------
+    SparseDisk
+
+    Raises
+    ------
+    InputError
+        Sides do not pair, a contact node lacks rows, or a blade has none.
+    """
+    model = to_cylindrical(model)
+    if model.kind == "sector":
+        model = _unfold(model)
+    n = len(model.dof)
+    free = np.setdiff1d(np.arange(n), model.fixed)
+    place = np.full(n + 1, -1)  # the last one: of rows that do not exist
+    place[free] = np.arange(len(free))
+    row = place[row_table(model.dof, len(model.nodes))[:, 1:4]]
+    blade = model.blade_stiffness
+    blade = None if blade is None else blade[free][:, free].tocsr()
+    disk = SparseDisk(
+        mass=model.mass[free][:, free].tocsr(),
+        stiffness=tuple(k[free][:, free].tocsr() for k in model.stiffness),
+        blade_stiffness=blade,
+        row_blade=np.full(len(free), -1),
+        nodes=model.nodes,
+        row=row,
+        contact_node=model.contact_node,
+        contact_blade=model.contact_blade,
+        contact_clearance=model.contact_clearance,
+        surface=model.surface,
+    )
+    if (row[model.contact_node, :2] < 0).any():
+        raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
+    return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))
+
+
+def _unfold(model):
+    """The whole disk, of kind "disk", of a sector in cylindrical node frames."""
+    rows, own = disk_rows(model)
+    n = rows.max() + 1
+
+    def whole(matrix):
+        entries = sp.coo_array(matrix)
+        i, j = rows[:, entries.row].ravel(), rows[:, entries.col].ravel()
+        data = np.tile(entries.data, model.n_sectors)
+        return sp.coo_array((data, (i, j)), shape=(n, n)).tocsr()
+
+    N, n_nodes = model.n_sectors, len(model.nodes)
+    copies = np.arange(N)[:, None]
+    dof = np.empty((n, 2), dtype=np.int64)
+    dof[rows[:, own], 0] = model.dof[own, 0] + copies * n_nodes
+    dof[rows[:, own], 1] = model.dof[own, 1]
+    blade = model.blade_stiffness
+    return model._replace(
+        kind="disk",
+        n_sectors=0,
+        dof=dof,
+        mass=whole(model.mass),
+        stiffness=tuple(whole(k) for k in model.stiffness),
+        blade_stiffness=None if blade is None else whole(blade),
+        nodes=np.concatenate([_turned(model.nodes, 2 * np.pi * s / N) for s in range(N)]),
+        fixed=np.unique(rows[:, model.fixed]),
+        contact_node=(copies * n_nodes + model.contact_node).ravel(),
+        contact_blade=np.repeat(np.arange(N), len(model.contact_node)),
+        contact_clearance=np.tile(model.contact_clearance, N),
+        surface=_surface(model, copies * n_nodes),
+    )
+
+
+def _surface(model, first):
+    """Faces of all sectors, the nodes of a high side replaced by those that own their rows."""
+    low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
+    owner = np.arange(len(model.nodes))[None] + first
+    owner[:, high] = np.roll(owner, -1, axis=0)[:, low]
+    return owner[:, model.surface].reshape(-1, 4)
+
+
+def _turned(nodes, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+
+def blade_of_rows(disk):
+    """Blade of every row (n,): the connected part of the blades' stiffness that it belongs to.
+
+    Raises InputError when a part has no contact node, or those of two blades.
+    """
+    part, touched = joined(disk.blade_stiffness)
+    blade = np.full(part.max() + 1, -1)
+    at = disk.row[disk.contact_node, 0]
+    for number, contact in zip(part[at], disk.contact_blade, strict=True):
+        if blade[number] not in (-1, contact):
+            raise InputError(
+                f"K_blade: blades {blade[number]} and {contact} hang together; it must hold the "
+                "stiffness of the blades alone"
+            )
+        blade[number] = contact
+    if not touched[at].all():
+        raise InputError("K_blade: a contact node is on no blade of it")
+    lost = np.unique(part[touched][blade[part[touched]] < 0])
+    if len(lost):
+        raise InputError(f"K_blade: {len(lost)} blades of it have no contact nodes")
+    split = len(np.unique(part[at])) - len(np.unique(disk.contact_blade))
+    if split:
+        raise InputError(f"K_blade: blades in pieces that do not touch, {split} too many")
+    return np.where(touched, blade[part], -1)

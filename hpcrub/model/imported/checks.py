@@ -1,0 +1,134 @@
+"""What an imported model is, in numbers, and what in it cannot be right."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.frames import turn
+from hpcrub.model.imported.neutral import NeutralModel
+
+FREQUENCIES = 0.1, 1e6  # [Hz] a first frequency outside is one of wrong units
+TIP_RADII = 1e-3, 20.0  # [m]
+HEAVIEST = 3e4  # [kg/m3] of all space that the disk sweeps
+RIGID = 1e-3  # a row is unbalanced above, as a share of its own entries
+UNBALANCED = 0.5  # of the rows: no stiffness of a body
+TIP = 0.2  # contact nodes lie in the outer part of the radii
+
+
+class Findings(NamedTuple):
+    """What a neutral model was found to be."""
+
+    mass: float  # of all rows of the file [kg]; NaN of a reduced model
+    rigid_residual: float  # median of the rows' unbalanced share in rigid motions; NaN likewise
+    loaded_rows: int  # rows whose share is above RIGID: near supports that have no rows
+    tip_radius: float  # of the contact nodes, largest [m]
+    tip_gap: float  # smallest radius of a contact node below it [m]
+
+
+def check(model):
+    """Measure a NeutralModel.
+
+    Returns
+    -------
+    Findings
+
+    Raises
+    ------
+    InputError
+        Says in one sentence what cannot be right.
+    """
+    radius = np.hypot(model.nodes[:, 0], model.nodes[:, 1])
+    _check_contact_nodes(model, radius)
+    tip = radius[model.contact_node]
+    if not TIP_RADII[0] <= tip.max() <= TIP_RADII[1]:
+        raise InputError(
+            f"units: the contact nodes lie at a radius of {tip.max():.3g} m, which no bladed disk "
+            "has; are the units those of the file?"
+        )
+    if model.kind == "reduced":
+        return Findings(np.nan, np.nan, 0, float(tip.max()), float(np.ptp(tip)))
+    rigid = rigid_motions(model)
+    mass = _mass(model, rigid)
+    _check_mass(model, mass, radius)
+    share = unbalanced(model.stiffness[0], rigid)
+    loaded = int((share > RIGID).sum())
+    if loaded > UNBALANCED * len(share):
+        raise InputError(
+            f"K: {loaded} of {len(share)} rows feel a rigid motion; the list of rows (dof), the "
+            "nodes or the frame is not that of the matrix"
+        )
+    return Findings(mass, float(np.median(share)), loaded, float(tip.max()), float(np.ptp(tip)))
+
+
+def check_frequency(first_hz):
+    """Raise InputError for a first natural frequency [Hz] that only wrong units can give."""
+    if not first_hz > FREQUENCIES[0]:
+        raise InputError(
+            f"the first natural frequency is {first_hz:.3g} Hz: the disk is not held (fixed), or "
+            "the units are not those of the file"
+        )
+    if first_hz > FREQUENCIES[1]:
+        raise InputError(
+            f"units: the first natural frequency is {first_hz:.3g} Hz, which no bladed disk has"
+        )
+
+
+def rigid_motions(model):
+    """Three translations and three rotations on the rows of a NeutralModel, (n, 6)."""
+    nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
+    placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
+    x, y, z = nodes.T
+    zero, one = np.zeros(len(x)), np.ones(len(x))
+    motion = np.array([  # of directions 1 to 6, translations first
+        [one, zero, zero, zero, z, -y],
+        [zero, one, zero, -z, zero, x],
+        [zero, zero, one, y, -x, zero],
+        [zero, zero, zero, one, zero, zero],
+        [zero, zero, zero, zero, one, zero],
+        [zero, zero, zero, zero, zero, one],
+    ])  # fmt: skip
+    direction = np.maximum(model.dof[:, 1], 1) - 1
+    rigid = motion[direction, :, np.arange(len(direction))] * placed[:, None]
+    if model.frame == "cylindrical":
+        rigid = turn(model.dof, model.nodes).T @ rigid
+    return rigid
+
+
+def unbalanced(K, rigid):
+    """Share of every row that a rigid motion leaves: |K r| over |K| |r|, largest of the motions."""
+    force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
+    size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
+    return (force / size).max(axis=1)
+
+
+def _mass(model, rigid):
+    """Of a translation along an axis that the model moves in [kg]."""
+    masses = np.einsum("nk,nk->k", rigid[:, :3], model.mass @ rigid[:, :3])
+    return float(masses.max()) * (model.n_sectors or 1)
+
+
+def _check_mass(model, mass, radius):
+    placed = np.isfinite(radius)
+    size = np.pi * radius[placed].max() ** 2 * np.ptp(model.nodes[placed, 2])
+    if not mass > 0:
+        raise InputError(f"M: the mass is {mass:.3g} kg, the mass matrix cannot be one")
+    if size > 0 and mass / size > HEAVIEST:
+        raise InputError(
+            f"units: a mass of {mass:.3g} kg in {size:.3g} m3; are the units those of the file?"
+        )
+
+
+def _check_contact_nodes(model: NeutralModel, radius):
+    at = radius[model.contact_node]
+    if not np.isfinite(at).all():
+        node = model.contact_node[~np.isfinite(at)][0]
+        raise InputError(f"contact_node: node {node} has no place")
+    inner, outer = np.nanmin(radius), np.nanmax(radius)
+    low = at < outer - TIP * (outer - inner)
+    if low.any() and model.kind != "reduced":
+        raise InputError(
+            f"contact_node: node {model.contact_node[low][0]} lies at a radius of "
+            f"{1e3 * at[low][0]:.4g} mm, {1e3 * (outer - at[low][0]):.4g} mm below the outermost "
+            "node; contact nodes lie on the tips"
+        )

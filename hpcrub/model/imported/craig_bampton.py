@@ -1,0 +1,135 @@
+"""Sparse Craig-Bampton reduction of an imported disk to its contact nodes and inner modes."""
+
+import numpy as np
+import scipy.sparse.linalg as sla
+from scipy.linalg import cholesky, eigh, solve_triangular
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.neutral import stiffness_at
+
+AT_ONCE = 64  # columns solved for together
+BLOCK = 12  # vectors of the Lanczos iteration
+SMALLEST = 200  # rows below which matrices are treated as dense
+TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its square
+
+
+def basis(disk, n_modes, speed=0.0):
+    """Craig-Bampton basis of a SparseDisk at one speed of rotation.
+
+    Parameters
+    ----------
+    disk : SparseDisk
+    n_modes : int
+        Fixed-interface modes kept.
+    speed : float
+        Of rotation, that of the mode shapes [rad/s].
+
+    Returns
+    -------
+    basis : (n, m)
+        u_r of all contact nodes, their u_theta, their u_z where there are any, then the modes.
+    boundary : (m - n_modes,)
+        Rows of the contact nodes, in this order.
+
+    Raises
+    ------
+    InputError
+        The disk is not held, or has fewer modes.
+    """
+    boundary = boundary_rows(disk)
+    n = disk.mass.shape[0]
+    inside = np.setdiff1d(np.arange(n), boundary)
+    if not 0 <= n_modes < len(inside):
+        raise InputError(f"reduction.n_modes: {n_modes} is not below the {len(inside)} inner dof")
+    K = stiffness_at(disk.stiffness, speed).tocsc()
+    factor = factorised(K[inside][:, inside])
+    out = np.zeros((n, len(boundary) + n_modes))
+    out[boundary, np.arange(len(boundary))] = 1.0
+    K_ib = K[inside][:, boundary]
+    for first in range(0, len(boundary), AT_ONCE):
+        columns = slice(first, min(first + AT_ONCE, len(boundary)))
+        out[inside, columns] = -factor.solve(K_ib[:, columns].toarray())
+    if n_modes:
+        M_ii = disk.mass[inside][:, inside].tocsc()
+        modes = lowest_modes(K[inside][:, inside], M_ii, n_modes, factor)[1]
+        out[inside, len(boundary) :] = modes
+    return out, boundary
+
+
+def boundary_rows(disk):
+    """Rows of the contact nodes: all u_r, all u_theta, and all u_z of a disk that has them."""
+    rows = disk.row[disk.contact_node]
+    axial = rows[:, 2] >= 0
+    if axial.any() and not axial.all():
+        raise InputError("contact_node: some contact nodes have a row in z, and others none")
+    return rows[:, : 3 if axial.any() else 2].T.ravel()
+
+
+def factorised(K):
+    """LU factors of a sparse symmetric matrix. Raises InputError when it is singular."""
+    options = {"SymmetricMode": True}
+    try:
+        return sla.splu(
+            K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+        )
+    except RuntimeError:
+        raise InputError(
+            "the stiffness is singular with the contact nodes held: rows without stiffness, or "
+            "no supports (fixed)"
+        ) from None
+
+
+def lowest_modes(K, M, n_modes, factor=None):
+    """Lowest modes of two sparse matrices, real or Hermitian, by block Lanczos iteration on K^-1 M.
+
+    A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
+    blocks start from fixed random numbers: the same bits in every call.
+
+    Parameters
+    ----------
+    K, M : (n, n) sparse, positive definite
+    n_modes : int
+    factor : result of `factorised`, optional
+        Of K.
+
+    Returns
+    -------
+    eigenvalues : (n_modes,) increasing [rad2/s2]
+    modes : (n, n_modes) mass-normalised
+    """
+    n = K.shape[0]
+    if n < SMALLEST or n_modes > n // 6:
+        values, vectors = eigh(K.toarray(), M.toarray(), subset_by_index=[0, n_modes - 1])
+        return values, vectors
+    factor = factor or factorised(K)
+    draw = np.random.Generator(np.random.Philox(key=0)).random((n, BLOCK)) - 0.5
+    V, _ = _orthonormal(draw.astype(K.dtype), M)
+    T = np.zeros((0, 0), dtype=K.dtype)
+    while True:
+        W = factor.solve(M @ V[:, -BLOCK:])
+        C = V.conj().T @ (M @ W)
+        W -= V @ C
+        W -= V @ (V.conj().T @ (M @ W))  # what rounding left
+        T = np.pad(T, ((0, BLOCK), (0, BLOCK)))
+        T[:, -BLOCK:], T[-BLOCK:] = C, C.conj().T
+        V_next, R = _orthonormal(W, M)
+        inverse, y = eigh(T)
+        y = y[:, ::-1][:, :n_modes]
+        residual = np.linalg.norm(R @ y[-BLOCK:], axis=0) / inverse[::-1][:n_modes]
+        if len(T) > n_modes + BLOCK and residual.max() < TOLERANCE:
+            return 1.0 / inverse[::-1][:n_modes], V @ y
+        V = np.hstack([V, V_next])
+
+
+def _orthonormal(W, M):
+    """Columns made orthonormal in M, and the triangle that they were multiples of."""
+    R = cholesky(W.conj().T @ (M @ W))
+    return solve_triangular(R, W.T, trans="T").T, R
+
+
+def frequencies(disk, n_modes, speed=0.0):
+    """First natural frequencies of a SparseDisk at a speed [rad/s]; (n_modes,) [Hz]."""
+    values, _ = lowest_modes(
+        stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc(), n_modes
+    )
+    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)

@@ -1,0 +1,71 @@
+"""Node frames: Cartesian rows of a model to radial, tangential and axial ones, node by node."""
+
+import numpy as np
+import scipy.sparse as sp
+
+PAIRS = (1, 2), (4, 5)  # directions that turn together about z
+
+
+def row_table(dof, n_nodes):
+    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
+    table = np.full((n_nodes, 7), -1)
+    placed = dof[:, 1] > 0
+    table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
+    return table
+
+
+def node_angle(nodes):
+    """Angle of every node about z (n_nodes,) [rad]; NaN for nodes without a place."""
+    return np.arctan2(nodes[:, 1], nodes[:, 0])
+
+
+def to_cylindrical(model):
+    """Turn the rows of a NeutralModel into the frame of each row's own node.
+
+    Rows of nodes without a place, and of nodes that lack one of a pair of directions, stay.
+    Returns a NeutralModel.
+    """
+    if model.frame == "cylindrical":
+        return model
+    T = turn(model.dof, model.nodes)
+
+    def turned(matrix):
+        return (T.T @ matrix @ T) if sp.issparse(matrix) else T.T @ (T.T @ matrix).T
+
+    blade = model.blade_stiffness
+    if blade is not None:
+        blade = np.stack([turned(k) for k in blade]) if blade.ndim == 3 else turned(blade)
+    return model._replace(
+        frame="cylindrical",
+        mass=turned(model.mass),
+        stiffness=tuple(turned(k) for k in model.stiffness),
+        blade_stiffness=blade,
+    )
+
+
+def turn(dof, nodes):
+    """Cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
+    table, angle = row_table(dof, len(nodes)), node_angle(nodes)
+    values = np.ones(len(dof))
+    rows, columns, off = [np.arange(len(dof))], [np.arange(len(dof))], []
+    for first, second in PAIRS:
+        usable = (table[:, first] >= 0) & (table[:, second] >= 0) & np.isfinite(angle)
+        i, j = table[usable, first], table[usable, second]
+        values[i] = values[j] = np.cos(angle[usable])
+        sine = np.sin(angle[usable])
+        rows += [i, j]
+        columns += [j, i]
+        off += [-sine, sine]
+    data = np.concatenate([values, *off])
+    return sp.csr_array((data, (np.concatenate(rows), np.concatenate(columns))))
+
+
+def about_z(arrays: dict, axis: str) -> None:
+    """Name the axes of a model file's arrays anew so that the disk turns about z (modified)."""
+    shift = {"z": 0, "x": 1, "y": 2}[axis]  # x, y, z become y, z, x for a rotation about x
+    if not shift:
+        return
+    arrays["nodes"] = np.roll(arrays["nodes"], -shift, axis=1)
+    node, direction = np.asarray(arrays["dof"]).T
+    turned = (direction - 1) // 3 * 3 + (direction - 1 - shift) % 3 + 1
+    arrays["dof"] = np.column_stack([node, np.where(direction > 0, turned, 0)])

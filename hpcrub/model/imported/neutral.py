@@ -1,0 +1,366 @@
+"""The neutral model file: what any finite-element program can say of a bladed disk, as arrays.
+
+`docs/model_file.md` specifies the arrays. A `NeutralModel` holds them checked and in SI units.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError
+
+VERSION = 1
+KINDS = "sector", "disk", "reduced"
+FRAMES = "cartesian", "cylindrical"
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # [m]
+MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lbm": 0.45359237, "slinch": 175.126835}  # [kg]
+TIMES = {"s": 1.0, "ms": 1e-3}  # [s]
+POLYNOMIAL = "K0", "K1", "K2"
+AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
+SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
+ROTATIONS = 4, 5, 6  # directions that are angles
+_PARTS = "data", "indices", "indptr"  # of a sparse matrix
+
+
+class NeutralModel(NamedTuple):
+    """A bladed disk, one sector of it, or a reduced model of it; n rows, SI units.
+
+    The disk turns about z, towards +theta.
+    """
+
+    kind: str  # one of KINDS
+    mass: sp.csr_array | np.ndarray  # (n, n); sparse, but dense in a reduced model
+    stiffness: tuple  # K0, or K0, K1, K2 of K0 + W^2 K1 + W^4 K2, W in [rad/s]; each (n, n)
+    nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
+    dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, 4-6 rotations, 0 anything else
+    frame: str  # of the directions: one of FRAMES
+    contact_node: np.ndarray  # (C,) nodes that may touch the casing; of one sector, if it is one
+    contact_blade: np.ndarray  # (C,) blade of each, from 0
+    contact_clearance: np.ndarray  # (C,) beyond the casing's own [m]
+    fixed: np.ndarray  # rows that are held
+    low: np.ndarray  # nodes of the sector's side at the smaller angle
+    high: np.ndarray  # and at the larger angle
+    n_sectors: int  # 0 but for a sector
+    blade_stiffness: sp.csr_array | np.ndarray | None  # (n, n) of all blades; reduced: (N, m, m)
+    surface: np.ndarray  # (F, 4) nodes of faces to draw
+
+    @property
+    def n_blades(self):
+        """Blades of the whole disk."""
+        return self.n_sectors or int(self.contact_blade.max()) + 1
+
+
+def from_arrays(arrays):
+    """Check the arrays of a model file.
+
+    Parameters
+    ----------
+    arrays : dict
+        Arrays by the names of `docs/model_file.md`.
+
+    Returns
+    -------
+    NeutralModel
+        In SI units, all matrices whole and symmetric.
+
+    Raises
+    ------
+    InputError
+        Says which array is missing, has another shape, or holds what cannot be.
+    """
+    left = _Arrays(arrays)
+    version = left.number("hpcrub_model")
+    if version != VERSION:
+        raise InputError(f"hpcrub_model: version {version} is not {VERSION}")
+    kind = left.word("kind", KINDS)
+    frame = left.word("frame", FRAMES, default=FRAMES[0])
+    length, mass, time = _units(left.text("units", "m kg s"))
+    dof = left.integers("dof", 2)
+    n = len(dof)
+    nodes = left.floats("nodes", 3) * length
+    _check_dof(dof, len(nodes))
+    scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
+    work = mass * (length / time) ** 2  # one unit of work [J]
+    contact_node = left.integers("contact_node")
+    zeros = np.zeros(len(contact_node))
+    model = NeutralModel(
+        kind=kind,
+        mass=_scaled(left.matrix("M", n), scale, work * time**2),
+        stiffness=tuple(
+            _scaled(k, scale, work * time ** (2 * power))
+            for power, k in enumerate(_stiffness(left, n, time))
+        ),
+        nodes=nodes,
+        dof=dof,
+        frame=frame,
+        contact_node=contact_node,
+        contact_blade=left.integers("contact_blade", default=zeros.astype(int)),
+        contact_clearance=left.floats("contact_clearance", default=zeros) * length,
+        fixed=left.integers("fixed", default=np.zeros(0, int)),
+        low=left.integers("low", default=np.zeros(0, int)),
+        high=left.integers("high", default=np.zeros(0, int)),
+        n_sectors=left.number("n_sectors", default=0),
+        blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
+        surface=left.integers("surface", 4, default=np.zeros((0, 4), int)),
+    )
+    left.finish()
+    check_members(model)
+    return model
+
+
+def to_arrays(model):
+    """Arrays of a model file, by name, in SI units; the inverse of `from_arrays`."""
+    arrays = {"hpcrub_model": np.array(VERSION), "units": np.array("m kg s")}
+    for name in ("kind", "frame", "n_sectors"):
+        arrays[name] = np.array(getattr(model, name))
+    names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
+    matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
+    if model.blade_stiffness is not None:
+        matrices["K_blade"] = model.blade_stiffness
+    for name, matrix in matrices.items():
+        if sp.issparse(matrix):
+            upper = sp.triu(matrix, format="csr")
+            arrays |= {f"{name}/{part}": getattr(upper, part) for part in _PARTS}
+        else:
+            arrays[name] = np.triu(matrix)
+    for name in ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance"):
+        arrays[name] = getattr(model, name)
+    optional = ("fixed", "low", "high", "surface")
+    return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
+
+
+def polynomial(stiffness, speeds):
+    """K0, K1, K2 of the parabola in W^2 through the stiffness at three speeds.
+
+    Parameters
+    ----------
+    stiffness : sequence of three matrices (n, n)
+    speeds : (3,) [rad/s]
+
+    Returns
+    -------
+    tuple of three matrices
+        K0 [N/m], K1 [N s2/m], K2 [N s4/m].
+    """
+    square = np.asarray(speeds, dtype=float) ** 2
+    coefficients = np.linalg.inv(np.vander(square / square.max(), 3, increasing=True))
+    return tuple(
+        sum(c * k for c, k in zip(row, stiffness, strict=True)) / square.max() ** power
+        for power, row in enumerate(coefficients)
+    )
+
+
+def stiffness_at(stiffness, speed):
+    """K0 + W^2 K1 + W^4 K2 at a speed of rotation [rad/s]."""
+    return sum(k * speed ** (2 * power) for power, k in enumerate(stiffness))
+
+
+def check_members(model):
+    """Raise InputError for nodes, rows or blades that a NeutralModel names but does not have."""
+    n_nodes = len(model.nodes)
+    for name in ("contact_node", "low", "high", "surface"):
+        wrong = _first_outside(getattr(model, name), n_nodes)
+        if wrong is not None:
+            raise InputError(f"{name}: there is no node {wrong}, nodes run from 0 to {n_nodes - 1}")
+    if (wrong := _first_outside(model.fixed, len(model.dof))) is not None:
+        raise InputError(f"fixed: there is no row {wrong}, rows run from 0 to {len(model.dof) - 1}")
+    if not len(model.contact_node):
+        raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
+    for name in ("contact_blade", "contact_clearance"):
+        if len(getattr(model, name)) != len(model.contact_node):
+            raise InputError(
+                f"{name}: {len(getattr(model, name))} values for {len(model.contact_node)} "
+                "contact nodes"
+            )
+    if model.kind == "sector":
+        _check_sector(model)
+    else:
+        _check_blades(model)
+
+
+def _check_sector(model):
+    if model.n_sectors < 2:
+        raise InputError(f"n_sectors: {model.n_sectors}; a sector needs their number, 2 or more")
+    if model.contact_blade.any():
+        raise InputError("contact_blade: a sector has one blade, number 0")
+    if not len(model.low) or len(model.low) != len(model.high):
+        raise InputError(
+            f"low, high: {len(model.low)} and {len(model.high)} nodes; the sides of a sector have "
+            "the same number of nodes, at least one"
+        )
+
+
+def _check_blades(model):
+    blades, count = np.unique(model.contact_blade, return_counts=True)
+    missing = sorted(set(range(int(blades.max()) + 1)) - set(blades.tolist()))
+    if blades.min() < 0 or missing:
+        lost = missing[0] if missing else blades.min()
+        raise InputError(f"contact_blade: blade {lost} has no contact nodes; blades count from 0")
+    if model.kind == "reduced" and model.blade_stiffness is not None:
+        n = len(model.blade_stiffness)
+        if n != len(count):
+            raise InputError(f"K_blade: of {n} blades, contact_blade names {len(count)}")
+
+
+def _check_dof(dof, n_nodes):
+    if not len(dof):
+        raise InputError("dof: no rows")
+    wrong = (dof[:, 1] < 0) | (dof[:, 1] > 6)
+    if wrong.any():
+        raise InputError(f"dof: {dof[wrong][0, 1]} is no direction (1 to 6; 0: anything else)")
+    placed = dof[:, 1] > 0
+    outside = _first_outside(dof[placed, 0], n_nodes)
+    if outside is not None:
+        raise InputError(f"dof: there is no node {outside}, nodes run from 0 to {n_nodes - 1}")
+    rows = dof[placed]
+    if len(np.unique(rows, axis=0)) != len(rows):
+        raise InputError("dof: a node has two rows in the same direction")
+
+
+def _first_outside(numbers, n):
+    wrong = (numbers < 0) | (numbers >= n)
+    return numbers[wrong].flat[0] if wrong.any() else None
+
+
+def _units(text):
+    words = text.split()
+    if len(words) != 3 or any(
+        word not in table for word, table in zip(words, (LENGTHS, MASSES, TIMES), strict=True)
+    ):
+        raise InputError(
+            f'units: "{text}" is not a length ({", ".join(LENGTHS)}), a mass '
+            f'({", ".join(MASSES)}) and a time ({", ".join(TIMES)}), such as "mm t s"'
+        )
+    return LENGTHS[words[0]], MASSES[words[1]], TIMES[words[2]]
+
+
+def _stiffness(left, n, time):
+    """K0, or K0, K1, K2, in the file's units."""
+    if left.has("K"):
+        return (left.matrix("K", n),)
+    if left.has(POLYNOMIAL[0]):
+        return tuple(left.matrix(name, n) for name in POLYNOMIAL if left.has(name))
+    if not left.has(AT_SPEEDS[0]):
+        raise InputError(f"K: there is neither K, nor {POLYNOMIAL[0]}, nor {AT_SPEEDS[0]}")
+    speeds = 2 * np.pi * left.floats("speeds_hz") * time  # [rad per unit of time]
+    if len(speeds) != 3 or len(np.unique(speeds**2)) != 3:
+        raise InputError("speeds_hz: three different speeds are needed, those of K_at_1 to K_at_3")
+    return polynomial([left.matrix(name, n) for name in AT_SPEEDS], speeds)
+
+
+def _blade_stiffness(left, kind, n, scale, work):
+    if not left.has("K_blade"):
+        return None
+    if kind != "reduced":
+        return _scaled(left.matrix("K_blade", n), scale, work)
+    blades = left.stack("K_blade", n)
+    return np.stack([_scaled(k, scale, work) for k in blades])
+
+
+def _scaled(matrix, scale, factor):
+    """A matrix in SI units: scale of every row's displacement, factor of its work."""
+    if np.all(scale == 1.0) and factor == 1.0:
+        return matrix
+    if sp.issparse(matrix):
+        turn = sp.diags_array(scale)
+        return (factor * (turn @ matrix @ turn)).tocsr()
+    return factor * scale[:, None] * matrix * scale
+
+
+def symmetric(name, matrix):
+    """A whole symmetric matrix from one that is, or from its upper or lower triangle.
+
+    Raises InputError for what is not finite or not symmetric.
+    """
+    sparse = sp.issparse(matrix)
+    lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
+    if not np.isfinite(matrix.data if sparse else matrix).all():
+        raise InputError(f"{name}: holds numbers that are not finite")
+    strict = [abs(lower(matrix, -1)).max(), abs(upper(matrix, 1)).max()]
+    if min(strict) == 0.0 < max(strict):
+        diagonal = matrix.diagonal()
+        whole = matrix + matrix.T
+        return whole - (sp.diags_array(diagonal) if sparse else np.diag(diagonal))
+    difference = abs(matrix - matrix.T).max()
+    if difference > SYMMETRY * abs(matrix).max():
+        raise InputError(
+            f"{name}: not symmetric, it differs from its transpose by "
+            f"{difference / abs(matrix).max():.1e} of its largest entry"
+        )
+    return (matrix + matrix.T) / 2
+
+
+class _Arrays:
+    """The arrays of a file, taken out one by one, so that none is left unread."""
+
+    def __init__(self, arrays):
+        self.left = dict(arrays)
+
+    def has(self, name):
+        return name in self.left or f"{name}/{_PARTS[0]}" in self.left
+
+    def finish(self):
+        if self.left:
+            raise InputError(f"{min(self.left)}: no array of a model file has this name")
+
+    def _take(self, name, default):
+        if name not in self.left:
+            if default is None:
+                raise InputError(f"{name}: this array is missing")
+            return default
+        return np.asarray(self.left.pop(name))
+
+    def text(self, name, default=None):
+        value = self._take(name, None if default is None else np.array(default)).item()
+        return value.decode() if isinstance(value, bytes) else str(value)
+
+    def word(self, name, allowed, default=None):
+        text = self.text(name, default)
+        if text not in allowed:
+            raise InputError(f'{name}: "{text}" is none of {", ".join(allowed)}')
+        return text
+
+    def number(self, name, default=None):
+        value = self._take(name, None if default is None else np.array(default))
+        if value.size != 1 or value.dtype.kind not in "iu":
+            raise InputError(f"{name}: one whole number is expected")
+        return int(value.item())
+
+    def _shaped(self, name, columns, default, kinds, what):
+        value = self._take(name, default)
+        wanted = (columns,) if columns else ()
+        if value.dtype.kind not in kinds or value.ndim != 1 + len(wanted):
+            raise InputError(f"{name}: {what} with {columns or 1} per row are expected")
+        if value.shape[1:] != wanted:
+            raise InputError(f"{name}: shape {value.shape}, {columns} per row are expected")
+        return value
+
+    def integers(self, name, columns=0, default=None):
+        return self._shaped(name, columns, default, "iu", "whole numbers").astype(np.int64)
+
+    def floats(self, name, columns=0, default=None):
+        value = self._shaped(name, columns, default, "fiu", "numbers").astype(float)
+        if name != "nodes" and not np.isfinite(value).all():
+            raise InputError(f"{name}: holds numbers that are not finite")
+        return value
+
+    def matrix(self, name, n):
+        if f"{name}/{_PARTS[0]}" in self.left:
+            parts = tuple(self._take(f"{name}/{part}", None) for part in _PARTS)
+            try:
+                matrix = sp.csr_array(parts, shape=(n, n))
+                matrix.check_format(full_check=True)
+            except ValueError as error:
+                raise InputError(f"{name}: not {n} x {n} in compressed rows ({error})") from None
+        else:
+            matrix = self._take(name, None)
+        if matrix.shape != (n, n) or matrix.dtype.kind not in "fiu":
+            raise InputError(f"{name}: shape {matrix.shape}, dof has {n} rows")
+        return symmetric(name, matrix.astype(float))
+
+    def stack(self, name, n):
+        blades = self._take(name, None)
+        if blades.ndim != 3 or blades.shape[1:] != (n, n):
+            raise InputError(f"{name}: shape {blades.shape}, (blades, {n}, {n}) is expected")
+        return [symmetric(name, blade.astype(float)) for blade in blades]

@@ -1,0 +1,95 @@
+"""CalculiX: matrices of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, mesh and sets of the deck."""
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError, reason
+from hpcrub.model.imported.readers import deck as decks
+from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+
+INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
+INNER = 3
+
+
+def read(
+    path: str | Path,
+    lists: Lists,
+    blade: str | Path | None = None,
+    stiffness: dict[float, str | Path] | None = None,
+) -> dict:
+    """Arrays of a model file from jobs of CalculiX.
+
+    Parameters
+    ----------
+    path : deck NAME.inp of the disk at rest; NAME.sti, NAME.mas and NAME.dof lie beside it
+    lists : names of node sets of the deck
+    blade : deck with the elements of the blades alone, its matrices beside it
+    stiffness : decks of jobs at two other speeds [Hz], their matrices beside them
+
+    Returns
+    -------
+    dict
+        As `rows.arrays_of`.
+
+    Raises
+    ------
+    InputError
+        A file or a set is missing or cannot be read.
+    """
+    deck = decks.read(path)
+    mesh = Mesh(
+        deck.node,
+        deck.place,
+        lambda name: decks.node_set(deck, name, path),
+        [corners for _, _, corners in deck.elements],
+    )
+    speeds = {0.0: path} | (stiffness or {})
+    return arrays_of(
+        mesh,
+        lists,
+        {speed: job_matrix(job, "sti") for speed, job in speeds.items()},
+        job_matrix(path, "mas"),
+        _blade_matrix(blade, deck) if blade else None,
+    )
+
+
+def job_matrix(path: str | Path, kind: str) -> Rows:
+    """A matrix of a job: kind "sti" (stiffness) or "mas" (mass) of the deck NAME.inp.
+
+    Raises InputError when it cannot be read.
+    """
+    name, rows = (Path(path).with_suffix(f".{ending}") for ending in (kind, "dof"))
+    try:
+        words = rows.read_text("ascii").split()
+        dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
+        i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
+        place = (i.astype(np.int64) - 1, j.astype(np.int64) - 1)
+        shape = (len(dof), len(dof))
+        return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))
+    except OSError as error:
+        raise InputError(
+            f"{error.filename or name}: cannot be read ({reason(error)}); ccx writes it in a step "
+            "*FREQUENCY, SOLVER=MATRIXSTORAGE"
+        ) from None
+    except ValueError as error:
+        raise InputError(f"{name}: no matrix of CalculiX ({reason(error)})") from None
+
+
+def _blade_matrix(path, deck):
+    """Stiffness of the blades' job, inner nodes of its elements numbered as in the disk's."""
+    blade, part = decks.read(path), job_matrix(path, "sti")
+    inner = part.dof[:, 0] > blade.node.max()
+    if not inner.any():
+        return part
+    labels = [label for kind, label, _ in deck.elements if kind == INCOMPATIBLE]
+    own = [label for kind, label, _ in blade.elements if kind == INCOMPATIBLE]
+    number = {label: k for k, label in enumerate(labels)}
+    if lost := set(own) - set(number):
+        raise InputError(f"{path}: element {min(lost)} is not one of the disk")
+    first = deck.node.max() + 1 + INNER * np.array([number[label] for label in own])
+    element, place = np.divmod(part.dof[inner, 0] - blade.node.max() - 1, INNER)
+    moved = part.dof.copy()
+    moved[inner, 0] = first[element] + place
+    return part._replace(dof=moved)

@@ -1,0 +1,117 @@
+"""Keyword decks of CalculiX and Abaqus: nodes, elements and node sets."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.errors import InputError, reason
+
+
+class Deck(NamedTuple):
+    """What a deck says of its mesh; numbers are those of the deck, names in capitals."""
+
+    node: np.ndarray  # (n,) numbers, increasing
+    place: np.ndarray  # (n, 3)
+    sets: dict  # names to node numbers
+    elements: list  # (type, label, corner numbers) in the order of the deck
+
+
+def read(path: str | Path) -> Deck:
+    """Read a deck and the files that it includes.
+
+    Raises
+    ------
+    InputError
+        Unreadable, or without nodes.
+    """
+    nodes, sets, elements = {}, {}, []
+    for keyword, options, lines in _blocks(Path(path)):
+        try:
+            if keyword == "NODE":
+                numbers = _nodes(lines, nodes)
+                _extend(sets, options.get("NSET"), numbers)
+            elif keyword == "NSET":
+                _extend(sets, options.get("NSET"), _set(lines, sets, "GENERATE" in options))
+            elif keyword == "ELEMENT":
+                elements += _elements(options.get("TYPE", ""), lines)
+        except (ValueError, IndexError):
+            raise InputError(f"{path}: *{keyword} holds a line that cannot be read") from None
+    if not nodes:
+        raise InputError(f"{path}: no nodes (*NODE)")
+    number = np.array(sorted(nodes))
+    unique = {name: np.unique(numbers) for name, numbers in sets.items()}
+    return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
+
+
+def node_set(deck: Deck, name: str, path: str | Path) -> np.ndarray:
+    """Node numbers of a set. Raises InputError that names the sets that there are."""
+    if name.upper() not in deck.sets:
+        there = ", ".join(sorted(deck.sets)) or "none"
+        raise InputError(f"{path}: there is no node set {name}; there are {there}")
+    return deck.sets[name.upper()]
+
+
+def _blocks(path):
+    """(keyword, options, data lines) of a deck, one after another."""
+    keyword, options, lines = None, {}, []
+    for line in _lines(path):
+        if not line.startswith("*"):
+            lines.append(line)
+            continue
+        if keyword:
+            yield keyword, options, lines
+        words = [word.strip() for word in line[1:].split(",")]
+        keyword, lines = words[0].upper(), []
+        pairs = (word.partition("=") for word in words[1:])
+        options = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
+    if keyword:
+        yield keyword, options, lines
+
+
+def _lines(path):
+    try:
+        text = path.read_text("utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    for line in map(str.strip, text.splitlines()):
+        if line.upper().startswith("*INCLUDE"):
+            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'))
+        elif line and not line.startswith("**"):
+            yield line
+
+
+def _nodes(lines, nodes):
+    numbers = []
+    for line in lines:
+        number, *place = line.rstrip(",").split(",")
+        numbers.append(int(number))
+        nodes[numbers[-1]] = [float(x) for x in (place + ["0"] * 3)[:3]]
+    return numbers
+
+
+def _set(lines, sets, generate):
+    words = [word.strip() for line in lines for word in line.split(",") if word.strip()]
+    if generate:
+        rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
+        return [n for first, last, *step in rows for n in range(first, last + 1, *step)]
+    numbers = []
+    for word in words:
+        numbers += sets[word.upper()] if word.upper() in sets else [int(word)]
+    return numbers
+
+
+def _extend(sets, name, numbers):
+    if name:
+        sets[name] = [*sets.get(name, []), *numbers]
+
+
+def _elements(kind, lines):
+    """(type, label, nodes); an element goes on in the next line after a comma."""
+    elements, row = [], []
+    for line in lines:
+        row += [int(word) for word in line.split(",") if word.strip()]
+        if not line.endswith(","):
+            elements.append((kind, row[0], row[1:]))
+            row = []
+    return elements

@@ -1,0 +1,109 @@
+"""MatrixMarket files with CSV lists, which Abaqus, Code_Aster and many scripts can write."""
+
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError, reason
+from hpcrub.model.imported.readers.rows import places, store
+
+MATRICES = ("K", "M", "K0", "K1", "K2", "K_at_1", "K_at_2", "K_at_3", "K_blade")
+NODE_LISTS = ("low", "high")
+
+
+def read(folder: str | Path, n_sectors: int = 0) -> dict:
+    """Arrays of a model file from a folder.
+
+    Parameters
+    ----------
+    folder : with NAME.mtx of M and K (or K0, K1, K2, or K_at_1 to K_at_3 and speeds_hz.csv), and
+        K_blade.mtx if there is one; nodes.csv (number, x, y, z), dof.csv (node number, direction of
+        every row), contact.csv (node number[, blade from 0[, clearance]]), and where they apply
+        low.csv, high.csv (node numbers of the sides), fixed.csv (node number[, direction])
+    n_sectors : of one sector
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        A file is missing or cannot be read.
+    """
+    folder = Path(folder)
+    nodes = _table(folder / "nodes.csv", 4)
+    nodes = nodes[np.argsort(nodes[:, 0])]
+    number = nodes[:, 0].astype(np.int64)
+    dof = _table(folder / "dof.csv", 2).astype(np.int64)
+    place = np.where(dof[:, 1] > 0, places(_numbered(dof, number), number, "dof.csv"), -1)
+    contact = _table(folder / "contact.csv")
+    arrays = {
+        "hpcrub_model": np.array(1),
+        "kind": np.array("sector" if n_sectors else "disk"),
+        "nodes": nodes[:, 1:],
+        "dof": np.column_stack([place, dof[:, 1]]),
+        "contact_node": places(contact[:, 0], number, "contact.csv"),
+    }
+    for name, column in (("contact_blade", 1), ("contact_clearance", 2)):
+        if contact.shape[1] > column:
+            arrays[name] = contact[:, column].astype(np.int64 if column == 1 else float)
+    for name in MATRICES:
+        if (path := folder / f"{name}.mtx").exists() or name == "M":
+            store(arrays, name, _matrix(path))
+    if n_sectors:
+        arrays["n_sectors"] = np.array(n_sectors)
+        for name in NODE_LISTS:
+            listed = _table(folder / f"{name}.csv")[:, 0]
+            arrays[name] = places(listed, number, f"{name}.csv")
+    if (folder / "fixed.csv").exists():
+        arrays["fixed"] = _fixed(_table(folder / "fixed.csv").astype(np.int64), dof)
+    if (folder / "speeds_hz.csv").exists():
+        arrays["speeds_hz"] = _table(folder / "speeds_hz.csv").ravel()
+    return arrays
+
+
+def _numbered(dof, number):
+    """Node numbers of rows; any for those of direction 0, which belong to none."""
+    return np.where(dof[:, 1] > 0, dof[:, 0], number[0])
+
+
+def _fixed(held, dof):
+    """Rows that are held: of whole nodes, or of a node's one direction."""
+    if held.shape[1] == 1:
+        return np.flatnonzero(np.isin(dof[:, 0], held[:, 0]) & (dof[:, 1] > 0))
+    both = (dof[:, None, :] == held[None, :, :2]).all(axis=2)
+    return np.flatnonzero(both.any(axis=1))
+
+
+def _matrix(path):
+    try:
+        return sp.csr_array(scipy.io.mmread(path))
+    except (OSError, ValueError, StopIteration) as error:
+        raise InputError(
+            f"{path}: no MatrixMarket file that can be read ({reason(error)})"
+        ) from None
+
+
+def _table(path, columns=0):
+    """Numbers of a CSV file, after an optional line of names, (lines, columns)."""
+    try:
+        lines = path.read_text("utf-8-sig").splitlines()
+        first = lines[0].replace(",", " ").split() if lines else []
+        skip = bool(first) and not _is_number(first[0])
+        table = np.loadtxt(lines[skip:], delimiter=",", ndmin=2)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    if not len(table) or (columns and table.shape[1] != columns):
+        raise InputError(f"{path}: {columns or 'some'} numbers per line are expected")
+    return table
+
+
+def _is_number(word):
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

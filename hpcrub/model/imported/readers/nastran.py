@@ -1,0 +1,102 @@
+"""Nastran: matrices of a text OP4 file, grid points of a bulk data deck, lists of nodes as CSV.
+
+Needs the package pyNastran.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError, reason
+from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+
+STIFFNESS, MASS = "KGG", "MGG"
+DIRECTIONS = 6
+
+
+def read(
+    path: str | Path,
+    mesh: str | Path,
+    lists: Lists,
+    blade: str | Path | None = None,
+    stiffness: dict[float, str | Path] | None = None,
+) -> dict:
+    """Arrays of a model file from Nastran's files.
+
+    Parameters
+    ----------
+    path : text OP4 file with KGG and MGG: six rows for every grid point, by increasing number
+    mesh : bulk data with the grid points
+    lists : names of CSV files of grid point numbers
+    blade : OP4 file whose KGG is that of the blades alone, on the same grid points
+    stiffness : OP4 files whose KGG is that at two other speeds [Hz]
+
+    Returns
+    -------
+    dict
+        As `rows.arrays_of`; rows without mass and stiffness are left out.
+
+    Raises
+    ------
+    InputError
+        The package or a file is missing or cannot be read.
+    """
+    try:
+        from pyNastran.bdf.bdf import read_bdf
+    except ImportError:
+        raise InputError(
+            "reading Nastran's files needs the package pyNastran: pip install pyNastran"
+        ) from None
+    try:
+        grid = read_bdf(str(mesh), validate=False, xref=True, punch=None, debug=None)
+    except Exception as error:
+        raise InputError(f"{mesh}: no bulk data that can be read ({reason(error)})") from None
+    number = np.array(sorted(grid.nodes))
+    place = np.array([grid.nodes[k].get_position() for k in number])
+    corners = [element.node_ids for element in grid.elements.values()]
+    matrices = op4_matrices(path)
+    if lost := {STIFFNESS, MASS} - set(matrices):
+        raise InputError(f"{path}: there is no matrix {min(lost)}; there are {', '.join(matrices)}")
+    K, M = matrices[STIFFNESS], matrices[MASS]
+    used = np.flatnonzero((abs(K).sum(axis=0) != 0) | (abs(M).sum(axis=0) != 0))
+    others = {0.0: path} | (stiffness or {})
+    return arrays_of(
+        Mesh(number, place, lambda name: _numbers(name), corners),
+        lists,
+        {speed: _rows(name, STIFFNESS, number, used) for speed, name in others.items()},
+        _rows(path, MASS, number, used),
+        _rows(blade, STIFFNESS, number, used) if blade else None,
+    )
+
+
+def op4_matrices(path: str | Path) -> dict:
+    """Matrices of an OP4 file by name, sparse. Raises InputError when it cannot be read."""
+    from pyNastran.op4.op4 import read_op4
+
+    if not Path(path).is_file():
+        raise InputError(f"{path}: there is no such file")
+    try:
+        found = read_op4(str(path), debug=None)
+    except Exception as error:
+        raise InputError(f"{path}: no OP4 file that can be read ({reason(error)})") from None
+    return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in found.items()}
+
+
+def _rows(path, name, number, used):
+    matrix = op4_matrices(path).get(name)
+    n = DIRECTIONS * len(number)
+    if matrix is None or matrix.shape != (n, n):
+        raise InputError(
+            f"{path}: {name} is not there with {DIRECTIONS} rows for each of {len(number)} grid "
+            "points"
+        )
+    node, direction = np.divmod(used, DIRECTIONS)
+    return Rows(matrix[used][:, used], np.column_stack([number[node], direction + 1]), str(path))
+
+
+def _numbers(name):
+    try:
+        return np.loadtxt(name, delimiter=",", dtype=np.int64, ndmin=1).ravel()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{name}: no list of numbers ({reason(error)})") from None

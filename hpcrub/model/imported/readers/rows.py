@@ -1,0 +1,132 @@
+"""What the readers share: a mesh, lists of its nodes, and matrices by (node, direction)."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.readers.skin import skin
+
+PARTS = "data", "indices", "indptr"
+
+
+class Rows(NamedTuple):
+    """A matrix whose rows are (node number, direction) of another program."""
+
+    matrix: sp.csr_array  # (n, n)
+    dof: np.ndarray  # (n, 2)
+    name: str  # of its file, for messages
+
+
+class Mesh(NamedTuple):
+    """Nodes of another program, by their numbers there."""
+
+    number: np.ndarray  # (n,) increasing
+    place: np.ndarray  # (n, 3)
+    nodes_of: Callable[[str], np.ndarray]  # name of a list to node numbers
+    elements: list  # of corner numbers; may be empty
+
+
+class Lists(NamedTuple):
+    """Names of the lists of nodes that make a mesh a bladed disk."""
+
+    contact: str  # nodes that may touch the casing
+    low: str | None = None  # of one sector: its side at the smaller angle
+    high: str | None = None
+    n_sectors: int = 0
+    fixed: str | None = None  # nodes that are held, if the matrices still have them
+
+
+def arrays_of(
+    mesh: Mesh,
+    lists: Lists,
+    stiffness: dict[float, Rows],
+    mass: Rows,
+    blade: Rows | None = None,
+) -> dict:
+    """Arrays of a model file, but for `units` and the blades' numbers in a whole disk.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    lists : Lists
+    stiffness : matrices by speed of rotation [Hz], one or three
+    mass : Rows
+    blade : stiffness of the blades alone
+
+    Raises
+    ------
+    InputError
+        A list or a node is missing, or a matrix has rows of its own.
+    """
+    dof = mass.dof
+    number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place
+    place = np.full((len(number), 3), np.nan)
+    place[places(mesh.number, number, mass.name)] = mesh.place
+
+    def named(name):
+        return places(mesh.nodes_of(name), number, name)
+
+    arrays = {
+        "hpcrub_model": np.array(1),
+        "kind": np.array("sector" if lists.low else "disk"),
+        "nodes": place,
+        "dof": np.column_stack([places(dof[:, 0], number, mass.name), dof[:, 1]]),
+        "contact_node": named(lists.contact),
+        "surface": skin([places(corners, number, mass.name) for corners in mesh.elements]),
+    }
+    if lists.low:
+        arrays |= {"low": named(lists.low), "high": named(lists.high)}
+        arrays["n_sectors"] = np.array(lists.n_sectors)
+    if lists.fixed:
+        held = np.isin(dof[:, 0], mesh.nodes_of(lists.fixed))
+        arrays["fixed"] = np.flatnonzero(held)
+    if len(stiffness) not in (1, 3):
+        raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
+    names = ("K",) if len(stiffness) == 1 else ("K_at_1", "K_at_2", "K_at_3")
+    if len(stiffness) == 3:
+        arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
+    matrices = dict(zip(names, stiffness.values(), strict=True)) | {"M": mass}
+    for name, matrix in (matrices | ({"K_blade": blade} if blade else {})).items():
+        store(arrays, name, spread(matrix, dof))
+    return arrays
+
+
+def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
+    """A matrix on other rows, which include its own, (n, n).
+
+    Raises InputError when they do not.
+    """
+    place = {tuple(pair): k for k, pair in enumerate(dof.tolist())}
+    try:
+        at = [place[tuple(pair)] for pair in part.dof.tolist()]
+    except KeyError as lost:
+        node, direction = lost.args[0]
+        raise InputError(
+            f"{part.name}: node {node}, direction {direction} is no row of the mass matrix"
+        ) from None
+    entries, at = sp.coo_array(part.matrix), np.array(at)
+    shape = (len(dof), len(dof))
+    upper = sp.triu(entries).nnz == entries.nnz  # rows in another order would mix the triangles
+    if upper:
+        entries = sp.coo_array(entries + sp.triu(entries, 1).T)
+    return sp.coo_array((entries.data, (at[entries.row], at[entries.col])), shape=shape).tocsr()
+
+
+def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
+    """Put a sparse matrix among the arrays of a model file (modified)."""
+    rows = matrix.tocsr()
+    rows.sum_duplicates()
+    arrays |= {f"{name}/{part}": getattr(rows, part) for part in PARTS}
+
+
+def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
+    """Places of node numbers in the increasing list `nodes`. Raises InputError for a stranger."""
+    numbers = np.asarray(numbers, dtype=np.int64)
+    at = np.minimum(np.searchsorted(nodes, numbers), len(nodes) - 1)
+    wrong = nodes[at] != numbers
+    if wrong.any():
+        raise InputError(f"{what}: there is no node {numbers[wrong][0]}")
+    return at

@@ -1,0 +1,100 @@
+"""Imported models to the ReducedModel that every study starts from."""
+
+import numpy as np
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported import craig_bampton
+from hpcrub.model.imported.frames import node_angle, row_table
+from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.interface import Interface
+
+
+def reduce_disk(disk, n_modes, speed=0.0):
+    """Reduce a SparseDisk to a NeutralModel of kind "reduced".
+
+    Parameters
+    ----------
+    disk : SparseDisk
+    n_modes : int
+        Fixed-interface modes kept.
+    speed : float
+        Of rotation, that of the mode shapes of the basis [rad/s].
+
+    Returns
+    -------
+    model : NeutralModel
+    basis : (n, m)
+        Coordinates to the rows of the disk.
+    """
+    basis, boundary = craig_bampton.basis(disk, n_modes, speed)
+    n_points = len(disk.contact_node)
+    directions = len(boundary) // n_points
+    m = basis.shape[1]
+    dof = np.column_stack([np.full(m, -1), np.zeros(m, int)])
+    dof[: len(boundary), 0] = np.tile(np.arange(n_points), directions)
+    dof[: len(boundary), 1] = np.repeat(np.arange(1, directions + 1), n_points)
+    model = NeutralModel(
+        kind="reduced",
+        mass=_project(disk.mass, basis),
+        stiffness=tuple(_project(k, basis) for k in disk.stiffness),
+        nodes=disk.nodes[disk.contact_node],
+        dof=dof,
+        frame="cylindrical",
+        contact_node=np.arange(n_points),
+        contact_blade=disk.contact_blade,
+        contact_clearance=disk.contact_clearance,
+        fixed=np.zeros(0, int),
+        low=np.zeros(0, int),
+        high=np.zeros(0, int),
+        n_sectors=0,
+        blade_stiffness=project_blades(disk, basis),
+        surface=np.zeros((0, 4), int),
+    )
+    return model, basis
+
+
+def project_blades(disk, basis):
+    """Every blade's stiffness on the coordinates of a basis, (N, m, m); None without K_blade."""
+    if disk.blade_stiffness is None:
+        return None
+    blades = []
+    for blade in range(disk.n_blades):
+        rows = np.flatnonzero(disk.row_blade == blade)
+        blades.append(_project(disk.blade_stiffness[rows][:, rows], basis[rows]))
+    return np.stack(blades)
+
+
+def interface(model):
+    """Contact interface of a NeutralModel of kind "reduced" in cylindrical node frames.
+
+    Returns
+    -------
+    Interface
+        Its amplitude is the largest tangential displacement of a contact node.
+    """
+    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+    if (rows[:, :2] < 0).any():
+        raise InputError("contact_node: a contact node has no row in x or y among dof")
+    axial = rows[:, 2] >= 0
+    if axial.any() and not axial.all():
+        raise InputError("contact_node: some contact nodes have a row in z, and others none")
+    one = np.eye(len(model.dof))
+    at = model.nodes[model.contact_node]
+    return Interface(
+        blade=model.contact_blade,
+        angle=node_angle(at),
+        radius=np.hypot(at[:, 0], at[:, 1]),
+        axial_position=at[:, 2],
+        clearance=model.contact_clearance,
+        normal=one[rows[:, 0]],
+        tangential=one[rows[:, 1]],
+        axial=one[rows[axial, 2]],
+        observed=one[rows[:, 1]],
+        observed_blade=model.contact_blade,
+    )
+
+
+def _project(matrix, basis):
+    """basis^T matrix basis, symmetric."""
+    projected = basis.T @ (matrix @ basis)
+    return (projected + projected.T) / 2

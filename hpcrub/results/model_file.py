@@ -1,0 +1,77 @@
+"""Model files: arrays by name in HDF5 or NPZ, and what identifies a file."""
+
+import hashlib
+import os
+import zipfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from hpcrub.errors import InputError, reason
+
+SUFFIXES = ".h5", ".hdf5", ".npz"
+
+
+def read(path: str | Path) -> dict:
+    """Arrays of a model file by name; text is a scalar of str.
+
+    Raises InputError when it cannot be read.
+    """
+    try:
+        if Path(path).suffix == ".npz":
+            with np.load(path, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        arrays = {}
+        with h5py.File(path, "r", locking=False) as file:
+            file.visititems(lambda name, item: _take(arrays, name, item))
+        return arrays
+    except (OSError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: no model file that can be read ({reason(error)})") from None
+
+
+def write(path: str | Path, arrays: dict) -> None:
+    """Write a model file, replacing one of that name in a single step.
+
+    Raises InputError when its name has no known ending or it cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        raise InputError(f"{path}: a model file ends with {', '.join(SUFFIXES)}")
+    part = path.with_name(path.name + ".hpcrub-part")
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix == ".npz":
+            with open(part, "wb") as file:
+                np.savez_compressed(file, **arrays)
+        else:
+            with h5py.File(part, "w") as file:
+                for name, values in arrays.items():
+                    _put(file, name, np.asarray(values))
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({reason(error)})") from None
+
+
+def checksum(path: str | Path) -> str:
+    """SHA-256 of a file in hexadecimal digits. Raises InputError when it cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+
+
+def _take(arrays, name, item):
+    if isinstance(item, h5py.Dataset):
+        text = h5py.check_string_dtype(item.dtype)
+        arrays[name] = np.array(item.asstr()[()]) if text else item[()]
+
+
+def _put(file, name, values):
+    if values.dtype.kind == "U":
+        file[name] = values.item()
+    elif values.ndim:
+        file.create_dataset(name, data=values, compression="gzip", compression_opts=9, shuffle=True)
+    else:
+        file[name] = values

@@ -1,0 +1,260 @@
+"""Imported disks: solid elements integrated by the tests, one sector against the whole disk."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.linalg import eigh
+from scipy.stats import ortho_group
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported import assembly, checks, craig_bampton, cyclic, frames, neutral, reduced
+from tests.truth.hexahedra import SMALL, disk_arrays, sector_arrays
+
+N = SMALL.n_sectors
+
+
+@pytest.fixture(scope="module")
+def sector():
+    return neutral.from_arrays(sector_arrays())
+
+
+@pytest.fixture(scope="module")
+def disk():
+    return assembly.assemble(neutral.from_arrays(disk_arrays()))
+
+
+def dense_frequencies(K, M, n):
+    return np.sqrt(eigh(K.toarray(), M.toarray(), eigvals_only=True)[:n]) / (2 * np.pi)
+
+
+def test_disk_of_sectors_is_the_disk_meshed_whole(sector, disk):
+    """The same mesh, assembled by element and by sector: the same eigenvalues."""
+    turned = assembly.assemble(sector)
+    assert turned.mass.shape == disk.mass.shape
+    f, g = (dense_frequencies(d.stiffness[0], d.mass, 30) for d in (turned, disk))
+    np.testing.assert_allclose(f, g, rtol=1e-9)
+    for a, b in zip(*(d.row_blade[d.row[d.contact_node, 0]] for d in (turned, disk)), strict=False):
+        assert a == b
+
+
+def test_nodal_diameters_of_a_sector_are_all_modes_of_the_disk(sector, disk):
+    """Single for 0 (and N/2) diameters, double for the others."""
+    found = [cyclic.sector_frequencies(sector, h, 4) for h in range(N // 2 + 1)]
+    found = np.sort(np.concatenate([found[0], *(np.repeat(f, 2) for f in found[1:])]))
+    exact = dense_frequencies(disk.stiffness[0], disk.mass, 12)
+    np.testing.assert_allclose(found[:12], exact, rtol=1e-8)
+
+
+def test_block_lanczos_finds_double_modes(disk):
+    """A cyclic disk has pairs, which an iteration of one vector loses."""
+    values, modes = craig_bampton.lowest_modes(disk.stiffness[0].tocsc(), disk.mass.tocsc(), 22)
+    f = np.sqrt(values) / (2 * np.pi)
+    np.testing.assert_allclose(f, dense_frequencies(disk.stiffness[0], disk.mass, 22), rtol=1e-9)
+    np.testing.assert_allclose(modes.T @ disk.mass @ modes, np.eye(22), atol=1e-10)
+
+
+def test_craig_bampton_converges_from_above_and_keeps_static_displacements(disk):
+    """Rayleigh-Ritz: no reduced frequency is below the disk's; statics of contact loads exact."""
+    exact = dense_frequencies(disk.stiffness[0], disk.mass, 10)
+    errors = []
+    for n_modes in (0, 20, 60):
+        model, basis = reduced.reduce_disk(disk, n_modes)
+        values = eigh(model.stiffness[0], model.mass, eigvals_only=True)[:10]
+        errors.append((np.sqrt(values) / (2 * np.pi) / exact - 1).max())
+        assert (np.sqrt(values) / (2 * np.pi) / exact - 1).min() > -1e-9
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 1e-4
+    rows = craig_bampton.boundary_rows(disk)
+    load = np.zeros(disk.mass.shape[0])
+    load[rows[3]] = 1.0
+    static = np.linalg.solve(disk.stiffness[0].toarray(), load)
+    small = basis @ np.linalg.solve(model.stiffness[0], basis.T @ load)
+    np.testing.assert_allclose(small[rows], static[rows], rtol=1e-8, atol=1e-12 * abs(static).max())
+
+
+def test_blades_stiffness_adds_up_and_leaves_rigid_motions_alone(disk):
+    model, basis = reduced.reduce_disk(disk, 10)
+    whole = basis.T @ (disk.blade_stiffness @ basis)
+    np.testing.assert_allclose(
+        model.blade_stiffness.sum(axis=0), whole, atol=1e-9 * abs(whole).max()
+    )
+    assert set(disk.row_blade) == {-1, *range(N)}
+
+
+def test_interface_is_radial_tangential_axial_at_every_contact_node():
+    """A turn of the whole disk about z by a small angle moves every contact node along theta."""
+    arrays = disk_arrays() | {"fixed": np.zeros(0, int)}
+    model = neutral.from_arrays(arrays)
+    rigid = checks.rigid_motions(model)[:, 5]
+    found = assembly.assemble(model)
+
+    cylindrical = frames.turn(model.dof, model.nodes).T @ rigid
+    rows = found.row[found.contact_node]
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T)
+    np.testing.assert_allclose(cylindrical[rows[:, 1]], radius, rtol=1e-12)
+    np.testing.assert_allclose(cylindrical[rows[:, [0, 2]]], 0, atol=1e-12)
+
+
+def test_reduced_model_in_cartesian_rows_has_the_same_interface(disk):
+    """Contact rows turned to x, y by hand, and turned back by the importer."""
+    model, _ = reduced.reduce_disk(disk, 5)
+    face = reduced.interface(model)
+    m, C = len(model.dof), len(model.contact_node)
+    c, s = np.cos(face.angle), np.sin(face.angle)
+    T = np.eye(m)  # Cartesian coordinates to cylindrical ones
+    i, j = np.arange(C), C + np.arange(C)
+    T[i, i], T[i, j], T[j, i], T[j, j] = c, s, -s, c
+    arrays = neutral.to_arrays(model)
+    arrays |= {"frame": np.array("cartesian"), "M": T.T @ model.mass @ T}
+    arrays |= {"K": T.T @ model.stiffness[0] @ T, "K_blade": T.T @ model.blade_stiffness @ T}
+    back = frames.to_cylindrical(neutral.from_arrays(arrays))
+    for name in ("mass", "blade_stiffness"):
+        a, b = getattr(back, name), getattr(model, name)
+        np.testing.assert_allclose(a, b, atol=1e-12 * abs(b).max())
+    np.testing.assert_allclose(reduced.interface(back).normal, face.normal)
+
+
+def test_stiffness_at_three_speeds_is_its_polynomial(sector):
+    """K0 + W^2 K1 + W^4 K2 is found again from its values, and used at a fourth speed."""
+    K0 = sector.stiffness[0]
+    K1, K2 = 3.0 * sector.mass, 1e-8 * K0
+    speeds = 2 * np.pi * np.array([10.0, 120.0, 300.0])
+    at = [neutral.stiffness_at((K0, K1, K2), w) for w in speeds]
+    found = neutral.polynomial(at, speeds)
+    w = 2 * np.pi * 200.0
+    exact = neutral.stiffness_at((K0, K1, K2), w)
+    assert abs(neutral.stiffness_at(found, w) - exact).max() < 1e-12 * abs(exact).max()
+
+
+@pytest.mark.parametrize("suffix", ["h5", "npz"])
+def test_file_gives_back_what_was_written(sector, tmp_path, suffix):
+    from hpcrub.results import model_file
+
+    path = tmp_path / f"model.{suffix}"
+    model_file.write(path, neutral.to_arrays(sector))
+    back = neutral.from_arrays(model_file.read(path))
+    for name, value in sector._asdict().items():
+        other = getattr(back, name)
+        if sp.issparse(value):
+            assert (value != other).nnz == 0
+        elif name == "stiffness":
+            assert all((a != b).nnz == 0 for a, b in zip(value, other, strict=True))
+        else:
+            np.testing.assert_array_equal(value, other)
+
+
+def test_units_of_the_file_do_not_matter(sector, disk):
+    """mm, t, s: matrices in N/mm and t; and the speeds' polynomial in ms."""
+    arrays = sector_arrays() | {"units": np.array("mm t ms")}
+    arrays["nodes"] = arrays["nodes"] * 1e3
+    arrays["K/data"] = arrays["K/data"] / 1e9  # t/ms2 is 1e9 N/m
+    arrays["K_blade/data"] = arrays["K_blade/data"] / 1e9
+    arrays["M/data"] = arrays["M/data"] / 1e3
+    model = neutral.from_arrays(arrays)
+    assert checks.check(model).mass == pytest.approx(checks.check(sector).mass, rel=1e-12)
+    f = cyclic.sector_frequencies(model, 1, 2)
+    np.testing.assert_allclose(f, cyclic.sector_frequencies(sector, 1, 2), rtol=1e-10)
+
+
+def refused(arrays, words):
+    with pytest.raises(InputError) as error:
+        model = neutral.from_arrays(arrays)
+        checks.check(model)
+        assembly.assemble(model)
+        if model.kind == "sector":
+            checks.check_frequency(cyclic.sector_frequencies(model, 0, 1)[0])
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def _unsymmetric(arrays):
+    arrays["K/data"] = arrays["K/data"].copy()
+    arrays["K/data"][1] *= 1.5
+
+
+def _not_finite(arrays):
+    arrays["M/data"] = arrays["M/data"].copy()
+    arrays["M/data"][3] = np.nan
+
+
+def _other_sector_number(arrays):
+    arrays["n_sectors"] = np.array(N + 1)
+
+
+def _contact_inside(arrays):
+    arrays["contact_node"] = np.append(arrays["contact_node"], arrays["low"][-1])
+
+
+def _millimetres(arrays):
+    arrays["nodes"] = arrays["nodes"] * 1e3
+
+
+def _millimetres_said(arrays):
+    arrays["units"] = np.array("mm kg s")
+
+
+def _rows_mixed(arrays):
+    arrays["dof"] = arrays["dof"][np.random.default_rng(1).permutation(len(arrays["dof"]))]
+
+
+def _no_mass(arrays):
+    del arrays["M/data"], arrays["M/indices"], arrays["M/indptr"]
+
+
+def _free(arrays):
+    del arrays["fixed"]
+
+
+def _stranger(arrays):
+    arrays["stifness"] = arrays.pop("fixed")
+
+
+def _no_such_node(arrays):
+    arrays["low"] = arrays["low"] + 1000
+
+
+def _blade_with_disk(arrays):
+    for part in ("data", "indices", "indptr"):
+        arrays[f"K_blade/{part}"] = arrays[f"K/{part}"]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (_unsymmetric, "K: not symmetric"),
+        (_not_finite, "M: holds numbers that are not finite"),
+        (_other_sector_number, "the sides do not pair"),
+        (_contact_inside, "contact nodes lie on the tips"),
+        (_millimetres, "units: the contact nodes lie at a radius of 220 m"),
+        (_millimetres_said, "units: the contact nodes lie at a radius of 0.00022 m"),
+        (_rows_mixed, "feel a rigid motion"),
+        (_no_mass, "M: this array is missing"),
+        (_free, "singular"),
+        (_stranger, "stifness: no array of a model file has this name"),
+        (_no_such_node, "low: there is no node"),
+        (_blade_with_disk, "hang together"),
+    ],
+)
+def test_what_cannot_be_right_is_said_in_one_sentence(spoil, words):
+    arrays = sector_arrays()
+    spoil(arrays)
+    refused(arrays, words)
+
+
+def test_blade_without_contact_nodes_is_named():
+    arrays = disk_arrays()
+    arrays["contact_blade"] = np.where(arrays["contact_blade"] == 2, 1, arrays["contact_blade"])
+    refused(arrays, "blade 2 has no contact nodes")
+
+
+def test_orthogonal_basis_of_a_reduced_model_changes_no_frequency(disk):
+    """A reduced model made elsewhere: its inner coordinates mean nothing to the importer."""
+    model, _ = reduced.reduce_disk(disk, 6)
+    Q = np.eye(len(model.dof))
+    Q[-6:, -6:] = ortho_group.rvs(6, random_state=1)
+    arrays = neutral.to_arrays(model)
+    arrays |= {"M": Q.T @ model.mass @ Q, "K": Q.T @ model.stiffness[0] @ Q}
+    arrays["K_blade"] = Q.T @ model.blade_stiffness @ Q
+    back = neutral.from_arrays(arrays)
+    a, b = (eigh(m.stiffness[0], m.mass, eigvals_only=True) for m in (model, back))
+    np.testing.assert_allclose(a, b, rtol=1e-8)
