@@ -68,7 +68,7 @@ def number(
         group = fcluster(linkage(nodes[contact_node], "single"), n_blades, "maxclust")
     else:
         raise InputError(
-            "--blades: of a whole disk without the blades' stiffness, the number of blades is needed"
+            "--blades: a whole disk without the blades' stiffness needs the number of blades"
         )
     _, group = np.unique(group, return_inverse=True)
     x, y = (np.bincount(group, nodes[contact_node, axis]) for axis in (0, 1))

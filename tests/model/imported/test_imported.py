@@ -156,13 +156,17 @@ def test_units_of_the_file_do_not_matter(sector, disk):
     np.testing.assert_allclose(f, cyclic.sector_frequencies(sector, 1, 2), rtol=1e-10)
 
 
+def use(arrays):
+    model = neutral.from_arrays(arrays)
+    checks.check(model)
+    assembly.assemble(model)
+    if model.kind == "sector":
+        checks.check_frequency(cyclic.sector_frequencies(model, 0, 1)[0])
+
+
 def refused(arrays, words):
     with pytest.raises(InputError) as error:
-        model = neutral.from_arrays(arrays)
-        checks.check(model)
-        assembly.assemble(model)
-        if model.kind == "sector":
-            checks.check_frequency(cyclic.sector_frequencies(model, 0, 1)[0])
+        use(arrays)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -229,7 +233,7 @@ def _blade_with_disk(arrays):
         (_millimetres_said, "units: the contact nodes lie at a radius of 0.00022 m"),
         (_rows_mixed, "feel a rigid motion"),
         (_no_mass, "M: this array is missing"),
-        (_free, "singular"),
+        (_free, "the disk is not held"),
         (_stranger, "stifness: no array of a model file has this name"),
         (_no_such_node, "low: there is no node"),
         (_blade_with_disk, "hang together"),
