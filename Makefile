@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce house lint reference docs clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce identify house lint reference docs clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -71,6 +71,9 @@ scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
+
+identify: $(STAMP)  ## search for the paper's disk, or go on, and write docs/identification.md (ARGS="--cores 2"; hours)
+	@$(VENV_PYTHON) -m evidence.identify $(ARGS)
 
 reference: $(STAMP)  ## write the tables of docs/reference anew
 	@$(VENV_PYTHON) docs/tables.py

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from evidence import page
-from evidence.benchmarks import kernel_speed, report, sample_cost, work_precision
+from evidence.benchmarks import cases, kernel_speed, report, sample_cost, work_precision
 
 REPORT = Path(__file__).with_name("report.md")
 MEASURED = page.ROOT / "build" / "benchmarks.pickle"
@@ -22,9 +22,10 @@ def kernel():
     return kernel_speed.measure()
 
 
-def precision():
-    """Run time against error."""
-    with work_precision.pool_of_two() as pool:
+def precision(disk=None):
+    """Run time against error; disk: an input file with another disk than the reference."""
+    cases.take_disk_of(disk)
+    with work_precision.pool_of_two(disk) as pool:
         return work_precision.measure(pool), work_precision.periodic_errors(pool)
 
 
@@ -64,7 +65,12 @@ def main(argv=None):
     parser.add_argument("section", nargs="*", metavar="SECTION",
                         help=f"only these: {', '.join(SECTIONS)}")  # fmt: skip
     parser.add_argument("--report", action="store_true", help="measure nothing, write the report")
+    parser.add_argument("--disk", metavar="INPUT",
+                        help="print `precision` of the disk of this input file")  # fmt: skip
     options = parser.parse_args(argv)
+    if options.disk:
+        print(report.precision_section(precision(options.disk)))
+        return 0
     if unknown := set(options.section) - set(SECTIONS):
         parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
     found = pickle.loads(MEASURED.read_bytes()) if MEASURED.exists() else {}

@@ -1,0 +1,1 @@
+"""Search for the dimensions of the paper's disk, which are not published."""

@@ -1,0 +1,186 @@
+"""The search: points of the whole range first, then CMA-ES around the best.
+
+Every round carries some disks through the stages, from cheap to dear; after each stage only the
+best go on. CMA-ES is told nothing but the order: disks that came further come first, and among
+these the lower loss.
+"""
+
+import math
+from typing import NamedTuple
+
+import cma
+import numpy as np
+from scipy.stats import qmc
+
+from evidence.identify import disks, paper
+
+SEED = 14
+FIRST = {"linear": 96, "pattern": 32, "tuned": 12, "samples": 5}  # that go on of the whole range
+LATER = {"linear": 8, "pattern": 6, "tuned": 4, "samples": 3}  # of a generation
+GENERATION = 8
+WIDTH = 0.08  # of the first generation, in ranges of the dimensions
+REPEATS = 6  # draws that tell how far the loss of one disk scatters
+
+
+class Trial(NamedTuple):
+    """A disk, as far as it was carried."""
+
+    disk: disks.Dimensions
+    found: dict
+    n_stages: int
+
+    @property
+    def loss(self):
+        """Of the stages that it has seen."""
+        return paper.loss(self.found, paper.STAGES[: self.n_stages])
+
+    @property
+    def order(self):
+        """Sorting key: the best comes first."""
+        return -self.n_stages, self.loss
+
+
+def whole_range(book, n_points, say=print):
+    """Points spread evenly over the whole range, and the disks of earlier searches.
+
+    Parameters
+    ----------
+    book : Book
+    n_points : int
+        Power of two.
+    say : callable
+        Takes a line of progress.
+
+    Returns
+    -------
+    list of Trial
+        The best first.
+    """
+    points = qmc.Sobol(len(disks.BOUNDS), seed=SEED).random(n_points)
+    earlier = [disk for disk in map(disks.in_band, disks.EARLIER) if disk]
+    spread = [disk for disk in (disks.place(p, disks.BOUNDS, _start(p)) for p in points) if disk]
+    say(f"{len(spread)} of {n_points} points can have the paper's band")
+    trials = _through(book, spread, FIRST) + _through(book, earlier, dict.fromkeys(FIRST, 9))
+    return _report(sorted(trials, key=lambda t: t.order), "whole range", say)
+
+
+def _start(point):
+    """A disk whose spokes are about right for their length: bending goes with (t/L)^3."""
+    d = disks.EARLIER[1]
+    low, high = disks.BOUNDS["inner_radius_mm"]
+    length = 200 - (low + point[list(disks.BOUNDS).index("inner_radius_mm")] * (high - low))
+    return d._replace(spoke_thickness_mm=d.spoke_thickness_mm * length / (200 - d.inner_radius_mm))
+
+
+def around(book, best, bounds, n_generations, say=print):
+    """CMA-ES around a disk.
+
+    Parameters
+    ----------
+    book : Book
+    best : Dimensions
+        Where it starts.
+    bounds : dict
+        Ranges of the dimensions that may change.
+    n_generations : int
+    say : callable
+
+    Returns
+    -------
+    list of Trial
+        All of them, the best first.
+    """
+    options = {"seed": SEED, "bounds": [0, 1], "popsize": GENERATION, "verbose": -9}
+    start = np.clip(disks.unit_of(best, bounds), 0.01, 0.99)
+    strategy = cma.CMAEvolutionStrategy(start, WIDTH, options)
+    trials = []
+    for generation in range(n_generations):
+        points = strategy.ask()
+        placed = [disks.place(point, bounds, best) for point in points]
+        found = {t.disk: t for t in _through(book, [d for d in placed if d], LATER)}
+        order = [found[d].order if d else (1, math.inf) for d in placed]
+        strategy.tell(points, [float(sorted(order).index(o)) for o in order])
+        trials += found.values()
+        name = f"generation {generation + 1}, width {strategy.sigma:.3f}"
+        _report(sorted(found.values(), key=lambda t: t.order), name, say)
+    return sorted(trials, key=lambda t: t.order)
+
+
+def _through(book, candidates, kept):
+    """Carry disks through the stages; so many as `kept` says enter each but the first."""
+    ended, running = [], [Trial(disk, {}, 0) for disk in dict.fromkeys(candidates)]
+    for number, stage in enumerate(paper.STAGES, start=1):
+        if stage in kept:
+            running, out = running[: kept[stage]], running[kept[stage] :]
+            ended += out
+        found = book.measure([(stage, trial.disk, 0) for trial in running])
+        running = [
+            Trial(trial.disk, trial.found | new, number)
+            for trial, new in zip(running, found, strict=True)
+        ]
+        running.sort(key=lambda t: t.order)
+    return running + ended
+
+
+def _report(trials, name, say):
+    best = trials[0]
+    say(f"{name}: best of {len(trials)}: loss {best.loss:.1f} after {best.n_stages} stages, "
+        + ", ".join(f"{k} {v:.4g}" for k, v in best.disk._asdict().items()))  # fmt: skip
+    return trials
+
+
+def finished(book):
+    """All disks of a book that were carried through every stage, the best first."""
+    per_stage = [book.of(stage) for stage in paper.STAGES]
+    trials = []
+    for disk in per_stage[-1]:
+        found = {name: value for numbers in per_stage for name, value in numbers[disk].items()}
+        trials.append(Trial(disk, found, len(per_stage)))
+    return sorted(trials, key=lambda t: t.order)
+
+
+def repeat(book, disk):
+    """Compute one disk in `REPEATS` other draws of samples and perturbed runs."""
+    for stage in paper.STAGES:
+        book.measure([(stage, disk, draw) for draw in range(1, REPEATS + 1)])
+
+
+def draws(book, disk):
+    """What was found of a disk in other draws that are complete: list of dict."""
+    found = []
+    for draw in range(1, REPEATS + 1):
+        numbers = [book.of(stage, draw).get(disk) for stage in paper.STAGES]
+        if all(n is not None for n in numbers):
+            found.append({name: value for n in numbers for name, value in n.items()})
+    return found
+
+
+def as_good(trials, losses):
+    """Disks whose loss is that of the best, as far as its scatter tells.
+
+    Parameters
+    ----------
+    trials : list of Trial
+    losses : (n,)
+        Of the best disk in other draws.
+
+    Returns
+    -------
+    list of Trial
+    """
+    limit = losses.mean() + 2 * losses.std(ddof=1)
+    return [trial for trial in trials if trial.loss <= limit]
+
+
+def apart(trials, n):
+    """At most n trials that lie as far apart as possible, the best among them.
+
+    Each next one is the farthest, in ranges of the dimensions, from all those taken so far.
+    """
+    bounds = disks.BOUNDS | disks.VARIATIONS
+    place = np.array([disks.unit_of(trial.disk, bounds) for trial in trials])
+    taken = [0]
+    while len(taken) < min(n, len(trials)):
+        distance = np.linalg.norm(place[:, None] - place[None, taken], axis=-1).min(axis=1)
+        taken.append(int(np.argmax(distance)))
+    return [trials[i] for i in taken]
