@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import re
+import subprocess
 
 import pytest
 
@@ -39,3 +40,25 @@ def test_every_exit_code_is_on_its_page():
 def test_links_of_pages_outside_the_site_lead_somewhere(page):
     links = LINK.findall((ROOT / page).read_text("utf-8"))
     assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def code(page, language):
+    """Blocks of code of a page."""
+    text = (ROOT / "docs" / page).read_text("utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def test_the_path_of_a_number_leads_to_an_amplitude():
+    (block,) = code("architecture.md", "python")
+    names = {}
+    exec(block, names)
+    assert names["result"].amplitude.min() > names["config"].casing.clearance
+
+
+def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):
+    setting = re.compile(r"^(\w+)(?==|\(\))", re.MULTILINE)
+    (block,) = (text for text in code("cluster.md", "") if "STOP_BEFORE" in text)
+    (tmp_path / "site.sh").write_text(block, "utf-8")
+    subprocess.run(["bash", "-n", tmp_path / "site.sh"], check=True)
+    known = set(setting.findall((ROOT / "jobs" / "slurm" / "site.sh").read_text("utf-8")))
+    assert set(setting.findall(block)) <= known
