@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
@@ -141,7 +142,7 @@ def _numbered(arrays, n_blades):
     return blades.number(*mesh, blade, n_blades)
 
 
-def report(model: neutral.NeutralModel, options: argparse.Namespace):
+def report(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
     """Lines about a model. Raises InputError for what cannot be right."""
     found = checks.check(model)
     per_blade = np.bincount(model.contact_blade)

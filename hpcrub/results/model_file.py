@@ -22,7 +22,7 @@ def read(path: str | Path) -> dict:
         if Path(path).suffix == ".npz":
             with np.load(path, allow_pickle=False) as file:
                 return {name: file[name] for name in file.files}
-        arrays = {}
+        arrays: dict = {}
         with h5py.File(path, "r", locking=False) as file:
             file.visititems(lambda name, item: _take(arrays, name, item))
         return arrays

@@ -1,6 +1,6 @@
 """A whole disk from a neutral model: cyclic assembly, supports, blades, contact points."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from hpcrub.errors import InputError
 from hpcrub.model.imported.blades import joined
 from hpcrub.model.imported.frames import row_table, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel
 
 PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
 
@@ -18,7 +19,7 @@ class SparseDisk(NamedTuple):
 
     mass: sp.csr_array  # (n, n)
     stiffness: tuple  # K0, or K0, K1, K2, each (n, n)
-    blade_stiffness: sp.csr_array | None  # (n, n) of all blades together
+    blade_stiffness: Any  # (n, n) of all blades together, sparse, or None
     row_blade: np.ndarray  # (n,) blade that has stiffness in the row, -1 for the disk's own
     nodes: np.ndarray  # (n_nodes, 3) [m]
     row: np.ndarray  # (n_nodes, 3) rows of u_r, u_theta, u_z; -1 where held or absent
@@ -33,7 +34,9 @@ class SparseDisk(NamedTuple):
         return int(self.contact_blade.max()) + 1
 
 
-def pair_sides(nodes, low, high, n_sectors):
+def pair_sides(
+    nodes: np.ndarray, low: np.ndarray, high: np.ndarray, n_sectors: int
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Nodes of the low side in the order of those that they become one sector further on.
 
     Parameters
@@ -73,7 +76,7 @@ def _pair(nodes, low, high, n_sectors):
     return low[nearest], high, float(distance.max())
 
 
-def disk_rows(model):
+def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
 
     Returns
@@ -100,7 +103,7 @@ def disk_rows(model):
     return rows, own
 
 
-def assemble(model):
+def assemble(model: NeutralModel) -> SparseDisk:
     """The whole disk of a NeutralModel of kind "sector" or "disk".
 
     Returns
@@ -185,7 +188,7 @@ def _turned(nodes, angle):
     return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
 
-def blade_of_rows(disk):
+def blade_of_rows(disk: SparseDisk) -> np.ndarray:
     """Blade of every row (n,): the connected part of the blades' stiffness that it belongs to.
 
     Raises InputError when a part has no contact node, or those of two blades.

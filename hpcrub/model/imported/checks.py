@@ -1,6 +1,6 @@
 """What an imported model is, in numbers, and what in it cannot be right."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ class Findings(NamedTuple):
     tip_gap: float  # smallest radius of a contact node below it [m]
 
 
-def check(model):
+def check(model: NeutralModel) -> Findings:
     """Measure a NeutralModel.
 
     Returns
@@ -61,7 +61,7 @@ def check(model):
     return Findings(mass, float(np.median(share)), loaded, float(tip.max()), float(np.ptp(tip)))
 
 
-def check_frequency(first_hz):
+def check_frequency(first_hz: float) -> None:
     """Raise InputError for a first natural frequency [Hz] that only wrong units can give."""
     if not first_hz > FREQUENCIES[0]:
         raise InputError(
@@ -74,7 +74,7 @@ def check_frequency(first_hz):
         )
 
 
-def rigid_motions(model):
+def rigid_motions(model: NeutralModel) -> np.ndarray:
     """Three translations and three rotations on the rows of a NeutralModel, (n, 6)."""
     nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
     placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
@@ -95,7 +95,7 @@ def rigid_motions(model):
     return rigid
 
 
-def unbalanced(K, rigid):
+def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     """Share of every row that a rigid motion leaves: |K r| over |K| |r|, largest of the motions."""
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
     size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
@@ -119,7 +119,7 @@ def _check_mass(model, mass, radius):
         )
 
 
-def _check_contact_nodes(model: NeutralModel, radius):
+def _check_contact_nodes(model, radius):
     at = radius[model.contact_node]
     if not np.isfinite(at).all():
         node = model.contact_node[~np.isfinite(at)][0]

@@ -1,10 +1,13 @@
 """Sparse Craig-Bampton reduction of an imported disk to its contact nodes and inner modes."""
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse.linalg as sla
 from scipy.linalg import cholesky, eigh, solve_triangular
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported.assembly import SparseDisk
 from hpcrub.model.imported.neutral import stiffness_at
 
 AT_ONCE = 64  # columns solved for together
@@ -13,7 +16,7 @@ SMALLEST = 200  # rows below which matrices are treated as dense
 TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its square
 
 
-def basis(disk, n_modes, speed=0.0):
+def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Craig-Bampton basis of a SparseDisk at one speed of rotation.
 
     Parameters
@@ -56,7 +59,7 @@ def basis(disk, n_modes, speed=0.0):
     return out, boundary
 
 
-def boundary_rows(disk):
+def boundary_rows(disk: SparseDisk) -> np.ndarray:
     """Rows of the contact nodes: all u_r, all u_theta, and all u_z of a disk that has them."""
     rows = disk.row[disk.contact_node]
     axial = rows[:, 2] >= 0
@@ -65,7 +68,7 @@ def boundary_rows(disk):
     return rows[:, : 3 if axial.any() else 2].T.ravel()
 
 
-def factorised(K):
+def factorised(K: Any) -> sla.SuperLU:
     """LU factors of a sparse symmetric matrix. Raises InputError when it is singular."""
     options = {"SymmetricMode": True}
     try:
@@ -79,7 +82,9 @@ def factorised(K):
         ) from None
 
 
-def lowest_modes(K, M, n_modes, factor=None):
+def lowest_modes(
+    K: Any, M: Any, n_modes: int, factor: sla.SuperLU | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Lowest modes of two sparse matrices, real or Hermitian, by block Lanczos iteration on K^-1 M.
 
     A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
@@ -127,7 +132,7 @@ def _orthonormal(W, M):
     return solve_triangular(R, W.T, trans="T").T, R
 
 
-def frequencies(disk, n_modes, speed=0.0):
+def frequencies(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> np.ndarray:
     """First natural frequencies of a SparseDisk at a speed [rad/s]; (n_modes,) [Hz]."""
     values, _ = lowest_modes(
         stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc(), n_modes

@@ -6,10 +6,12 @@ import scipy.sparse as sp
 from hpcrub.model.imported.assembly import disk_rows
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cylindrical
-from hpcrub.model.imported.neutral import stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel, stiffness_at
 
 
-def sector_frequencies(model, n_diameters, n_modes, speed=0.0):
+def sector_frequencies(
+    model: NeutralModel, n_diameters: int, n_modes: int, speed: float = 0.0
+) -> np.ndarray:
     """Frequencies of the modes with some nodal diameters, from one sector.
 
     Parameters
@@ -46,7 +48,7 @@ def sector_frequencies(model, n_diameters, n_modes, speed=0.0):
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
-def nodal_diameters(shapes, angle, n_blades):
+def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
     """Nodal diameters of every mode from displacements of like points of all blades.
 
     Parameters
@@ -65,11 +67,3 @@ def nodal_diameters(shapes, angle, n_blades):
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
     twice = np.where((orders == 0) | (2 * orders == n_blades), 1.0, 2.0)  # and the backward wave
     return (size * twice[:, None]).argmax(axis=0)
-
-
-def by_diameter(frequencies, diameters, n_blades):
-    """Lowest frequency of each number of nodal diameters (n_blades // 2 + 1,), NaN where none."""
-    lowest = np.full(n_blades // 2 + 1, np.nan)
-    for f, d in zip(frequencies, diameters, strict=True):
-        lowest[d] = np.fmin(lowest[d], f)
-    return lowest

@@ -3,10 +3,12 @@
 import numpy as np
 import scipy.sparse as sp
 
+from hpcrub.model.imported.neutral import NeutralModel
+
 PAIRS = (1, 2), (4, 5)  # directions that turn together about z
 
 
-def row_table(dof, n_nodes):
+def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
     """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
     table = np.full((n_nodes, 7), -1)
     placed = dof[:, 1] > 0
@@ -14,12 +16,12 @@ def row_table(dof, n_nodes):
     return table
 
 
-def node_angle(nodes):
+def node_angle(nodes: np.ndarray) -> np.ndarray:
     """Angle of every node about z (n_nodes,) [rad]; NaN for nodes without a place."""
     return np.arctan2(nodes[:, 1], nodes[:, 0])
 
 
-def to_cylindrical(model):
+def to_cylindrical(model: NeutralModel) -> NeutralModel:
     """Turn the rows of a NeutralModel into the frame of each row's own node.
 
     Rows of nodes without a place, and of nodes that lack one of a pair of directions, stay.
@@ -35,7 +37,10 @@ def to_cylindrical(model):
     blade = model.blade_stiffness
     if blade is not None:
         blade = np.stack([turned(k) for k in blade]) if blade.ndim == 3 else turned(blade)
+    shape = model.participation.shape
+    participation = (T.T @ model.participation.reshape(-1, shape[-1]).T).T.reshape(shape)
     return model._replace(
+        participation=participation,
         frame="cylindrical",
         mass=turned(model.mass),
         stiffness=tuple(turned(k) for k in model.stiffness),
@@ -43,7 +48,7 @@ def to_cylindrical(model):
     )
 
 
-def turn(dof, nodes):
+def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
     """Cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
     table, angle = row_table(dof, len(nodes)), node_angle(nodes)
     values = np.ones(len(dof))

@@ -3,7 +3,8 @@
 `docs/model_file.md` specifies the arrays. A `NeutralModel` holds them checked and in SI units.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,7 +31,7 @@ class NeutralModel(NamedTuple):
     """
 
     kind: str  # one of KINDS
-    mass: sp.csr_array | np.ndarray  # (n, n); sparse, but dense in a reduced model
+    mass: Any  # (n, n); sparse, but dense in a reduced model
     stiffness: tuple  # K0, or K0, K1, K2 of K0 + W^2 K1 + W^4 K2, W in [rad/s]; each (n, n)
     nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
     dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, 4-6 rotations, 0 anything else
@@ -42,8 +43,10 @@ class NeutralModel(NamedTuple):
     low: np.ndarray  # nodes of the sector's side at the smaller angle
     high: np.ndarray  # and at the larger angle
     n_sectors: int  # 0 but for a sector
-    blade_stiffness: sp.csr_array | np.ndarray | None  # (n, n) of all blades; reduced: (N, m, m)
+    blade_stiffness: Any  # None without; (n, n) of all blades; reduced: (N, m, m)
     surface: np.ndarray  # (F, 4) nodes of faces to draw
+    blade_frequencies: np.ndarray  # (N, c) of every blade alone, root held [Hz]; reduced only
+    participation: np.ndarray  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
 
     @property
     def n_blades(self):
@@ -51,7 +54,7 @@ class NeutralModel(NamedTuple):
         return self.n_sectors or int(self.contact_blade.max()) + 1
 
 
-def from_arrays(arrays):
+def from_arrays(arrays: dict) -> NeutralModel:
     """Check the arrays of a model file.
 
     Parameters
@@ -103,13 +106,14 @@ def from_arrays(arrays):
         n_sectors=left.number("n_sectors", default=0),
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=np.zeros((0, 4), int)),
+        **_blade_modes(left, n, np.sqrt(mass) * length * scale),
     )
     left.finish()
     check_members(model)
     return model
 
 
-def to_arrays(model):
+def to_arrays(model: NeutralModel) -> dict:
     """Arrays of a model file, by name, in SI units; the inverse of `from_arrays`."""
     arrays = {"hpcrub_model": np.array(VERSION), "units": np.array("m kg s")}
     for name in ("kind", "frame", "n_sectors"):
@@ -120,17 +124,20 @@ def to_arrays(model):
         matrices["K_blade"] = model.blade_stiffness
     for name, matrix in matrices.items():
         if sp.issparse(matrix):
-            upper = sp.triu(matrix, format="csr")
+            upper = sp.triu(sp.csr_array(matrix), format="csr")
             arrays |= {f"{name}/{part}": getattr(upper, part) for part in _PARTS}
         else:
             arrays[name] = np.triu(matrix)
     for name in ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance"):
         arrays[name] = getattr(model, name)
+    if len(model.blade_frequencies):
+        arrays["blade_frequencies_hz"] = model.blade_frequencies
+        arrays["blade_participation"] = model.participation
     optional = ("fixed", "low", "high", "surface")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
-def polynomial(stiffness, speeds):
+def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:
     """K0, K1, K2 of the parabola in W^2 through the stiffness at three speeds.
 
     Parameters
@@ -151,12 +158,12 @@ def polynomial(stiffness, speeds):
     )
 
 
-def stiffness_at(stiffness, speed):
+def stiffness_at(stiffness: Sequence, speed: float) -> Any:
     """K0 + W^2 K1 + W^4 K2 at a speed of rotation [rad/s]."""
     return sum(k * speed ** (2 * power) for power, k in enumerate(stiffness))
 
 
-def check_members(model):
+def check_members(model: NeutralModel) -> None:
     """Raise InputError for nodes, rows or blades that a NeutralModel names but does not have."""
     n_nodes = len(model.nodes)
     for name in ("contact_node", "low", "high", "surface"):
@@ -258,6 +265,20 @@ def _blade_stiffness(left, kind, n, scale, work):
     return np.stack([_scaled(k, scale, work) for k in blades])
 
 
+def _blade_modes(left, n, scale):
+    """Blade-alone frequencies and participations of a reduced model; empty without them."""
+    if not left.has("blade_frequencies_hz"):
+        return {"blade_frequencies": np.zeros((0, 0)), "participation": np.zeros((0, 0, n))}
+    frequencies = left.table("blade_frequencies_hz", 2)
+    participation = left.table("blade_participation", 3)
+    if participation.shape != (*frequencies.shape, n):
+        raise InputError(
+            f"blade_participation: shape {participation.shape}, {(*frequencies.shape, n)} is "
+            "expected: blades, modes of blade_frequencies_hz, rows"
+        )
+    return {"blade_frequencies": frequencies, "participation": participation * scale}
+
+
 def _scaled(matrix, scale, factor):
     """A matrix in SI units: scale of every row's displacement, factor of its work."""
     if np.all(scale == 1.0) and factor == 1.0:
@@ -268,7 +289,7 @@ def _scaled(matrix, scale, factor):
     return factor * scale[:, None] * matrix * scale
 
 
-def symmetric(name, matrix):
+def symmetric(name: str, matrix: Any) -> Any:
     """A whole symmetric matrix from one that is, or from its upper or lower triangle.
 
     Raises InputError for what is not finite or not symmetric.
@@ -344,6 +365,14 @@ class _Arrays:
         if name != "nodes" and not np.isfinite(value).all():
             raise InputError(f"{name}: holds numbers that are not finite")
         return value
+
+    def table(self, name, dimensions):
+        value = self._take(name, None)
+        if value.ndim != dimensions or value.dtype.kind not in "fiu":
+            raise InputError(f"{name}: {dimensions} dimensions of numbers are expected")
+        if not np.isfinite(value).all():
+            raise InputError(f"{name}: holds numbers that are not finite")
+        return value.astype(float)
 
     def matrix(self, name, n):
         if f"{name}/{_PARTS[0]}" in self.left:

@@ -3,13 +3,18 @@
 import numpy as np
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported import craig_bampton
+from hpcrub.model.imported import blade_modes, craig_bampton
+from hpcrub.model.imported.assembly import SparseDisk
 from hpcrub.model.imported.frames import node_angle, row_table
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.interface import Interface
 
+BLADE_MODES = 4  # cantilever modes of each blade that are kept
 
-def reduce_disk(disk, n_modes, speed=0.0):
+
+def reduce_disk(
+    disk: SparseDisk, n_modes: int, speed: float = 0.0
+) -> tuple[NeutralModel, np.ndarray]:
     """Reduce a SparseDisk to a NeutralModel of kind "reduced".
 
     Parameters
@@ -49,11 +54,16 @@ def reduce_disk(disk, n_modes, speed=0.0):
         n_sectors=0,
         blade_stiffness=project_blades(disk, basis),
         surface=np.zeros((0, 4), int),
+        blade_frequencies=np.zeros((0, 0)),
+        participation=np.zeros((0, 0, m)),
     )
+    if disk.blade_stiffness is not None:
+        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
+        model = model._replace(blade_frequencies=frequencies, participation=participation)
     return model, basis
 
 
-def project_blades(disk, basis):
+def project_blades(disk: SparseDisk, basis: np.ndarray) -> np.ndarray | None:
     """Every blade's stiffness on the coordinates of a basis, (N, m, m); None without K_blade."""
     if disk.blade_stiffness is None:
         return None
@@ -64,7 +74,7 @@ def project_blades(disk, basis):
     return np.stack(blades)
 
 
-def interface(model):
+def interface(model: NeutralModel) -> Interface:
     """Contact interface of a NeutralModel of kind "reduced" in cylindrical node frames.
 
     Returns

@@ -7,7 +7,16 @@ from scipy.linalg import eigh
 from scipy.stats import ortho_group
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported import assembly, checks, craig_bampton, cyclic, frames, neutral, reduced
+from hpcrub.model.imported import (
+    assembly,
+    blade_modes,
+    checks,
+    craig_bampton,
+    cyclic,
+    frames,
+    neutral,
+    reduced,
+)
 from tests.truth.hexahedra import SMALL, disk_arrays, sector_arrays
 
 N = SMALL.n_sectors
@@ -262,3 +271,36 @@ def test_orthogonal_basis_of_a_reduced_model_changes_no_frequency(disk):
     back = neutral.from_arrays(arrays)
     a, b = (eigh(m.stiffness[0], m.mass, eigvals_only=True) for m in (model, back))
     np.testing.assert_allclose(a, b, rtol=1e-8)
+
+
+def test_energy_of_a_blade_is_that_of_its_cantilever_modes_and_of_its_root(disk):
+    """With all cantilever modes: u'K u = q' Lambda q + root' (Guyan stiffness) root, any u."""
+    blade = 1
+    rows = np.flatnonzero(disk.row_blade == blade)
+    inner = blade_modes.inner_rows(disk, blade)
+    root = np.setdiff1d(rows, inner)
+    assert len(root) == 3 * (SMALL.through + 1) * (SMALL.axial + 1)
+    u = np.random.default_rng(2).standard_normal((disk.mass.shape[0], 3))
+    frequencies, q = blade_modes.cantilever(disk, u, len(inner))
+    modal = blade_modes.modal_stiffness(frequencies, q)[blade]
+    K = disk.blade_stiffness.toarray()
+    K_ri, K_ii = K[np.ix_(root, inner)], K[np.ix_(inner, inner)]
+    guyan = K[np.ix_(root, root)] - K_ri @ np.linalg.solve(K_ii, K_ri.T)
+    whole = u[rows].T @ K[np.ix_(rows, rows)] @ u[rows]
+    np.testing.assert_allclose(modal + u[root].T @ guyan @ u[root], whole, rtol=1e-8)
+
+
+def test_component_mode_mistuning_gives_the_frequencies_of_the_mistuned_disk(disk):
+    """One family of blade modes, blades a few percent off: the first family of the whole disk."""
+    deviation = 0.04 * np.array([1.0, -0.5, 0.2, -1.0, 0.7])
+    K = disk.stiffness[0].toarray()
+    for blade, change in enumerate(deviation):
+        rows = np.flatnonzero(disk.row_blade == blade)
+        K[np.ix_(rows, rows)] += change * disk.blade_stiffness[rows][:, rows].toarray()
+    exact = np.sqrt(eigh(K, disk.mass.toarray(), eigvals_only=True)[:N])
+    model, _ = reduced.reduce_disk(disk, 80)
+    part = blade_modes.modal_stiffness(model.blade_frequencies[:, :3], model.participation[:, :3])
+    K_r = model.stiffness[0] + np.tensordot(deviation, part, axes=1)
+    found = np.sqrt(eigh(K_r, model.mass, eigvals_only=True)[:N])
+    tuned = np.sqrt(eigh(model.stiffness[0], model.mass, eigvals_only=True)[:N])
+    assert abs(found / exact - 1).max() < 0.05 * abs(tuned / exact - 1).max()

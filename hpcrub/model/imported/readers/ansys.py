@@ -79,7 +79,7 @@ def full_matrices(path: str | Path) -> tuple[Rows, Rows]:
 
     dof, K, M = _quietly(path, lambda: read_binary(str(path)).load_km(as_sparse=True, sort=True))
     rows = np.column_stack([dof[:, 0], dof[:, 1] + 1]).astype(np.int64)
-    return tuple(Rows(_upper(matrix), rows, str(path)) for matrix in (K, M))
+    return Rows(_upper(K), rows, str(path)), Rows(_upper(M), rows, str(path))
 
 
 def _upper(matrix):

@@ -25,7 +25,9 @@ def read(path: str | Path) -> Deck:
     InputError
         Unreadable, or without nodes.
     """
-    nodes, sets, elements = {}, {}, []
+    nodes: dict = {}
+    sets: dict = {}
+    elements: list = []
     for keyword, options, lines in _blocks(Path(path)):
         try:
             if keyword == "NODE":

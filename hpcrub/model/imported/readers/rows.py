@@ -101,13 +101,13 @@ def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
     """
     place = {tuple(pair): k for k, pair in enumerate(dof.tolist())}
     try:
-        at = [place[tuple(pair)] for pair in part.dof.tolist()]
+        at = np.array([place[tuple(pair)] for pair in part.dof.tolist()])
     except KeyError as lost:
         node, direction = lost.args[0]
         raise InputError(
             f"{part.name}: node {node}, direction {direction} is no row of the mass matrix"
         ) from None
-    entries, at = sp.coo_array(part.matrix), np.array(at)
+    entries = sp.coo_array(part.matrix)
     shape = (len(dof), len(dof))
     upper = sp.triu(entries).nnz == entries.nnz  # rows in another order would mix the triangles
     if upper:

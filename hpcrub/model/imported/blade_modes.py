@@ -1,0 +1,70 @@
+"""Component mode mistuning: blades known by the frequencies that each has alone, root held.
+
+With u = psi u_root + phi q in a blade, phi its cantilever modes, a blade whose cantilever
+eigenvalues differ by delta adds delta q^T Lambda q to the stiffness, and q follows from the motion
+of the tuned disk: Lambda q = phi^T K_blade u. Source: Lim, Bladh, Castanier, Pierre (2007), AIAA
+Journal 45(9), equations (14) to (20).
+"""
+
+import numpy as np
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.assembly import SparseDisk
+from hpcrub.model.imported.blades import SHARED
+from hpcrub.model.imported.craig_bampton import lowest_modes
+
+
+def inner_rows(disk: SparseDisk, blade: int) -> np.ndarray:
+    """Rows of a blade that have no stiffness of the disk: all of it but its root."""
+    K = disk.stiffness[0]
+    foreign = abs(K - disk.blade_stiffness).max(axis=1).toarray().ravel()
+    return np.flatnonzero((disk.row_blade == blade) & (foreign < SHARED * abs(K).max()))
+
+
+def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cantilever modes of every blade, on the coordinates of a basis.
+
+    Parameters
+    ----------
+    disk : SparseDisk
+        With the blades' stiffness.
+    basis : (n, m)
+    n_modes : int
+        Modes of each blade.
+
+    Returns
+    -------
+    frequencies : (N, n_modes) [Hz]
+        Of every blade alone, its root held, at rest.
+    participation : (N, n_modes, m) [sqrt(kg)]
+        Amplitude q of each mass-normalised cantilever mode per unit coordinate.
+
+    Raises
+    ------
+    InputError
+        Without the blades' stiffness, or with fewer rows than modes.
+    """
+    if disk.blade_stiffness is None:
+        raise InputError("K_blade: blade-alone frequencies need the blades' stiffness")
+    frequencies, participation = [], []
+    for blade in range(disk.n_blades):
+        rows = inner_rows(disk, blade)
+        if len(rows) < n_modes:
+            raise InputError(f"K_blade: blade {blade} has {len(rows)} rows beyond its root")
+        K = disk.blade_stiffness[rows]
+        values, phi = lowest_modes(K[:, rows].tocsc(), disk.mass[rows][:, rows].tocsc(), n_modes)
+        frequencies.append(np.sqrt(values) / (2 * np.pi))
+        participation.append(phi.T @ (K @ basis) / values[:, None])
+    return np.array(frequencies), np.array(participation)
+
+
+def modal_stiffness(frequencies: np.ndarray, participation: np.ndarray) -> np.ndarray:
+    """Stiffness of every blade's cantilever modes on the coordinates, (N, m, m).
+
+    Parameters
+    ----------
+    frequencies : (N, c) [Hz]
+    participation : (N, c, m) [sqrt(kg)]
+    """
+    q = 2 * np.pi * frequencies[:, :, None] * participation
+    return np.swapaxes(q, 1, 2) @ q
