@@ -19,6 +19,8 @@ class ReducedModel(NamedTuple):
     tuned_modes: np.ndarray  # (m, m) mass-normalised: they turn the mass into the identity,
     tuned_eigenvalues: np.ndarray  # (m,) the tuned stiffness into these [rad2/s2]
     modal_blade_stiffness: np.ndarray  # (N, m, m) and the blades' stiffness into these
+    speed: float = 0.0  # of rotation at which the stiffness is that given [rad/s]
+    stiffening: tuple = ()  # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2, each (m, m)
 
 
 class Modes(NamedTuple):
@@ -30,6 +32,20 @@ class Modes(NamedTuple):
     axial: np.ndarray  # (C, K), or (0, K) where there is no axial motion [1/sqrt(kg)]
     observed: np.ndarray  # (O, K) displacements whose largest is the amplitude [1/sqrt(kg)]
     shapes: np.ndarray  # (m, K) on the coordinates of the reduced model
+    speed: float = 0.0  # of rotation at which omega and the shapes are those given [rad/s]
+    stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
+
+    def omega_at(self, speed: float) -> np.ndarray:
+        """Angular eigenfrequencies (K,) [rad/s] at a speed of rotation [rad/s].
+
+        First order in the change of stiffness: the shapes stay those of `Modes.speed`, whose
+        error in a frequency is of second order.
+        """
+        if not len(self.stiffening):
+            return self.omega
+        powers = np.array([2, 4])
+        change = (float(speed) ** powers - self.speed**powers) @ self.stiffening
+        return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
 
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
@@ -51,22 +67,38 @@ def craig_bampton(disk, n_modes):
     stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
     blade_basis = basis[disk.blade_dof]  # (N, nb, m)
     blade_stiffness = _project(disk.blade_stiffness, blade_basis)
+    interface = planar_interface(
+        disk.contact_angle,
+        disk.contact_radius,
+        normal=basis[disk.contact_dof[:, 0]],
+        tangential=basis[disk.contact_dof[:, 1]],
+        blade=disk.contact_blade,
+    )
+    return reduced_model(mass, stiffness, blade_stiffness, basis, interface)
+
+
+def reduced_model(
+    mass: np.ndarray,
+    stiffness: np.ndarray,
+    blade_stiffness: np.ndarray,
+    basis: np.ndarray,
+    interface: Interface,
+    speed: float = 0.0,
+    stiffening: tuple = (),
+) -> ReducedModel:
+    """A ReducedModel and its tuned modes; parameters are its members."""
     eigenvalues, modes = eigh(stiffness, mass)
     return ReducedModel(
         mass=mass,
         stiffness=stiffness,
         blade_stiffness=blade_stiffness,
         basis=basis,
-        interface=planar_interface(
-            disk.contact_angle,
-            disk.contact_radius,
-            normal=basis[disk.contact_dof[:, 0]],
-            tangential=basis[disk.contact_dof[:, 1]],
-            blade=disk.contact_blade,
-        ),
+        interface=interface,
         tuned_modes=modes,
         tuned_eigenvalues=eigenvalues,
         modal_blade_stiffness=_project(blade_stiffness, modes),
+        speed=speed,
+        stiffening=stiffening,
     )
 
 
@@ -88,6 +120,10 @@ def mistuned_modes(reduced, deviation):
         axial=interface.axial @ shapes,
         observed=interface.observed @ shapes,
         shapes=shapes,
+        speed=reduced.speed,
+        stiffening=np.array([np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening])
+        if reduced.stiffening
+        else np.zeros((0, 0)),
     )
 
 

@@ -123,11 +123,7 @@ def to_arrays(model: NeutralModel) -> dict:
     if model.blade_stiffness is not None:
         matrices["K_blade"] = model.blade_stiffness
     for name, matrix in matrices.items():
-        if sp.issparse(matrix):
-            upper = sp.triu(sp.csr_array(matrix), format="csr")
-            arrays |= {f"{name}/{part}": getattr(upper, part) for part in _PARTS}
-        else:
-            arrays[name] = np.triu(matrix)
+        arrays |= _stored(name, matrix)
     for name in ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance"):
         arrays[name] = getattr(model, name)
     if len(model.blade_frequencies):
@@ -135,6 +131,13 @@ def to_arrays(model: NeutralModel) -> dict:
         arrays["blade_participation"] = model.participation
     optional = ("fixed", "low", "high", "surface")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
+
+
+def _stored(name, matrix):
+    if not sp.issparse(matrix):
+        return {name: np.triu(matrix)}
+    upper = sp.triu(matrix, format="csr")
+    return {f"{name}/{part}": getattr(upper, part) for part in _PARTS}
 
 
 def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:

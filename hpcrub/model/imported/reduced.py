@@ -3,11 +3,13 @@
 import numpy as np
 
 from hpcrub.errors import InputError
+from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.assembly import SparseDisk
-from hpcrub.model.imported.frames import node_angle, row_table
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel, stiffness_at
 from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import ReducedModel
 
 BLADE_MODES = 4  # cantilever modes of each blade that are kept
 
@@ -102,6 +104,50 @@ def interface(model: NeutralModel) -> Interface:
         observed=one[rows[:, 1]],
         observed_blade=model.contact_blade,
     )
+
+
+def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> ReducedModel:
+    """What the studies start from, of a NeutralModel of kind "reduced".
+
+    Parameters
+    ----------
+    model : NeutralModel
+    speed : float
+        Of rotation, that of the mode shapes [rad/s].
+    by_modes : bool
+        Whether blades are mistuned by their cantilever modes (component mode mistuning), and not by
+        all of their stiffness.
+
+    Raises
+    ------
+    InputError
+        The model is not positive definite, or has no cantilever modes.
+    """
+    model = to_cylindrical(model)
+    m = len(model.dof)
+    if by_modes and not len(model.blade_frequencies):
+        raise InputError("mistuning.by: the model file has no blade_frequencies_hz")
+    if by_modes:
+        blades = blade_modes.modal_stiffness(model.blade_frequencies, model.participation)
+    elif model.blade_stiffness is None:
+        blades = np.zeros((model.n_blades, m, m))
+    else:
+        blades = model.blade_stiffness
+    try:
+        found = reduction.reduced_model(
+            model.mass,
+            stiffness_at(model.stiffness, speed),
+            blades,
+            np.eye(m),
+            interface(model),
+            speed,
+            model.stiffness[1:],
+        )
+    except np.linalg.LinAlgError:
+        raise InputError("M: the mass matrix is not positive definite") from None
+    if found.tuned_eigenvalues[0] <= 0:
+        raise InputError("K: the disk is not held: its lowest eigenvalue is not positive")
+    return found
 
 
 def _project(matrix, basis):

@@ -17,6 +17,7 @@ from hpcrub.model.imported import (
     neutral,
     reduced,
 )
+from hpcrub.model.reduction import mistuned_modes
 from tests.truth.hexahedra import SMALL, disk_arrays, sector_arrays
 
 N = SMALL.n_sectors
@@ -304,3 +305,26 @@ def test_component_mode_mistuning_gives_the_frequencies_of_the_mistuned_disk(dis
     found = np.sqrt(eigh(K_r, model.mass, eigvals_only=True)[:N])
     tuned = np.sqrt(eigh(model.stiffness[0], model.mass, eigvals_only=True)[:N])
     assert abs(found / exact - 1).max() < 0.05 * abs(tuned / exact - 1).max()
+
+
+def test_frequencies_of_another_speed_with_shapes_of_the_middle_err_by_second_order(disk):
+    """Rayleigh quotients: halving the way to the other speed quarters the error."""
+    blades = disk.blade_stiffness
+    radius = sp.diags_array(np.linspace(0.5, 1.5, blades.shape[0]))
+    K1 = 1e-7 * (radius @ blades @ radius)  # another shape than the stiffness at rest
+    spun = disk._replace(stiffness=(disk.stiffness[0], K1, 1e-9 * K1))
+    middle = 2 * np.pi * 250.0
+    small, _ = reduced.reduce_disk(spun, 20, middle)
+    modes = mistuned_modes(reduced.reduced_model(small, middle), np.linspace(-0.02, 0.02, N))
+    errors = []
+    for share in (0.1, 0.05, 0.025):
+        speed = middle * np.sqrt(1 + share)
+        there = reduced.reduced_model(small, speed)
+        exact = mistuned_modes(there, np.linspace(-0.02, 0.02, N)).omega[: 2 * N]
+        found = np.sort(modes.omega_at(speed))[: 2 * N]
+        assert abs(modes.omega[: 2 * N] / exact - 1).max() > 30 * abs(found / exact - 1).max()
+        errors.append(abs(found / exact - 1).max())
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(order, 2.0, atol=0.3)
+    assert modes.omega_at(middle) is not modes.omega
+    np.testing.assert_allclose(modes.omega_at(middle), modes.omega, rtol=1e-12)
