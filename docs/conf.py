@@ -1,5 +1,6 @@
 """Sphinx configuration of the site: `make docs`."""
 
+import inspect
 import os
 import re
 from pathlib import Path
@@ -35,7 +36,6 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = "../build/notebooks"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
-napoleon_google_docstring = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
@@ -73,9 +73,22 @@ def take_in(app, page, source):
     source[0] = re.sub(r"\]\((?!https?:|#)([^)#]+)", target, file.read_text("utf-8"))
 
 
-def escape(app, what, name, obj, options, lines):
+def field_list(app, what, name, obj, options, lines):
+    """The fields of a named tuple have their shapes and units in comments: show these."""
+    if what != "class" or not hasattr(obj, "_fields"):
+        return
+    fields = re.findall(r"^    (\w+): [^#\n]+#[ :]*(.+)$", inspect.getsource(obj), re.MULTILINE)
+    lines += ["", *(f"- ``{field}``: {text}" for field, text in fields)]
+
+
+def plain_text(app, what, name, obj, options, lines):
     """Docstrings are plain text: a bar or a trailing underscore is no markup."""
-    lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\\_", line.replace("|", r"\|")) for line in lines]
+    lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\_", line.replace("|", r"\|")) for line in lines]
+
+
+def skip_fields(app, what, name, obj, skip, options):
+    """The fields themselves have no more to say than their number."""
+    return skip or str(getattr(obj, "__doc__", "")).startswith("Alias for field") or None
 
 
 def write_math(writer, node):
@@ -90,4 +103,6 @@ def setup(app):
     """Called by Sphinx."""
     app.add_html_math_renderer("mathml", (write_math, None), (write_math, None))
     app.connect("source-read", take_in)
-    app.connect("autodoc-process-docstring", escape, priority=900)
+    app.connect("autodoc-process-docstring", field_list, priority=100)
+    app.connect("autodoc-process-docstring", plain_text, priority=900)
+    app.connect("autodoc-skip-member", skip_fields)
