@@ -14,6 +14,7 @@ HERE = Path(__file__).parent
 ELSEWHERE = {  # pages whose text is a file outside this folder
     "start": "README.md",
     "benchmarks": "evidence/benchmarks/report.md",
+    "measuring": "evidence/README.md",
     "contributing": "CONTRIBUTING.md",
     "changelog": "CHANGELOG.md",
 }

@@ -2,7 +2,7 @@
 
 Keys carry the user's unit (`clearance_mm`); the property without the unit (`clearance`) is SI.
 Every key has a default, a range and a description here and nowhere else: error messages and the
-table in the README are made from them.
+tables in docs/reference/ are made from them.
 """
 
 from math import pi
