@@ -11,9 +11,7 @@ import argparse
 import sys
 from pathlib import Path
 
-import numpy as np
-
-from evidence.identify import disks, paper, report, search
+from evidence.identify import disks, report, search
 from evidence.identify.book import Book, BudgetSpentError
 from evidence.page import DOCS
 
@@ -64,11 +62,13 @@ def run(book, options):
     best = min([best, *search.around(book, best.disk, disks.BOUNDS, plain)], key=lambda t: t.order)
     search.around(book, best.disk, disks.BOUNDS | disks.VARIATIONS, varied)
     trials = search.finished(book)
-    search.repeat(book, trials[0].disk)
-    losses = np.array([paper.loss(found) for found in search.draws(book, trials[0].disk)])
+    leaders = search.leaders(trials)
+    for leader in leaders:
+        search.repeat(book, leader.disk)
+    losses = search.losses(book, trials[0].disk)
     print(f"the best disk in other draws: loss {losses.mean():.1f} ± {losses.std(ddof=1):.1f}")
+    book.measure([("predictions", leader.disk, 0) for leader in leaders])
     chosen = search.apart(search.as_good(trials, losses), N_DISKS)
-    book.measure([("predictions", trials[0].disk, 0)])
     book.measure([("conclusions", trial.disk, 0) for trial in chosen])
 
 

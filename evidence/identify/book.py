@@ -10,7 +10,7 @@ import time
 
 from evidence.identify import conclusions, disks, paper, predictions, stages
 
-COMPUTE = {name: getattr(stages, name) for name in paper.STAGES}
+COMPUTE = {name: getattr(stages, name) for name in ("band", *paper.STAGES)}
 COMPUTE |= {"conclusions": conclusions.measure, "predictions": predictions.measure}
 
 

@@ -35,6 +35,11 @@ class Dimensions(NamedTuple):
     ring_width: float = 1.0  # over that of the blades [-]
     spoke_width: float = 1.0
 
+    @property
+    def is_plain(self):
+        """Whether the reference model can describe it: none of the variations."""
+        return self[6:] == (0.0, 0.0, 1.0, 1.0)
+
 
 # The range of the search; the thicknesses of spokes and blades follow from the band.
 BOUNDS = {
@@ -175,7 +180,7 @@ def in_band(dimensions):
 
 
 def place(unit, bounds, base):
-    """The disk of the paper's band at a point of the unit cube.
+    """The disk at a point of the unit cube.
 
     Parameters
     ----------
@@ -183,17 +188,17 @@ def place(unit, bounds, base):
     bounds : dict
         Name and range of what the n coordinates stand for.
     base : Dimensions
-        All else, and the thicknesses that the solution of the band starts from.
+        All else.
 
     Returns
     -------
-    Dimensions or None
+    Dimensions
     """
     values = {
         name: float(low + u * (high - low))
         for u, (name, (low, high)) in zip(unit, bounds.items(), strict=True)
     }
-    return in_band(base._replace(**values))
+    return base._replace(**values)
 
 
 def unit_of(dimensions, bounds):

@@ -35,22 +35,22 @@ def write(book, folder):
         Of the documentation.
     """
     trials = search.finished(book)
-    best, numbers = trials[0], search.draws(book, trials[0].disk)
-    losses = np.array([paper.loss(found) for found in numbers])
-    good = search.as_good(trials, losses) if len(losses) > 1 else trials[:1]
+    leaders = search.leaders(trials)
+    losses = [search.losses(book, leader.disk) for leader in leaders]
+    good = search.as_good(trials, losses[0]) if len(losses[0]) > 1 else trials[:1]
     tested = {disk: conclusions.answers(found) for disk, found in book.of("conclusions").items()}
     parts = [
-        _effort(book, trials, losses, good),
+        _effort(book, leaders, losses, good),
         "### The best disk, and the set\n",
-        _dimensions(best, good),
+        _dimensions(leaders, good),
         _set_figure(trials, good, folder / "figures" / "identification_set.png"),
         "### The paper's numbers\n",
-        _statements(best, numbers, book.of("predictions").get(best.disk, {})),
+        _statements(book, leaders),
     ]
     if tested:
         parts += [
             "### The paper's conclusions\n",
-            _conclusions(tested, best.disk),
+            _conclusions(tested, leaders[0].disk),
             _margins_figure(tested, folder / "figures" / "identification_conclusions.png"),
         ]
     page = folder / "identification.md"
@@ -58,52 +58,70 @@ def write(book, folder):
     return page
 
 
-def _effort(book, trials, losses, good):
+def _effort(book, leaders, losses, good):
     counts = ", ".join(f"{stage} {len(book.of(stage))}" for stage in paper.STAGES)
     text = (
         f"Disks that each stage was computed of: {counts}. That took {book.spent / 3600:.1f} core "
-        f"hours with all that is below. The lowest loss is {trials[0].loss:.1f}"
+        "hours with all that is below, on cores shared with other programs.\n\n"
     )
-    if len(losses) > 1:
-        text += (
-            f"; the same disk in {len(losses)} other draws of samples and perturbed runs has "
-            f"{losses.mean():.1f} ± {losses.std(ddof=1):.1f} (mean and standard deviation). "
-            f"{len(good)} disks lie within two standard deviations of that mean: the set of those "
-            "that fit as well"
-        )
-    return text + "."
+    for name, leader, others in zip(_names(leaders), leaders, losses, strict=True):
+        text += f"The loss of the {name} disk is {leader.loss:.1f}"
+        if len(others) > 1:
+            text += (
+                f"; in {len(others)} other draws of samples and perturbed runs it is "
+                f"{others.mean():.1f} ± {others.std(ddof=1):.1f} (mean and standard deviation)"
+            )
+        text += ". "
+    n_plain = sum(trial.disk.is_plain for trial in good)
+    return text + (
+        f"{len(good)} disks lie within two standard deviations of the best one's mean, {n_plain} "
+        "of them without variations: the set of those that fit as well."
+    )
 
 
-def _dimensions(best, good):
-    fields = disks.Dimensions._fields
+def _names(leaders):
+    """What the leaders are called in tables."""
+    return ("best", "best without variations")[: len(leaders)]
+
+
+def _dimensions(leaders, good):
     every = np.array([trial.disk for trial in good])
-    earlier = disks.EARLIER[0]
+    shown = [disks.EARLIER[0], *(leader.disk for leader in leaders)]
     rows = [
         [
-            NAMES[name],
-            f"{getattr(earlier, name):.4g}",
-            f"{getattr(best.disk, name):.5g}",
+            text,
+            *(f"{getattr(disk, name):.5g}" for disk in shown),
             f"{every[:, i].min():.4g} to {every[:, i].max():.4g}",
         ]
-        for i, name in enumerate(fields)
+        for i, (name, text) in enumerate(NAMES.items())
     ]
-    return table(["dimension", "reference of hpcrub 0.1", "best", "the set"], rows)
+    return table(["dimension", "reference of hpcrub 0.1", *_names(leaders), "the set"], rows)
 
 
-def _statements(best, numbers, predicted):
-    """Table of the paper's numbers beside the best disk's, fitted ones first."""
-    rows = []
-    for s in paper.STATEMENTS:
-        fresh = [found[s.name] for found in numbers if s.name in found]
-        value = (best.found | predicted).get(s.name)
-        if value is None:
-            continue
-        scatter = f"{np.mean(fresh):.4g} ± {np.std(fresh, ddof=1):.2g}" if len(fresh) > 1 else ""
-        judged = np.mean(fresh) if len(fresh) > 1 else value
-        how = "fitted" if s.fitted else "predicted"
-        rows.append([s.row, s.text, s.paper, how, f"{value:.4g}", scatter, s.verdict(judged)])
-    head = ["row", "quantity", "paper", "", "best disk", "in other draws", "agrees"]
-    return table(head, rows)
+def _statements(book, leaders):
+    """Table of the paper's numbers beside those of the leaders."""
+    found, fresh = [], []
+    for leader in leaders:
+        found.append(leader.found | book.of("predictions").get(leader.disk, {}))
+        fresh.append(search.draws(book, leader.disk))
+    rows = [
+        [s.row, s.text, s.paper, "fitted" if s.fitted else "predicted", *cells]
+        for s in paper.STATEMENTS
+        if (cells := [_cell(s, *both) for both in zip(found, fresh, strict=True)])[0]
+    ]
+    return table(["row", "quantity", "paper", "", *_names(leaders)], rows)
+
+
+def _cell(statement, found, fresh):
+    """Ours, the mean of the other draws with its standard deviation if there are any, verdict."""
+    values = [numbers[statement.name] for numbers in fresh if statement.name in numbers]
+    if len(values) > 1:
+        mean = np.mean(values)
+        return f"{mean:.4g} ± {np.std(values, ddof=1):.2g}: {statement.verdict(mean)}"
+    if statement.name not in found:
+        return ""
+    value = found[statement.name]
+    return f"{value:.4g}: {statement.verdict(value)}"
 
 
 def _conclusions(tested, best):

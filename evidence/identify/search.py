@@ -57,8 +57,9 @@ def whole_range(book, n_points, say=print):
         The best first.
     """
     points = qmc.Sobol(len(disks.BOUNDS), seed=SEED).random(n_points)
-    earlier = [disk for disk in map(disks.in_band, disks.EARLIER) if disk]
-    spread = [disk for disk in (disks.place(p, disks.BOUNDS, _start(p)) for p in points) if disk]
+    earlier = [disk for disk in _in_band(book, disks.EARLIER) if disk]
+    placed = [disks.place(point, disks.BOUNDS, _start(point)) for point in points]
+    spread = [disk for disk in _in_band(book, placed) if disk]
     say(f"{len(spread)} of {n_points} points can have the paper's band")
     trials = _through(book, spread, FIRST) + _through(book, earlier, dict.fromkeys(FIRST, 9))
     return _report(sorted(trials, key=lambda t: t.order), "whole range", say)
@@ -96,7 +97,7 @@ def around(book, best, bounds, n_generations, say=print):
     trials = []
     for generation in range(n_generations):
         points = strategy.ask()
-        placed = [disks.place(point, bounds, best) for point in points]
+        placed = _in_band(book, [disks.place(point, bounds, best) for point in points])
         found = {t.disk: t for t in _through(book, [d for d in placed if d], LATER)}
         order = [found[d].order if d else (1, math.inf) for d in placed]
         strategy.tell(points, [float(sorted(order).index(o)) for o in order])
@@ -104,6 +105,12 @@ def around(book, best, bounds, n_generations, say=print):
         name = f"generation {generation + 1}, width {strategy.sigma:.3f}"
         _report(sorted(found.values(), key=lambda t: t.order), name, say)
     return sorted(trials, key=lambda t: t.order)
+
+
+def _in_band(book, shapes):
+    """Disks of these shapes with the paper's band, None where there is none."""
+    found = book.measure([("band", shape, 0) for shape in shapes])
+    return [numbers["disk"] and disks.Dimensions(*numbers["disk"]) for numbers in found]
 
 
 def _through(book, candidates, kept):
@@ -139,6 +146,12 @@ def finished(book):
     return sorted(trials, key=lambda t: t.order)
 
 
+def leaders(trials):
+    """The best disk, and the best one that the reference model can describe, if that is another."""
+    best, plain = trials[0], next((t for t in trials if t.disk.is_plain), None)
+    return [best] if plain in (best, None) else [best, plain]
+
+
 def repeat(book, disk):
     """Compute one disk in `REPEATS` other draws of samples and perturbed runs."""
     for stage in paper.STAGES:
@@ -153,6 +166,11 @@ def draws(book, disk):
         if all(n is not None for n in numbers):
             found.append({name: value for n in numbers for name, value in n.items()})
     return found
+
+
+def losses(book, disk):
+    """Loss of a disk in the other draws that are complete, (n,) [-]."""
+    return np.array([paper.loss(found) for found in draws(book, disk)])
 
 
 def as_good(trials, losses):

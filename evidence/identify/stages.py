@@ -44,6 +44,11 @@ class Cloud(NamedTuple):
     speed: np.ndarray  # of the peaks of the contact response (n,) [Hz]
 
 
+def band(dimensions, _draw):
+    """The disk of the same shape that has the paper's band, if there is one: 0.1 s."""
+    return {"disk": disks.in_band(dimensions)}
+
+
 def geometry(dimensions, _draw):
     """Frequencies alone: milliseconds."""
     first = disks.family(disks.build(dimensions))

@@ -96,7 +96,8 @@ def test_place_and_unit_of_are_inverse():
     bounds = disks.BOUNDS | disks.VARIATIONS
     unit = disks.unit_of(VARIED, bounds)
     placed = disks.place(unit, bounds, OLD)
-    np.testing.assert_allclose(disks.unit_of(placed, bounds), unit, atol=1e-6)
+    np.testing.assert_allclose(disks.unit_of(placed, bounds), unit, atol=1e-12)
+    assert placed.blade_thickness_mm == OLD.blade_thickness_mm
 
 
 def test_cost_and_verdict():
@@ -124,8 +125,9 @@ def counted(monkeypatch):
 
         return compute
 
-    monkeypatch.setattr(books, "COMPUTE", {name: stage(name) for name in paper.STAGES})
-    monkeypatch.setattr(disks, "in_band", lambda dimensions: dimensions)
+    compute = {name: stage(name) for name in paper.STAGES}
+    compute["band"] = lambda disk, _draw: {"disk": disk}
+    monkeypatch.setattr(books, "COMPUTE", compute)
     return asked
 
 
