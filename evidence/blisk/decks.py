@@ -11,7 +11,7 @@ from evidence.blisk.mesh import Mesh
 
 YOUNG, POISSON, DENSITY = 113_800.0, 0.33, 4.43e-9  # Ti-6Al-4V [MPa, -, t/mm3]
 STORE = "*STEP{}\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n10\n*END STEP\n"
-FREQUENCY = "*STEP{}\n*FREQUENCY\n{}\n*END STEP\n"
+
 SPIN = "*STEP, NLGEOM\n*STATIC\n*DLOAD\nEALL, CENTRIF, {:.12g}, 0., 0., 0., 0., 0., 1.\n*END STEP\n"
 CYCLIC = """\
 *SURFACE, NAME=SLOW, TYPE=NODE
@@ -30,6 +30,11 @@ DIAMETERS = """\
 *SELECT CYCLIC SYMMETRY MODES, NMIN=0, NMAX={}
 *END STEP
 """
+
+
+def frequencies(n_modes: int) -> str:
+    """A step that prints natural frequencies, for `spinning`."""
+    return f"*STEP{{}}\n*FREQUENCY\n{n_modes}\n*END STEP\n"
 
 
 def spinning(speed: float, step: str) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported.neutral import symmetric
 from hpcrub.model.imported.readers.skin import skin
 
 PARTS = "data", "indices", "indptr"
@@ -97,7 +98,7 @@ def arrays_of(
 def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
     """A matrix on other rows, which include its own, (n, n).
 
-    Raises InputError when they do not.
+    Raises InputError when they do not, or the matrix is not symmetric.
     """
     place = {tuple(pair): k for k, pair in enumerate(dof.tolist())}
     try:
@@ -107,11 +108,8 @@ def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
         raise InputError(
             f"{part.name}: node {node}, direction {direction} is no row of the mass matrix"
         ) from None
-    entries = sp.coo_array(part.matrix)
+    entries = sp.coo_array(symmetric(part.name, part.matrix))  # before rows change triangles
     shape = (len(dof), len(dof))
-    upper = sp.triu(entries).nnz == entries.nnz  # rows in another order would mix the triangles
-    if upper:
-        entries = sp.coo_array(entries + sp.triu(entries, 1).T)
     return sp.coo_array((entries.data, (at[entries.row], at[entries.col])), shape=shape).tocsr()
 
 

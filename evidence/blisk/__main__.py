@@ -1,0 +1,52 @@
+"""Make the blisk of inputs/blisk/ anew: mesh, CalculiX, import, checks (2 min).
+
+Writes inputs/blisk/blisk.h5. Ends with 1 when a frequency is not that of CalculiX.
+"""
+
+import argparse
+from pathlib import Path
+
+from evidence.blisk import calculix, frequencies
+from hpcrub.commands import import_model
+
+OUTPUT = Path("inputs/blisk/blisk.h5")
+N_MODES = 36  # fixed-interface modes of the model file
+SPEED = 210.0  # of its mode shapes [Hz]
+
+
+def main(argv=None):
+    """Run all steps, or only write the decks; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m evidence.blisk", description=__doc__)
+    parser.add_argument("--folder", type=Path, default=Path("build/blisk"), help="of the decks")
+    parser.add_argument("--output", type=Path, default=OUTPUT, help="model file")
+    parser.add_argument("--decks", action="store_true", help="only write the decks")
+    options = parser.parse_args(argv)
+    folder = options.folder
+    calculix.write_decks(folder)
+    if options.decks:
+        return 0
+    calculix.run(folder)
+    for command in imports(folder, options.output):
+        print("hpcrub import " + " ".join(command), flush=True)
+        if code := import_model.main(command):
+            return code
+    failed = False
+    for what, difference, limit in frequencies.compare(folder):
+        failed |= not difference <= limit
+        print(f"{what}: {difference:.1e} (at most {limit:.0e})")
+    return int(failed)
+
+
+def imports(folder, output):
+    """Arguments of `hpcrub import` that make the model file: the whole disk, then reduced."""
+    disk = str(folder / "blisk_disk.h5")
+    speeds = [f"--stiffness={s}={folder / f'disk_{s}.inp'}" for s in calculix.SPEEDS]
+    at = ["--speed-hz", f"{SPEED:g}"]
+    source = ["calculix", str(folder / "disk_0.inp"), "--units", "mm t s", "--contact", "TIP"]
+    blades = ["--blade", str(folder / "blades.inp")]
+    yield [*source, *blades, *speeds, *at, "--output", disk]
+    yield ["model", disk, "--reduce", str(N_MODES), *at, "--output", str(output)]
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,66 @@
+"""Natural frequencies of the imported blisk beside those that CalculiX prints."""
+
+from pathlib import Path
+
+import numpy as np
+
+from evidence.blisk import calculix as ccx
+from evidence.blisk.mesh import BLISK
+from hpcrub.model.imported import assembly, craig_bampton, cyclic, neutral, reduced
+from hpcrub.model.imported.readers import calculix
+from hpcrub.model.imported.readers.rows import Lists
+from hpcrub.model.reduction import mistuned_modes
+
+PRINTED = 1e-6  # CalculiX prints seven digits
+UNITS = np.array("mm t s")
+DISK = Lists("TIP")
+SECTOR = Lists("TIP", "LOW", "HIGH", BLISK.n_sectors, "BORE")
+N_FAMILY = BLISK.n_sectors
+
+
+def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.NeutralModel:
+    """Model of a job; of a whole disk its blades in the order of the mesh."""
+    arrays = calculix.read(folder / f"{name}.inp", lists, **others) | {"units": UNITS}
+    if not lists.low:
+        n_contact = len(arrays["contact_node"])
+        arrays["contact_blade"] = np.arange(n_contact) * BLISK.n_sectors // n_contact
+    return neutral.from_arrays(arrays)
+
+
+def compare(folder: Path) -> list:
+    """Rows (what, largest relative difference, limit) of a table; limit None: for information."""
+    whole = ccx.disk_frequencies(folder / "frequencies_0.dat")
+    spun = ccx.disk_frequencies(folder / f"frequencies_{ccx.CHECKED}.dat")
+    diameters = ccx.cyclic_frequencies(folder / "frequencies_cyclic.dat")
+    sector = model_of(folder, "sector", SECTOR)
+    others = {float(s): folder / f"disk_{s}.inp" for s in ccx.SPEEDS}
+    disk = assembly.assemble(model_of(folder, "disk_0", DISK, stiffness=others))
+    there = assembly.assemble(model_of(folder, f"disk_{ccx.CHECKED}", DISK))
+    omega = 2 * np.pi * ccx.CHECKED
+    n = ccx.N_MODES
+    ours = craig_bampton.frequencies(assembly.assemble(sector), n)
+    rows = [(f"disk of {BLISK.n_sectors} sectors, {n} modes", ours, whole, PRINTED)]
+    for h, exact in diameters.items():
+        found = cyclic.sector_frequencies(sector, h, len(exact))
+        rows.append((f"one sector, {h} nodal diameters, {len(exact)} modes", found, exact, PRINTED))
+    at = f"{ccx.CHECKED} Hz"
+    rows.append((f"prestressed disk at {at}, {n} modes", craig_bampton.frequencies(there, n), spun,
+                 PRINTED))  # fmt: skip
+    between = craig_bampton.frequencies(disk, n, omega)
+    speeds = ", ".join(map(str, (0, *ccx.SPEEDS)))
+    rows.append((f"K(Ω) through {speeds} Hz, at {at}, {n} modes", between, spun, 1e-3))
+    rows += _reduced(disk, omega, spun[:N_FAMILY])
+    return [(what, abs(a / b - 1).max(), limit) for what, a, b, limit in rows]
+
+
+def _reduced(disk, omega, exact):
+    """First family of the reduced model: all of it, and with mode shapes of another speed."""
+    small, _ = reduced.reduce_disk(disk, 60, omega)
+    tuned = np.zeros(BLISK.n_sectors)
+    here = mistuned_modes(reduced.reduced_model(small, omega), tuned).omega[:N_FAMILY]
+    yield "reduced model, 60 modes, first family", here / (2 * np.pi), exact, 5e-3
+    for share in (0.95, 0.8):
+        modes = mistuned_modes(reduced.reduced_model(small, share * omega), tuned)
+        moved = np.sort(modes.omega_at(omega))[:N_FAMILY]
+        what = f"the same with mode shapes of {100 * share:.0f} % of the speed, against its own"
+        yield what, moved, here, 1e-3
