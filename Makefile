@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling reproduce identify house lint reference docs clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference docs clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -68,6 +68,10 @@ bench: $(STAMP)  ## measure speed and error, write evidence/benchmarks/report.md
 
 scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10 min)
 	@$(VENV_PYTHON) -m evidence.scaling $(ARGS)
+
+blisk: $(STAMP)  ## make inputs/blisk/blisk.h5 anew with CalculiX, and check it (3 min)
+	@command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
+	@$(VENV_PYTHON) -m evidence.blisk
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
