@@ -46,7 +46,7 @@ class Lanes:
         self.march(WARM)
 
     def march(self, n_blocks, place=-1):
-        kernel.march((0,) * self.width, *self.bank, n_blocks, place, self.grid.stride)
+        kernel.integrate((0,) * self.width, *self.bank, n_blocks, place, self.grid.stride)
 
     def rate(self, n_blocks=10, place=-1):
         """Simulated steps per second."""
@@ -88,7 +88,7 @@ def plain_c(lanes, n_steps=100_000):
         subprocess.run(["gcc", *options, "-o", program, source, "-lm"], check=True)
         with open(Path(folder) / "case.bin", "wb") as file:
             np.array([len(matrices[0]), bump.shape[1], len(bump), n_steps]).tofile(file)
-            np.array([h, lanes.scene.growth_time, lanes.scene.clearance]).tofile(file)
+            np.array([h, lanes.scene.ramp_time, lanes.scene.clearance]).tofile(file)
             for matrix in (*matrices, bump):
                 np.ascontiguousarray(matrix).tofile(file)
         runs = [
@@ -107,7 +107,7 @@ def plain_numpy(lanes, n_steps=4000):
         u, before = np.zeros(len(A1)), np.zeros(len(A1))
         for step in range(n_steps):
             u, before = A1 @ u + A2 @ before, u
-            grown = casing.growth((step + 1) * h, lanes.scene.growth_time)
+            grown = casing.ramp((step + 1) * h, lanes.scene.ramp_time)
             depth = u[:n_c] + grown * bump[step % len(bump)] - lanes.scene.clearance
             if depth.max() > 0.0:
                 force = np.zeros(n_c)
@@ -138,7 +138,7 @@ def peak_bandwidth(n_bytes):
 def touched(bank):
     """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
     s = bank.scheme
-    read = s.normal, s.load, s.keep, s.squared, s.push, bank.state.position, bank.state.increment
+    read = s.normal, s.load, s.decay, s.squared, s.gain, bank.state.position, bank.state.increment
     return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
 
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence.benchmarks import cases
+from hpcrub.contact.status import NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.response import sweep
-from hpcrub.results.layout import NOT_STEADY
 
 N_SAMPLES, MORE_SAMPLES = 64, 256
 N_TUNED, MORE_TUNED = 9, 65  # runs of the tuned disk that differ by rounding: A_nl is relative to

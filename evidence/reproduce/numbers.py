@@ -23,7 +23,8 @@ from evidence.reproduce.rows import (
 )  # fmt: skip
 from hpcrub.commands import run as cli
 from hpcrub.config.schema import Config
-from hpcrub.results.layout import DONE, STEADY
+from hpcrub.contact.status import STEADY
+from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import MIN_VALUES, Z_95, percentile_interval
 from hpcrub.studies.problem import build_problem
 

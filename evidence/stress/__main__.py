@@ -15,9 +15,9 @@ from evidence import page
 from evidence.stress import roundoff
 from evidence.stress.checks import EVERY, examine
 from evidence.stress.corners import CORNERS, cases
-from hpcrub.contact import multipliers, reasons
+from hpcrub.contact import multipliers, status
+from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response.sweep import warm_up
-from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
 
 FAST = 0.01  # share of the cases: the first of every corner
 WORKERS = 2
@@ -92,11 +92,11 @@ def corner_table(findings):
         mine = [f for f in findings if f.corner == corner]
         if not mine:
             continue
-        status = np.concatenate([f.status for f in mine])
-        counts = [np.count_nonzero(status == s) for s in (STEADY, NOT_STEADY, DIVERGED)]
+        found = np.concatenate([f.status for f in mine])
+        counts = [np.count_nonzero(found == s) for s in (STEADY, NOT_STEADY, DIVERGED)]
         sums = (sum(getattr(f, name) for f in mine) for name in ("followed", "early"))
         worst, left = (np.max([getattr(f, name) for f in mine]) for name in ("penetration", "left"))
-        numbers = [len(status), *counts, sum(f.unconfirmed for f in mine), *sums]
+        numbers = [len(found), *counts, sum(f.unconfirmed for f in mine), *sums]
         numbers += [sum(f.contacts for f in mine)]
         most = max(f.sweeps.max() for f in mine)
         again = [sum(getattr(f, name) for f in mine) for name in ("judged", "audited", "histories")]
@@ -108,11 +108,11 @@ def corner_table(findings):
 def reason_table(findings):
     """How often every reason was given."""
     reason = np.concatenate([f.reason for f in findings])
-    counts = np.bincount(reason, minlength=len(reasons.WORDS))
+    counts = np.bincount(reason, minlength=len(status.WORDS))
     sweeps = np.concatenate([f.sweeps for f in findings])
-    counts[reasons.UNBALANCED] = sum(f.unbalanced for f in findings)
-    rows = [[w, f"{n:,}"] for w, n in zip(reasons.WORDS, counts, strict=True)]
-    rows[reasons.UNBALANCED][0] += f" (of {sum(f.audited for f in findings):,} audited)"
+    counts[status.BALANCE] = sum(f.unbalanced for f in findings)
+    rows = [[w, f"{n:,}"] for w, n in zip(status.WORDS, counts, strict=True)]
+    rows[status.BALANCE][0] += f" (of {sum(f.audited for f in findings):,} audited)"
     pivoted = np.count_nonzero(sweeps >= multipliers.MAX_SWEEPS)
     rows.append([f"(pivoting was needed, after {multipliers.MAX_SWEEPS} sweeps)", f"{pivoted:,}"])
     return page.table(["reason", "points"], rows)

@@ -9,11 +9,11 @@ from evidence.stress import marches, operators
 from evidence.stress.corners import build
 from evidence.stress.marches import STEEPEST
 from hpcrub.contact import bank as banks
-from hpcrub.contact import kernel, reasons
+from hpcrub.contact import kernel, status
 from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import bump_height, bump_table
 from hpcrub.response.sweep import cut_revolution, run_sweep, speed_bands
-from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
 
 WIDTH = 8
 STEPWISE = 300  # time steps that are looked at one by one
@@ -87,7 +87,7 @@ def consistent(result, scene, speeds):
         yield "NaN or infinity in a result that has not diverged"
     if not np.isnan(numbers[:, failed]).all():
         yield "a diverged point with a result"
-    if not np.array_equal(failed, np.isin(result.point_reason, reasons.FATAL)):
+    if not np.array_equal(failed, np.isin(result.point_reason, status.FATAL)):
         yield "status and reason contradict each other"
     # a touch at the very end of the windows of six revolutions may pass the time limit
     limit = np.maximum(scene.steady.max_time, scene.steady.first_check) + 7.0 / speeds
@@ -113,7 +113,7 @@ def follow(modes, scene, speeds, result):
     record = kernel.Record(
         aligned_zeros((total * rows, WIDTH)), aligned_zeros((total * n_points, WIDTH))
     )
-    kernel.march((0,) * WIDTH, *bank._replace(record=record), total, 0, grid.stride)
+    kernel.integrate((0,) * WIDTH, *bank._replace(record=record), total, 0, grid.stride)
     history = record.history.reshape(total, -1, n_points, WIDTH)[:, :, : len(modes.observed)]
     faults, early = [], 0
     for i in steady:
@@ -156,7 +156,7 @@ def stepwise(modes, scene, speeds, result):
         return 0.0, 0, 0.0, []
     grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
     bank = banks.allocate(modes, scene, grid, WIDTH, speeds)
-    kernel.march((0,) * WIDTH, *bank, 1, -1, 1)
+    kernel.integrate((0,) * WIDTH, *bank, 1, -1, 1)
     table, angle = bank.scheme.bump.copy(), bank.polar.angle.copy()
     shown = bump_table(
         scene.interface.angle,
@@ -171,7 +171,7 @@ def stepwise(modes, scene, speeds, result):
     for step in _busiest(shown, STEPWISE):
         row[0], bank.polar.angle[:] = table[step], angle + step * bank.polar.turn
         bank.state.multiplier[:] = 0.0
-        kernel.march((0,) * WIDTH, *one, 1, -1, 1)
+        kernel.integrate((0,) * WIDTH, *one, 1, -1, 1)
         look = _displaced if bank.polar.enabled else _undisplaced
         depth, size, force, known = (v[:, fine] for v in look(bank, scene, shown[step]))
         # p and Wλ are sums over the modes; the solver stops at 1e-12 of the deepest penetration
@@ -191,7 +191,7 @@ def _undisplaced(bank, scene, bump):
     """After a step, of every tip and lane (n, L): depth [m], the magnitudes it is the sum of,
     normal force, and what may remain of the depth."""
     n = len(bump)
-    radial, wall = bank.scheme.normal[:, :n].T, bank.state.growth * bump[:, None]
+    radial, wall = bank.scheme.normal[:, :n].T, bank.state.ramp * bump[:, None]
     depth = radial @ bank.state.position + wall - scene.clearance
     size = np.abs(radial) @ np.abs(bank.state.position) + wall + scene.clearance
     return depth, size, bank.state.multiplier[:n].copy(), np.zeros_like(depth)
@@ -204,17 +204,17 @@ def _displaced(bank, scene, bump):
     n, n_forces = len(bump), bank.scheme.load.shape[1] - 1
     padded = n_forces // 2
     radial, tangential = bank.scheme.normal[:, :n].T, bank.scheme.tangential[:, :n].T
-    kick = bank.scheme.push * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
+    kick = bank.scheme.gain * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
     R = bank.polar.radius[:, None]
     r, t = R + radial @ bank.state.position, tangential @ bank.state.position
     r_before, t_before = r - radial @ kick, t - tangential @ kick
     rho, rho_before = np.hypot(r, t), np.hypot(r_before, t_before)
     turned = bank.polar.angle[:, None] + bank.polar.turn + np.arctan2(t, r)
-    wall = bank.state.growth * bump_height(turned, scene.n_bumps, scene.bump_height)
+    wall = bank.state.ramp * bump_height(turned, scene.n_bumps, scene.bump_height)
     depth = rho - R + wall - scene.clearance
     size = np.abs(radial) @ np.abs(bank.state.position) + R + wall + scene.clearance
     way = np.hypot(radial @ kick, tangential @ kick)
-    slope = STEEPEST * scene.n_bumps * scene.bump_height * bank.state.growth
+    slope = STEEPEST * scene.n_bumps * scene.bump_height * bank.state.ramp
     nearest = np.minimum(rho, rho_before) - way
     known = np.where(nearest > 0.0, way**2 / (2.0 * nearest) + slope * way / nearest, np.inf)
     forces = bank.state.multiplier[:n], bank.state.multiplier[padded : padded + n]
@@ -235,7 +235,7 @@ def refine(modes, scene, speeds, result):
     stability.
     """
     failed = np.flatnonzero(
-        np.isin(result.point_reason, (reasons.NOT_FINITE, reasons.TOO_LARGE, reasons.UNSOLVED))
+        np.isin(result.point_reason, (status.NOT_FINITE, status.TOO_LARGE, status.UNSOLVED))
     )
     if not len(failed):
         return 0, []
@@ -245,6 +245,6 @@ def refine(modes, scene, speeds, result):
     again = run_sweep(modes, finer, speeds, width=WIDTH, selection=failed)
     well = failed[again.point_status[failed] != DIVERGED]
     if stable and scene.step <= LARGEST_FINE_STEP:
-        words = {reasons.WORDS[r] for r in result.point_reason[well]}
+        words = {status.WORDS[r] for r in result.point_reason[well]}
         return len(well), [f"{w}, but not with a quarter of the step" for w in sorted(words)]
     return len(well), []

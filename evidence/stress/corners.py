@@ -59,7 +59,7 @@ def build(case):
         "n_bumps": 4,
         "bump_height": 1.25e-3,
         "clearance": 0.25e-3,
-        "growth_time": 0.01,
+        "ramp_time": 0.01,
         "friction": 0.15,
         "scheme": "exact_modal",
         "step": case.step,
@@ -73,7 +73,7 @@ def _step(rng):
     h = 10.0 ** rng.uniform(-8.0, -2.0)
     scheme = rng.choice(["central_difference", "exact_modal"])
     speed = max(1.0 / (REVOLUTION * h), rng.uniform(30.0, 38.0))
-    return {"step": h, "speed": speed, "scene": (("scheme", str(scheme)), ("growth_time", 1e-3))}
+    return {"step": h, "speed": speed, "scene": (("scheme", str(scheme)), ("ramp_time", 1e-3))}
 
 
 def _modes(rng):
@@ -111,7 +111,7 @@ def _bump_height(rng):
 def _no_clearance(rng):
     height = float(rng.choice([0.0, 1e-6, 1e-3, 5e-3]))
     growth = float(rng.choice([0.0, 1e-2, 10.0]))
-    fields = (("clearance", 0.0), ("bump_height", height), ("growth_time", growth))
+    fields = (("clearance", 0.0), ("bump_height", height), ("ramp_time", growth))
     return {"scene": fields}
 
 

@@ -66,7 +66,7 @@ def of_speeds(modes, scene, grid, speeds, level, sample):
         aligned_zeros((n_blocks * n_records * n_points, WIDTH)),
         aligned_zeros((n_blocks * n_points, WIDTH)),
     )
-    kernel.march((0,) * WIDTH, *bank._replace(record=record), n_blocks, 0, grid.stride)
+    kernel.integrate((0,) * WIDTH, *bank._replace(record=record), n_blocks, 0, grid.stride)
     peak = record.peak.reshape(n_blocks, n_points, WIDTH)
     history = record.history.reshape(n_blocks, n_records, n_points, WIDTH)
     first = np.ceil(FIRST_CHECK * speeds * per_revolution).astype(int)

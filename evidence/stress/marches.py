@@ -2,29 +2,33 @@
 
 import numpy as np
 
-from hpcrub.contact import reasons
+from evidence.validation import energy_balance
+from hpcrub.contact import status
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.status import DIVERGED
 from hpcrub.response import history
-from hpcrub.response.sweep import cut_revolution, run_sweep
-from hpcrub.results.layout import DIVERGED
+from hpcrub.response.sweep import cut_revolution
 from hpcrub.studies.time_response import gap
 
 STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
-SAME = ("amplitude", "localisation", "time", "point_status", "point_reason", "max_sweeps")
 
 
 def audited(modes, scene, speeds, result, width):
-    """The sweep with an energy audit: the same bits, and no energy from nowhere.
+    """All speeds with their energy audited, as long as the longest: no energy from nowhere.
 
     Returns the number of points that touched, those whose audit does not close, and faults.
     """
-    again = run_sweep(modes, scene._replace(audit=True), speeds, width=width)
-    open_ = again.point_reason == reasons.UNBALANCED
-    faults = ["the energy audit does not close"] if open_.any() else []
-    for name in SAME:
-        pair = (getattr(r, name)[~open_] for r in (again, result))
-        if not np.array_equal(*pair, equal_nan=True):
-            faults.append(f"an audit changes {name}")
-    return int(np.count_nonzero(result.max_sweeps)), int(open_.sum()), faults
+    grid = cut_revolution(speeds.min(), scene)
+    n_blocks = int(np.round(result.time * speeds * grid.blocks_per_revolution).max())
+    lanes = allocate(modes, scene, grid, width, speeds)
+    books = energy_balance.open_books(lanes)
+    for lane in range(len(speeds)):
+        energy_balance.open_lane(books, lanes, lane)
+    energy_balance.integrate((0,) * width, *lanes, n_blocks, -1, 1, books)
+    sound = np.flatnonzero(result.point_status != DIVERGED)
+    n_open = sum(not energy_balance.is_balanced(books, lane) for lane in sound)
+    faults = ["the energy audit does not close"] if n_open else []
+    return int(np.count_nonzero(result.max_sweeps)), n_open, faults
 
 
 def whole(modes, scene, speeds, result, allowed):
@@ -42,8 +46,8 @@ def whole(modes, scene, speeds, result, allowed):
     window = scene.steady.window_revolutions * per_turn
     amplitude, failed = np.zeros(len(speeds)), np.zeros(len(speeds), dtype=bool)
     duration = (ends.max() - 0.5) / (speeds.max() * per_turn)
-    for block, piece in enumerate(history.march(modes, scene, speeds, duration), 1):
-        lost = reasons.are_fatal(piece.reason)
+    for block, piece in enumerate(history.integrate(modes, scene, speeds, duration), 1):
+        lost = status.are_fatal(piece.reason)
         failed[block == ends] = lost[block == ends]
         last = (block <= ends) & (block > ends - window) & ~lost
         tips = np.abs(modes.observed @ piece.position[:, :, last]).max(axis=(0, 1))

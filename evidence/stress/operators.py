@@ -8,10 +8,10 @@ import itertools
 
 import numpy as np
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 from hpcrub.contact.recurrence import coefficients
+from hpcrub.contact.status import DIVERGED
 from hpcrub.response.sweep import cut_revolution
-from hpcrub.results.layout import DIVERGED
 
 MOST_POINTS = 14  # up to which all minors are looked at
 SOUND_EVERY = 8  # cases of which one sound point is looked at
@@ -52,25 +52,23 @@ def judge(case, modes, scene, speeds, result):
     Returns the number of points looked at, and faults.
     """
     grid, seen, faults = cut_revolution(speeds.min(), scene), 0, []
-    sound = np.flatnonzero(
-        (result.point_status != DIVERGED) & (result.point_reason == reasons.NONE)
-    )
+    sound = np.flatnonzero((result.point_status != DIVERGED) & (result.point_reason == status.NONE))
     asked = sound[:1] if case.number % SOUND_EVERY == 0 else sound[:0]
-    called = (reasons.SELF_LOCKING, reasons.NOT_UNIQUE)
+    called = (status.JAMMING, status.NOT_UNIQUE)
     for i in (*np.flatnonzero(np.isin(result.point_reason, called)), *asked):
         reason, W = result.point_reason[i], operator(modes, scene, speeds[i], grid)
         if scene.kinematics == "polar":
-            if reason == reasons.NONE:
+            if reason == status.NONE:
                 continue  # the normals that it had are not known
             flawed = smallest_own(np.einsum("abii->abi", W), scene.friction) <= 0.0
-        elif reason == reasons.SELF_LOCKING:
+        elif reason == status.JAMMING:
             flawed = not np.diag(W[0, 0] + scene.friction * W[0, 1]).min() > 0.0
         elif len(modes.normal) <= MOST_POINTS:
             smallest = smallest_minor(W[0, 0] + scene.friction * W[0, 1])
-            flawed = smallest <= (-ROUND_OFF if reason == reasons.NONE else ROUND_OFF)
+            flawed = smallest <= (-ROUND_OFF if reason == status.NONE else ROUND_OFF)
         else:
             continue
         seen += 1
-        if flawed != (reason != reasons.NONE):
-            faults.append(f"{reasons.WORDS[reason]}, against its principal minors")
+        if flawed != (reason != status.NONE):
+            faults.append(f"{status.WORDS[reason]}, against its principal minors")
     return seen, faults

@@ -61,8 +61,8 @@ def _march(modes, scene, grid, speeds, nudge):
         aligned_zeros((n_last * n_records * n_points, WIDTH)),
         aligned_zeros((n_last * n_points, WIDTH)),
     )
-    kernel.march((0,) * WIDTH, *bank, n_first, -1, grid.stride)
-    kernel.march((0,) * WIDTH, *bank._replace(record=record), n_last, 0, grid.stride)
+    kernel.integrate((0,) * WIDTH, *bank, n_first, -1, grid.stride)
+    kernel.integrate((0,) * WIDTH, *bank._replace(record=record), n_last, 0, grid.stride)
     history = record.history.reshape(n_last * n_records, n_points, WIDTH)
     return np.moveaxis(history, 2, 0)[:, :, : len(modes.observed)]
 

@@ -20,10 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from evidence.validation import report
+from evidence.validation import energy_balance, report
 from evidence.validation.motion import Structure, make_bank, trace
 from hpcrub.model.elements import Beam, frame_element
-from hpcrub.response import energy
 
 E, RHO, LENGTH, HEIGHT, GRAVITY = 900.0, 1.0, 10.0, 5.0, 10.0  # section area 1
 C = np.sqrt(E / RHO)
@@ -190,8 +189,8 @@ def errors(motion, until):
 def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
     """Times and energy lost so far, as a share of what the drop has to give."""
     bank, _ = falling_bank(n_elements, scheme_name, step, lumped=lumped)
-    books = energy.audit(bank, int(until / step))
-    lost = np.cumsum(books.work[:, energy.IMPACT, 0]) / (RHO * LENGTH * GRAVITY * HEIGHT)
+    books = energy_balance.audit(bank, int(until / step))
+    lost = np.cumsum(books.work[:, energy_balance.IMPACT, 0]) / (RHO * LENGTH * GRAVITY * HEIGHT)
     return step * np.arange(1, len(lost) + 1), lost
 
 

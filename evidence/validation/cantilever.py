@@ -59,7 +59,7 @@ def computed(n_modes, scheme_name, n_steps, n_records):
     start_free(bank, structure, q, v, [step])
     n_points, width = bank.contact.stiffness.shape
     record = kernel.Record(*(aligned_zeros((n_records * n_points, width)) for _ in range(2)))
-    kernel.march((0,) * width, *bank._replace(record=record), n_records, 0, n_rows)
+    kernel.integrate((0,) * width, *bank._replace(record=record), n_records, 0, n_rows)
     recorded = record.history.reshape(n_records, n_points, width)[:, 0, 0]
     return np.concatenate([[structure.radial @ q], recorded])
 

@@ -2,35 +2,36 @@
 
 import numpy as np
 
-from evidence.validation import disk, report
+from evidence.validation import disk, energy_balance, report
 from evidence.validation.motion import WIDTH
 from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import energy
 from hpcrub.response.sweep import Grid, Scene
 
 SPEEDS = np.array([33.5, 34.25, 35.0])
 REVOLUTION, BLOCKS = 3000, 20  # steps of 10 µs; five revolutions of four bumps
 TEXT = """## Energy audit
 
-`hpcrub.energy.audit` follows the energy of any march, step by step, by a balance that the two-step
-scheme satisfies exactly ([theory](theory.md)): energy + damping + impact loss = work of the casing
-+ work of friction + work of external forces. Every study does so with `debug.energy_audit: true`
-(same bits, several times the run time), and marks points whose audit does not close as diverged.
-It closes if at most 10⁻⁹ of the energy turned over is unexplained, and as much of the losses of
-single tips lies below their bound: zero for `small`; for `polar` what the linearised correction
-may leave of the gap, which shrinks with the step. Here: the reference disk, mistuned by up to ±3 %,
-five revolutions from rest at 34.25 Hz, 3000 steps each, in joule. Unexplained: the sum over all
-steps, over the energy turned over; below zero: the sum of all losses of single tips that are
-negative, likewise; beyond: the part of it that its bound does not allow."""
+`evidence/validation/energy_balance.py` follows the energy of an integration, step by step, by a
+balance that the two-step scheme satisfies exactly ([theory](theory.md)): energy + damping + impact
+loss = work of the casing + work of friction + work of external forces. It takes the same steps, bit
+for bit, and several times as long. The balance closes if at most 10⁻⁹ of the energy turned over is
+unexplained, and as much of the losses of single tips lies below their bound: zero for `small`; for
+`polar` what the linearised correction may leave of the gap, which shrinks with the step. Here: the
+reference disk, mistuned by up to ±3 %, five revolutions from rest at 34.25 Hz, 3000 steps each, in
+joule. Unexplained: the sum over all steps, over the energy turned over; below zero: the sum of all
+losses of single tips that are negative, likewise; beyond: the part of it that its bound does not
+allow."""
 POLAR_TEXT = """Polar kinematics, `central_difference`: the losses below zero are an artefact of the
 linearised correction and vanish with the step, faster than their bound (34.25 Hz, over the energy
 turned over):"""
 DIVISIONS = np.array([1500, 3000, 6000, 12000])  # steps a revolution
 
 
-def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION):
-    """The reference disk at SPEEDS, one lane each, at rest; revolution: steps of one."""
+def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION, **changes):
+    """The reference disk at SPEEDS, one lane each, at rest; revolution: steps of one; changes of
+    the Scene.
+    """
     reduced = disk.reduced(n_modes)
     scene = Scene(
         interface=reduced.interface,
@@ -38,40 +39,43 @@ def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION):
         n_bumps=4,
         bump_height=1.25e-3,
         clearance=0.25e-3,
-        growth_time=0.01,
+        ramp_time=0.01,
         friction=0.15,
         kinematics=kinematics,
         scheme=scheme_name,
     )
+    scene = scene._replace(**changes)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     return allocate(modes, scene, Grid(revolution, 4, 1), WIDTH, SPEEDS)
 
 
 def section(folder):
     """Markdown and verdicts of this case; figures go to ``folder``."""
-    head = ["", *energy.ACCOUNTS[:-1], "unexplained", "below zero", "beyond"]
+    head = ["", *energy_balance.ACCOUNTS[:-1], "unexplained", "below zero", "beyond"]
     rows, verdicts = [], []
     for kinematics in ("small", "polar"):
         for name in ("central_difference", "exact_modal"):
-            books = energy.audit(bank_of(kinematics, name), BLOCKS)
-            totals, case = energy.close_lane(books, 1), f"{kinematics}, `{name}`"
+            books = energy_balance.audit(bank_of(kinematics, name), BLOCKS)
+            totals, case = energy_balance.close_lane(books, 1), f"{kinematics}, `{name}`"
             below, _, beyond = signs(books)
             unexplained = totals[-1] / turned_over(books)
             cells = [f"{total:.1f}" for total in totals[:-1]]
             rows.append([case, *cells, *(f"{x:.0e}" for x in (unexplained, below, beyond))])
             verdicts += [
-                report.at_most(f"{case}, unexplained", unexplained, energy.TOLERANCE),
-                report.at_most(f"{case}, losses beyond their bound", beyond, energy.TOLERANCE),
+                report.at_most(f"{case}, unexplained", unexplained, energy_balance.TOLERANCE),
+                report.at_most(
+                    f"{case}, losses beyond their bound", beyond, energy_balance.TOLERANCE
+                ),
             ]
     polar = {"below zero": [], "bound": []}
     for n in DIVISIONS:
-        books = energy.audit(bank_of("polar", "central_difference", revolution=n), BLOCKS)
+        books = energy_balance.audit(bank_of("polar", "central_difference", revolution=n), BLOCKS)
         for column, share in zip(polar.values(), signs(books)[:2], strict=True):
             column.append(share)
     size = 1.0 / DIVISIONS
     verdicts += [report.order(f"polar losses, {what}", size, e, 0.9) for what, e in polar.items()]
     table = report.order_table(("steps a revolution", DIVISIONS), size, polar)
-    figure = _figure(folder, energy.audit(bank_of("small", "central_difference"), BLOCKS))
+    figure = _figure(folder, energy_balance.audit(bank_of("small", "central_difference"), BLOCKS))
     return "\n\n".join([TEXT, report.table(head, rows), POLAR_TEXT, table, figure]), verdicts
 
 
@@ -92,14 +96,14 @@ def _figure(folder, books):
     work = np.cumsum(books.work[:, :, 1], axis=0)
     parts = {
         "energy of the disk": books.energy[:, 1],
-        "lost in impacts": work[:, energy.IMPACT],
-        "damping": work[:, energy.DAMPING],
-        "friction": -work[:, energy.FRICTION],
+        "lost in impacts": work[:, energy_balance.IMPACT],
+        "damping": work[:, energy_balance.DAMPING],
+        "friction": -work[:, energy_balance.FRICTION],
     }
     for (name, part), colour in zip(parts.items(), report.COLOURS, strict=True):
         ax.fill_between(turns, total, total + part, color=colour, alpha=0.75, lw=0, label=name)
         total = total + part
-    ax.plot(turns, work[:, energy.CASING], "k--", lw=1.6, label="work of the casing")
+    ax.plot(turns, work[:, energy_balance.CASING], "k--", lw=1.6, label="work of the casing")
     ax.set_xlabel("revolutions from rest")
     ax.set_ylabel("energy [J]")
     ax.legend(loc="upper left")

@@ -41,7 +41,7 @@ class Casing(NamedTuple):
     n_bumps: int = 4
     height: float = 1.25e-3
     clearance: float = 0.25e-3
-    growth_time: float = 0.01
+    ramp_time: float = 0.01
     friction: float = 0.15
 
 
@@ -214,7 +214,7 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
         n_bumps=casing.n_bumps,
         bump_height=casing.height,
         clearance=casing.clearance,
-        growth_time=casing.growth_time,
+        ramp_time=casing.growth_time,
         friction=casing.friction,
         scheme="exact_modal",
         step=step,

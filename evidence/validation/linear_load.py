@@ -32,7 +32,7 @@ def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
         n_bumps=DIAMETERS,
         bump_height=0.0,
         clearance=1.0,  # out of reach
-        growth_time=0.0,
+        ramp_time=0.0,
         friction=0.0,
         scheme=scheme_name,
     )
@@ -42,7 +42,7 @@ def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
     turned = 2.0 * np.pi * np.arange(steps_per_pitch) / revolution  # Ωt at the start of each step
     force = LOAD * np.cos(DIAMETERS * (interface.angle - turned[:, None]))
     bank = bank._replace(scheme=bank.scheme._replace(external=force @ modes.normal))
-    kernel.march((0,) * WIDTH, *bank, int(SECONDS * max(speeds_hz)) * DIAMETERS, 0, grid.stride)
+    kernel.integrate((0,) * WIDTH, *bank, int(SECONDS * max(speeds_hz)) * DIAMETERS, 0, grid.stride)
     records = bank.record.history.reshape(-1, bank.scheme.observed.shape[1], WIDTH)
     records = records[:, : len(modes.observed), : len(speeds_hz)]
     # a pitch is one period of every tip: its amplitude is the first Fourier coefficient

@@ -51,7 +51,7 @@ def make_bank(structure, scheme_name, steps, clearance, n_rows=1):
         n_bumps=1,
         bump_height=0.0,
         clearance=clearance,
-        growth_time=0.0,
+        ramp_time=0.0,
         friction=structure.friction,
         scheme=scheme_name,
     )
@@ -91,7 +91,7 @@ def single_steps(bank, n_steps):
         one = scheme._replace(bump=scheme.bump[row], external=scheme.external[row])
         turned = polar._replace(angle=polar.angle + (n % n_rows) * polar.turn)
         bank.state.multiplier[:] = 0.0
-        kernel.march(lanes, *bank._replace(scheme=one, polar=turned), 1, -1, 1)
+        kernel.integrate(lanes, *bank._replace(scheme=one, polar=turned), 1, -1, 1)
         yield n + 1
 
 

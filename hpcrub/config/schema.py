@@ -18,7 +18,6 @@ from hpcrub.config import text as config_text
 from hpcrub.config import yaml_text
 from hpcrub.config.study_keys import (
     Branches,
-    Debug,
     Energy,
     History,
     Linear,
@@ -275,7 +274,16 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
-    debug: Debug = Debug()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _audit_has_moved(cls, data):
+        """Inputs and files of version 0.1 have a section `debug`, with the energy audit alone."""
+        if not isinstance(data, dict) or "debug" not in data:
+            return data
+        if data["debug"] not in ({}, {"energy_audit": False}):
+            raise ValueError("debug.energy_audit: the energy audit has moved to `make validate`")
+        return {key: value for key, value in data.items() if key != "debug"}
 
     @model_validator(mode="before")
     @classmethod

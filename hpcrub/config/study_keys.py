@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hpcrub.config.types import MOST_SAMPLES, Number, Section, Switch, Whole, si
+from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
 
 StudyName = Literal[
     "contact",
@@ -81,11 +81,3 @@ class Branches(Section):
     )
 
     perturbation = si("perturbation_mm", "m", per=1000)
-
-
-class Debug(Section):
-    energy_audit: Switch = Field(
-        False,
-        description="account for the energy of every step, several times the run time: points "
-        "where it does not add up are marked as diverged",
-    )

@@ -1,4 +1,4 @@
-"""Banks of kernel lanes: what the lanes need to march speeds of one sample, and their filling."""
+"""Banks of lanes: all that the kernel works on to integrate speeds of one sample in time."""
 
 import math
 from typing import NamedTuple
@@ -10,27 +10,27 @@ from hpcrub.contact.complementarity import FLAW
 from hpcrub.contact.kernel import Contact, Record, Scheme, State
 from hpcrub.contact.lanes import TILE, aligned_zeros
 from hpcrub.contact.polar import Polar
-from hpcrub.contact.reasons import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.contact.recurrence import coefficients
+from hpcrub.contact.status import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.model.casing import bump_table
 
 
-def delassus(motion, load, push):
+def delassus(motion, load, gain):
     """Displacement of every contact point per unit force on every other in one step.
 
     Args:
         motion: displacement of the points per unit modal coordinate (K, C) [1/√kg].
         load: modal force of a unit force on each point (K, C) [1/√kg].
-        push: (K,) [s²].
+        gain: (K,) [s²].
 
     Returns:
         (C, C) [m/N].
     """
-    return (motion * push[:, None]).T @ load
+    return (motion * gain[:, None]).T @ load
 
 
 class Bank(NamedTuple):
-    """The lanes that march together: everything `kernel.march` works on."""
+    """The lanes that run together: everything `kernel.integrate` works on."""
 
     scheme: Scheme
     contact: Contact
@@ -45,7 +45,7 @@ class Bank(NamedTuple):
 
 # Members that have one column (or one number) per lane
 LANE_MEMBERS = {
-    Scheme: ("keep", "push", "step"),
+    Scheme: ("decay", "gain", "step"),
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
@@ -91,14 +91,14 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         tangential=_aligned(tangential),
         observed=_aligned(_columns(modes.observed)),
         load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
-        keep=aligned_zeros((n_modes, width)),
+        decay=aligned_zeros((n_modes, width)),
         squared=modes.omega**2,
-        push=aligned_zeros((n_modes, width)),
+        gain=aligned_zeros((n_modes, width)),
         clearance=_aligned(clearance),
         step=np.zeros(width),
         bump=_aligned(_columns(bump.T)),
         external=np.zeros((0, n_modes)),
-        growth_time=scene.growth_time,
+        ramp_time=scene.ramp_time,
         shortcuts=scene.shortcuts,
     )
     contact = Contact(
@@ -113,7 +113,7 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         multiplier=aligned_zeros((n_forces, width)),
         depth=aligned_zeros((n_points + 1, width)),
         active=np.full(n_forces + TILE, n_forces - 1),
-        growth=aligned_zeros((1, width)),
+        ramp=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
         report=aligned_zeros((4, width)),
     )
@@ -164,9 +164,9 @@ def _allocate_polar(scene, grid, n_points, width):
 def empty_lane(bank, lane):
     """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.keep, scheme.push, *bank.contact):
+    for array in (scheme.decay, scheme.gain, *bank.contact):
         array[:, lane] = 0.0
-    for array in (state.position, state.increment, state.multiplier, state.growth, state.report):
+    for array in (state.position, state.increment, state.multiplier, state.ramp, state.report):
         array[:, lane] = 0.0
     scheme.step[lane] = state.n_steps[lane] = 0
 
@@ -183,15 +183,15 @@ def fill_lane(bank, lane, modes, scene, h):
     """
     empty_lane(bank, lane)
     scheme = bank.scheme
-    scheme.keep[:, lane], scheme.push[:, lane] = coefficients(
+    scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
         scene.scheme, modes.omega, scene.damping_ratio, h
     )
     scheme.step[lane] = h
     motion = np.stack([modes.normal.T, modes.tangential.T])
-    push = scheme.push[:, lane]
-    W = np.array([[delassus(to, by, push) for by in motion] for to in motion])
+    gain = scheme.gain[:, lane]
+    W = np.array([[delassus(to, by, gain) for by in motion] for to in motion])
     if bank.polar.enabled:
-        _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.keep.shape[1]), lane, W)
+        _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.decay.shape[1]), lane, W)
         bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
         known = NONE if np.isfinite(reach) else UNPROVEN
         bank.state.report[FLAW, lane] = known if np.isfinite(W).all() else NOT_FINITE

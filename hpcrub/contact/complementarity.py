@@ -10,7 +10,7 @@ Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.reasons import NONE, NOT_FINITE, NOT_UNIQUE, SELF_LOCKING, UNPROVEN
+from hpcrub.contact.status import JAMMING, NONE, NOT_FINITE, NOT_UNIQUE, UNPROVEN
 
 SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `kernel.State.report`
 MOST_MINORS = 14  # points up to which all principal minors are looked at: 2^14 of them
@@ -25,14 +25,14 @@ def flaw(W):
         W: Delassus operator (n, n) [m/N].
 
     Returns:
-        code of ``reasons``: NONE, SELF_LOCKING, NOT_UNIQUE, UNPROVEN when there are too many
+        code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many
         points to decide, NOT_FINITE.
     """
     if not np.isfinite(W).all():
         return NOT_FINITE
     diagonal = np.diag(W)
     if not (diagonal > 0.0).all():
-        return SELF_LOCKING
+        return JAMMING
     coupling = np.abs(W / diagonal)
     np.fill_diagonal(coupling, 0.0)
     if coupling.sum(axis=1).max() < 1.0:

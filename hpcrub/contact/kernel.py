@@ -1,15 +1,14 @@
 """Time steps of the reduced disk with unilateral contact and friction, several speeds at once.
 
 Modal equations of motion  q'' + 2ξω q' + ω² q = Φᵀf,  f the contact forces. With d = q_n − q_{n−1}
-both schemes are the same three lines (``docs/theory.md`` derives them):
+all schemes are the same three lines (``docs/theory.md`` derives them):
 
-    predictor   d ← keep·d − pull·q,  q ← q + d        no contact force       → penetrations p
+    predictor   d ← decay·d − ω² gain·q,  q ← q + d     no contact force       → penetrations p
     multipliers λ ≥ 0,  w = p − W λ ≤ 0,  λ w = 0       all contact points at once
-    corrector   d ← d + push·Gλ,  q ← q + push·Gλ       G = −(R + μT)ᵀ: normal force and friction
+    corrector   d ← d + gain·Gλ,  q ← q + gain·Gλ       G = −(R + μT)ᵀ: normal force and friction
 
-keep, push and pull = ω² push are numbers per mode and lane (`scheme.coefficients`); R and T hold
-the normal and tangential displacement of every contact point per unit modal coordinate;
-W = R·push·(R + μT)ᵀ.
+decay and gain are numbers per mode and lane (`recurrence.coefficients`); R and T hold the normal
+and tangential displacement of every contact point per unit modal coordinate; W = R·gain·(R + μT)ᵀ.
 
 The corrector of a step is applied on the way through the next predictor, so that each step reads
 and writes the modal state once. What one lane computes never depends on the other lanes.
@@ -41,7 +40,7 @@ from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACT
 from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
 from hpcrub.model import casing
 
-growth = compiled(casing.growth)
+bump_ramp = compiled(casing.ramp)
 
 NO_CONTACTS = ()
 
@@ -52,7 +51,7 @@ class Shortcuts(NamedTuple):
     nothing_touches: bool = True  # no run where no bump reaches the tips: its time is 0
     no_contact: bool = True  # no multipliers where nothing penetrates
     candidates: bool = True  # only the points that may carry a force
-    grown: bool = True  # no growth factor after the growth time
+    ramped: bool = True  # no bump ramp after its time
     windows: bool = True  # nothing observed outside the windows that are compared
     narrow: bool = True  # half the lanes when a sweep runs dry
 
@@ -65,14 +64,14 @@ class Scheme(NamedTuple):
     tangential: np.ndarray  # T (K, C)
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
-    keep: np.ndarray  # (K, L) [-]
-    squared: np.ndarray  # ω² (K,) [rad²/s²]; pull = ω² push in both schemes
-    push: np.ndarray  # (K, L) [s²]
+    decay: np.ndarray  # (K, L) [-]
+    squared: np.ndarray  # ω² (K,) [rad²/s²]; restoring = ω² gain in both schemes
+    gain: np.ndarray  # (K, L) [s²]
     clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]; polar: zero
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
-    growth_time: float  # [s]
+    ramp_time: float  # [s]
     shortcuts: Shortcuts
 
 
@@ -93,11 +92,11 @@ class State(NamedTuple):
     multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; polar: (2C + 1, L)
     depth: np.ndarray  # (C + 1, L) [m], work space of `solve_many`
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
-    growth: np.ndarray  # (1, L) growth factor of the bumps [-]
+    ramp: np.ndarray  # (1, L) factor of the bumps, s(t) [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
     # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
     # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
-    # of the Delassus operator, code of ``reasons``. One array: the kernel's calls pay for each.
+    # of the Delassus operator, code of ``status``. One array: the kernel's calls pay for each.
     report: np.ndarray
 
 
@@ -119,19 +118,19 @@ def predict(lanes, contacts, scheme, state, step):
     forces = tile_gather(lanes, state.multiplier, columns)
     depth = tile_splat(TIPS, splat(lanes, 0.0))
     depth = tile_add(depth, scheme.clearance, 0, 0, splat(lanes, -1.0))
-    depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.growth, 0))
+    depth = tile_add(depth, scheme.bump, step, 0, load(lanes, state.ramp, 0))
     loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
-        push = load(lanes, scheme.push, k)
+        gain = load(lanes, scheme.gain, k)
         q = load(lanes, state.position, k)
         d = load(lanes, state.increment, k)
         if len(contacts) > 0:
-            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * push
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
-        d = load(lanes, scheme.keep, k) * d - (push * splat(lanes, scheme.squared[k])) * q
+        d = load(lanes, scheme.decay, k) * d - (gain * splat(lanes, scheme.squared[k])) * q
         if loaded:
-            d = d + splat(lanes, scheme.external[step, k]) * push
+            d = d + splat(lanes, scheme.external[step, k]) * gain
         q = q + d
         store(state.increment, k, d)
         store(state.position, k, q)
@@ -145,7 +144,7 @@ def predict_more(lanes, first, scheme, state, step):
     """Penetrations of the contact points from ``first`` on (modified); returns the deepest."""
     depth = tile_splat(TIPS, splat(lanes, 0.0))
     depth = tile_add(depth, scheme.clearance, 0, first, splat(lanes, -1.0))
-    depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.growth, 0))
+    depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.ramp, 0))
     for k in range(state.position.shape[0]):
         depth = tile_add(depth, scheme.normal, k, first, load(lanes, state.position, k))
     tile_store(state.penetration, first, depth)
@@ -161,7 +160,7 @@ def correct(lanes, scheme, state, n_active):
             columns = indices(MANY_CONTACTS, state.active, first)
             forces = tile_gather(lanes, state.multiplier, columns)
             kick = tile_dot(scheme.load, k, columns, forces, kick)
-        kick = kick * load(lanes, scheme.push, k)
+        kick = kick * load(lanes, scheme.gain, k)
         store(state.position, k, load(lanes, state.position, k) + kick)
         store(state.increment, k, load(lanes, state.increment, k) + kick)
 
@@ -176,7 +175,7 @@ def settle(lanes, contacts, scheme, state):
         q = load(lanes, state.position, k)
         if len(contacts) > 0:
             kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
-            kick = kick * load(lanes, scheme.push, k)
+            kick = kick * load(lanes, scheme.gain, k)
             q = q + kick
             store(state.position, k, q)
             store(state.increment, k, load(lanes, state.increment, k) + kick)
@@ -213,14 +212,14 @@ def observe(lanes, scheme, state, record, row, block, n_active):
 
 
 @compiled
-def grow(scheme, state):
-    """Growth factor of the bumps at the coming step (state is modified); False once all is 1."""
-    growing = False
+def raise_bumps(scheme, state):
+    """Factor of the bumps at the coming step (state is modified); False once all are at 1."""
+    rising = False
     for lane in range(scheme.step.shape[0]):
         t = (state.n_steps[lane] + 1) * scheme.step[lane]
-        state.growth[0, lane] = growth(t, scheme.growth_time)
-        growing = growing or 0.0 < t < scheme.growth_time  # an idle lane has no time
-    return growing
+        state.ramp[0, lane] = bump_ramp(t, scheme.ramp_time)
+        rising = rising or 0.0 < t < scheme.ramp_time  # an idle lane has no time
+    return rising
 
 
 @compiled(inline=True)
@@ -262,27 +261,38 @@ def advance(lanes, scheme, contact, state, polar, step, n_active):
     return n_active
 
 
+@compiled(inline=True)
+def take_step(lanes, scheme, contact, state, polar, step, n_active, rising):
+    """One time step of all lanes, its corrector still to come (state is modified).
+
+    ``n_active`` points are still to be corrected for the step before. Returns the active points of
+    this step, and whether any bump still rises.
+    """
+    if rising:
+        rising = raise_bumps(scheme, state) or not scheme.shortcuts.ramped
+    for lane in range(len(lanes)):
+        state.n_steps[lane] += 1
+    return advance(lanes, scheme, contact, state, polar, step, n_active), rising
+
+
 @compiled
-def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
-    """Advance every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
+def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
+    """Take every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
 
     ``block`` is the place in the ring of the first block to record, or negative to record nothing;
     every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
     """
     n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
-    n_active = 0
-    growing = True
+    n_active, rising = 0, True
     for b in range(n_blocks):
         place = (block + b) % (record.peak.shape[0] // n_observed)
         if block >= 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
-            if growing:
-                growing = grow(scheme, state) or not scheme.shortcuts.grown
-            for lane in range(len(lanes)):
-                state.n_steps[lane] += 1
-            n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
+            n_active, rising = take_step(
+                lanes, scheme, contact, state, polar, step, n_active, rising
+            )
             if block >= 0 and (step + 1) % stride == 0:
                 row = place * (n_steps // stride) + step // stride
                 observe(lanes, scheme, state, record, row, place, n_active)

@@ -42,7 +42,7 @@ TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 def candidates(lanes, contact, state, deepest, shortcut):
     """List the points that may carry a force in any lane (state.active, modified); return how many.
 
-    Others can push a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
+    Others can gain a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
     largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so
     reach = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
     changes no bit.

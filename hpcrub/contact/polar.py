@@ -13,7 +13,7 @@ import numpy as np
 from hpcrub.contact.complementarity import FLAW
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import TILE, TIPS, load, splat, store, tile_add, tile_splat, tile_store
-from hpcrub.contact.reasons import SELF_LOCKING
+from hpcrub.contact.status import JAMMING
 
 
 class Polar(NamedTuple):
@@ -54,7 +54,7 @@ def displaced_depths(lanes, scheme, state, polar, step):
             phi = polar.angle[i] + (step + 1) * polar.turn + math.atan2(t, r)
             phi -= polar.pitch * math.floor(phi / polar.pitch + 0.5)
             bump = polar.height * math.exp(-((phi / (0.1 * polar.pitch)) ** 2))
-            depth = rho - polar.radius[i] + state.growth[0, lane] * bump - polar.clearance[i]
+            depth = rho - polar.radius[i] + state.ramp[0, lane] * bump - polar.clearance[i]
             polar.cosine[i, lane] = r / rho
             polar.sine[i, lane] = t / rho
             state.penetration[i, lane] = depth
@@ -91,7 +91,7 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
             # a lane that has diverged before has no normals, and w_jj says nothing
             deep = 0.0 < polar.deepest[0, lane] < np.inf
             if deep and state.penetration[j, lane] > nearest and w_jj <= 0.0:
-                state.report[FLAW, lane] = SELF_LOCKING
+                state.report[FLAW, lane] = JAMMING
         stiffness = load(lanes, contact.stiffness, j)
         for a in range(n_active):
             at = state.active[a] * n_rows + j

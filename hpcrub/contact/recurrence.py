@@ -1,6 +1,12 @@
-"""Recurrence coefficients of a time step: what each integration scheme makes of a mode."""
+"""Recurrence coefficients of a time step: what each integration scheme makes of a mode.
+
+All schemes are the same recurrence d ← decay·d − ω² gain·q + gain·f, q ← q + d, for the increment
+d = q_n − q_{n−1} of a modal coordinate under the modal force f.
+"""
 
 import numpy as np
+
+LARGEST_PHASE = 2.0  # ωh up to which a mode is integrated exactly: about three steps per period
 
 
 def coefficients(
@@ -21,23 +27,42 @@ def coefficients(
 
     Returns
     -------
-    keep : ndarray (K,)
+    decay : ndarray (K,)
         Factor of the last increment [-].
-    push : ndarray (K,)
-        Factor of a modal force [s²]: d ← keep·d − ω² push·q + push·(force).
+    gain : ndarray (K,)
+        Factor of a modal force [s²].
 
     Notes
     -----
-    Joachim, Nyssen, Batailly (2020), section 2.2.2; ``docs/theory.md`` for ``exact_modal``.
+    Joachim, Nyssen, Batailly (2020), section 2.2.2, for central differences. ``exact_modal``
+    follows each mode without error between two steps, as long as ωh ≤ 2. A faster mode would be
+    sampled too seldom: near ωh = 2πk its samples are those of a slow mode that does not exist
+    (aliasing). The trapezoidal rule takes its place, whose phase per step never reaches π.
+    ``docs/theory.md`` derives both.
     """
-    c = damping_ratio * omega * h
     if scheme == "central_difference":
-        push = h * h / (1.0 + c)
-        return (1.0 - c) / (1.0 + c), push
+        c = damping_ratio * omega * h
+        gain = h * h / (1.0 + c)
+        return (1.0 - c) / (1.0 + c), gain
+    exact, stiff = _exact(omega, damping_ratio, h), _trapezoidal(omega, damping_ratio, h)
+    slow = omega * h <= LARGEST_PHASE
+    return np.where(slow, exact[0], stiff[0]), np.where(slow, exact[1], stiff[1])
+
+
+def _exact(omega: np.ndarray, damping_ratio: float, h: float) -> tuple[np.ndarray, np.ndarray]:
+    c = damping_ratio * omega * h
     theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
-    keep = np.exp(-2.0 * c)
+    decay = np.exp(-2.0 * c)
     # 1 − 2e^{−c}cos θ + e^{−2c} without the cancellation at small steps
-    pull = np.real(np.expm1(-c) ** 2 + 4.0 * np.exp(-c) * np.sin(theta / 2.0) ** 2)
+    restoring = np.real(np.expm1(-c) ** 2 + 4.0 * np.exp(-c) * np.sin(theta / 2.0) ** 2)
     rigid = omega * h < 1e-8
-    push = np.where(rigid, h * h, pull / np.where(rigid, 1.0, omega) ** 2)
-    return keep, push
+    gain = np.where(rigid, h * h, restoring / np.where(rigid, 1.0, omega) ** 2)
+    return decay, gain
+
+
+def _trapezoidal(
+    omega: np.ndarray, damping_ratio: float, h: float
+) -> tuple[np.ndarray, np.ndarray]:
+    a, b = damping_ratio * omega * h, (omega * h) ** 2 / 4.0
+    scale = 1.0 / (1.0 + a + b)
+    return (1.0 - a + b) * scale, h * h * scale

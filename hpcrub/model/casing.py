@@ -1,4 +1,4 @@
-"""The rigid casing: bumps over the circumference and their growth at the start of a run."""
+"""The rigid casing: bumps over the circumference and their ramp at the start of a run."""
 
 import math
 
@@ -40,10 +40,10 @@ def bump_table(contact_angle, n_bumps, height, steps_per_revolution, n_steps):
     return bump_height(rotation[:, None] + contact_angle[None, :], n_bumps, height)
 
 
-def growth(t, growth_time):
-    """Growth factor s(t) of the bumps, 0 until t = 0 and 1 from ``growth_time`` [s] on."""
+def ramp(t, ramp_time):
+    """Bump ramp s(t), the factor of the bump height: 0 until t = 0, 1 from ``ramp_time`` [s] on."""
     if t <= 0.0:
         return 0.0
-    if t >= growth_time:
+    if t >= ramp_time:
         return 1.0
-    return (1.0 - math.exp(-5.0 * t / growth_time)) / (1.0 - math.exp(-5.0))
+    return (1.0 - math.exp(-5.0 * t / ramp_time)) / (1.0 - math.exp(-5.0))

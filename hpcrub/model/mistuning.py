@@ -23,7 +23,7 @@ def uniform(seed, stream, level, sample, n):
 
     The seed is the key of a Philox 4x64 generator; stream, sample and level are the upper words of
     its counter, so that no two places ever share a draw. Raw bits are used because numpy promises
-    to keep them from version to version, and not its distributions.
+    to decay them from version to version, and not its distributions.
     """
     key = [seed % 2**64, seed >> 64]
     counter = [0, stream, sample, level]

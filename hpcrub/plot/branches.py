@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.style import (
     BLACK,
     BLUE,
@@ -15,7 +16,6 @@ from hpcrub.plot.style import (
     legend_below,
     say,
 )
-from hpcrub.results.layout import DIVERGED, NOT_STEADY
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.studies.branches import label_file, starts
 

@@ -3,8 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from hpcrub.contact.status import NOT_STEADY
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, legend_below
-from hpcrub.results.layout import DONE, NOT_STEADY
+from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import percentile_interval
 
 BAR_DISTANCE = 0.012  # of neighbouring error bars, of the axis

@@ -5,10 +5,11 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
+from hpcrub.contact.status import NOT_STEADY
 from hpcrub.plot.labels import labels, ordered
 from hpcrub.plot.linear import draw_percentiles
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
-from hpcrub.results.layout import DONE, NOT_STEADY
+from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 
 

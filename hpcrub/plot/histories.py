@@ -5,9 +5,9 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK, say
-from hpcrub.results.layout import DIVERGED
 from hpcrub.studies.time_response import first_steady
 
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
@@ -43,7 +43,7 @@ def time(files):
     title = f"last {CLOSE_REVOLUTIONS} revolutions"
     if file.read("point_status", disk) == DIVERGED:
         for panel in axes[:, 0]:
-            say(panel, reasons.words(file.read("point_reason", disk)))
+            say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
         title += f" (black: blade {largest + 1})"
@@ -95,7 +95,7 @@ def interaction(files):
     spectra = 1e3 * file.read("spectrum_m")
     # with a scale that has a top even where nothing moves
     top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
-    lost = reasons.are_fatal(file.read("point_reason"))
+    lost = status.are_fatal(file.read("point_reason"))
     for disk, panel in enumerate(axes[0]):
         image = panel.pcolormesh(
             speeds, frequencies, spectra[disk].T, norm=LogNorm(top / 3000, top), cmap="Greys",

@@ -4,21 +4,19 @@ The sweep keeps only what its test of the steady state needs. Here the same step
 after the other and bit for bit, and every `stride`-th is kept; it costs somewhat more.
 """
 
-import copy
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import advance, correct, grow
-from hpcrub.response import energy
+from hpcrub.contact.kernel import correct, take_step
 from hpcrub.response.sweep import Motion, cut_revolution, judge, speed_bands
 
-LANES = (0,) * 8  # speeds marched together
+LANES = (0,) * 8  # speeds integrated together
 
 
 class Piece(NamedTuple):
@@ -29,24 +27,19 @@ class Piece(NamedTuple):
     observed: np.ndarray  # observed displacements (R, O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
-    reason: np.ndarray  # (S,) uint8: code of ``reasons``; once fatal, it stays and nothing counts
+    reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
 
 
 @compiled
 def trace(lanes, scheme, contact, state, polar, position, force, stride):
-    """March over the bump table once (state, position, force are modified).
+    """Steps over the bump table once (state, position, force are modified).
 
     position (R, K, L): modal coordinates after every ``stride``-th step; force (R, F, L), zero on
     entry: sums of the multipliers of the steps of a record.
     """
-    n_active = 0
-    growing = True
+    n_active, rising = 0, True
     for step in range(scheme.bump.shape[0]):
-        if growing:
-            growing = grow(scheme, state)
-        for lane in range(len(lanes)):
-            state.n_steps[lane] += 1
-        n_active = advance(lanes, scheme, contact, state, polar, step, n_active)
+        n_active, rising = take_step(lanes, scheme, contact, state, polar, step, n_active, rising)
         record = step // stride
         for a in range(n_active):
             i = state.active[a]
@@ -59,14 +52,14 @@ def trace(lanes, scheme, contact, state, polar, position, force, stride):
 
 
 def n_records(speed_hz, duration, scene):
-    """Records that `march` makes of one speed [Hz] in a duration [s]."""
+    """Records that `integrate` makes of one speed [Hz] in a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
     n_blocks = math.ceil(duration * speed_hz * grid.blocks_per_revolution)
     return n_blocks * (grid.steps_per_block // grid.stride)
 
 
 def groups(speeds_hz):
-    """Split speeds (S,) [Hz] into index arrays that `march` takes."""
+    """Split speeds (S,) [Hz] into index arrays that `integrate` takes."""
     width = len(LANES)
     return [
         band[first : first + width]
@@ -75,7 +68,7 @@ def groups(speeds_hz):
     ]
 
 
-def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
+def integrate(modes, scene, speeds_hz, duration, motion=None, poll=None):
     """Histories of a few speeds, as Pieces of one block each.
 
     Args:
@@ -84,7 +77,7 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
         speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
         duration: [s], rounded up to blocks of the fastest speed.
         motion: sweep.Motion to start from, rest by default (modified: the motion at the end).
-        poll: called without arguments after every Piece; what it raises ends the march.
+        poll: called without arguments after every Piece; what it raises ends it.
 
     Yields:
         Piece. What the last one's `reason` says holds for the whole history.
@@ -98,11 +91,10 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
     for lane in range(n_speeds):
         set_motion(bank, lane, *(values[lane] for values in motion))
     n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
-    books = _audit(copy.deepcopy(bank), n_speeds, n_blocks) if scene.audit else None
     reason = np.zeros(n_speeds, dtype=np.uint8)
     for _ in range(n_blocks):
         piece = _piece(bank, modes, scene, grid, n_speeds)
-        _judge(bank, scene, piece, books, reason)
+        _judge(bank, scene, piece, reason)
         yield piece._replace(reason=reason.copy())
         if poll is not None:
             poll()
@@ -111,19 +103,10 @@ def march(modes, scene, speeds_hz, duration, motion=None, poll=None):
             values[lane] = end
 
 
-def _audit(bank, n_speeds, n_blocks):
-    """energy.Books of the whole march of a Bank (modified)."""
-    books = energy.open_books(bank)
-    for lane in range(n_speeds):
-        energy.open_lane(books, bank, lane)
-    energy.march(LANES, *bank, n_blocks, -1, 1, books)
-    return books
-
-
-def _judge(bank, scene, piece, books, reason):
+def _judge(bank, scene, piece, reason):
     """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
-    for lane in np.flatnonzero(~reasons.are_fatal(reason)):
-        reason[lane] = judge(bank, lane, np.abs(piece.observed[:, :, lane]), scene, books)
+    for lane in np.flatnonzero(~status.are_fatal(reason)):
+        reason[lane] = judge(bank, lane, np.abs(piece.observed[:, :, lane]), scene)
 
 
 def _piece(bank, modes, scene, grid, n_speeds):

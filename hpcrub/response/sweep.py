@@ -1,9 +1,9 @@
-"""The frequency response of one sample: many angular speeds, marched a few at a time.
+"""The frequency response of one sample: many angular speeds, a few at a time.
 
 The angle is the clock. All speeds of a *band* take the same number of steps per revolution, so
 that at every step they see the same casing and share its table; only the step length differs. A
-band is marched in *blocks* of whole bump pitches. A lane whose speed has reached its steady state
-takes the next waiting speed at the next block.
+band is integrated in *blocks* of whole bump pitches. A lane whose speed has reached its steady
+state takes the next waiting speed at the next block.
 """
 
 import math
@@ -11,15 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import bank, kernel, reasons
+from hpcrub.contact import bank, kernel, status
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
+from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes
-from hpcrub.response import energy
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated, localisation
-from hpcrub.results.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 
-WIDTH = 16  # speeds marched together: two of the widest vector registers hide each other's latency
+WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
 BAND = 1.08  # ratio of the fastest to the slowest speed of a band
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
@@ -36,14 +35,13 @@ class Scene(NamedTuple):
     n_bumps: int
     bump_height: float  # [m]
     clearance: float  # [m]
-    growth_time: float  # [s]
+    ramp_time: float  # [s]
     friction: float
     kinematics: str = "small"
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     shortcuts: kernel.Shortcuts = kernel.Shortcuts()
-    audit: bool = False  # account for the energy of every step
 
 
 class Motion(NamedTuple):
@@ -66,21 +64,19 @@ class SweepResult(NamedTuple):
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED
-    point_reason: np.ndarray  # (S,) uint8: code of ``reasons``
+    point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
-    energy: np.ndarray  # (S, 6) `energy.ACCOUNTS` [J]; NaN without an audit
     n_steps: int = 0  # time steps of all speeds
 
     @classmethod
     def empty(cls, n):
-        """Result of n speeds, none of them marched yet."""
+        """Result of n speeds, none of them integrated yet."""
         nan, zero = np.full(n, np.nan), np.zeros(n, dtype=np.uint8)
-        energies = np.full((n, len(energy.ACCOUNTS)), np.nan)
-        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy(), energies)
+        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy())
 
-    def marched_on(self, reason):
-        """The same, less the points that have failed since; reason: codes of ``reasons`` (S,)."""
-        lost = reasons.are_fatal(reason) & (self.point_status != DIVERGED)
+    def continued(self, reason):
+        """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
+        lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
         return self._replace(
             amplitude=np.where(lost, np.nan, self.amplitude),
             localisation=np.where(lost, np.nan, self.localisation),
@@ -131,7 +127,7 @@ def cut_revolution(slowest_hz, scene):
 
 
 def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, motion=None):
-    """March every speed to its steady state.
+    """Integrate every speed in time to its steady state.
 
     Args:
         modes: Modes of the sample.
@@ -139,9 +135,9 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
         speeds_hz: (S,) angular speeds [Hz].
         poll: called without arguments after every PIECE of steps, some hundredths of a second; what
             it raises ends the sweep.
-        width: speeds marched together; changes the cost, not one bit of the result.
-        selection: indices of the speeds to march, all by default. The steps are those of the whole
-            sweep, so that parts of it computed apart are the same bits.
+        width: speeds integrated together; changes the cost, not one bit of the result.
+        selection: indices of the speeds to integrate, all by default. The steps are those of the
+            whole sweep, so that parts of it computed apart are the same bits.
         motion: Motion to start from, rest by default (modified: the motion at the end).
 
     Returns:
@@ -165,10 +161,10 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
 
 
 def find_peak(modes, scene, speeds_hz, poll=None):
-    """March only some speeds, closer and closer to the largest amplitudes.
+    """Integrate only some speeds, closer and closer to the largest amplitudes.
 
     Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
-    until these and their neighbours have been marched. A narrow peak may be missed.
+    until these and their neighbours have been integrated. A narrow peak may be missed.
 
     Args and returns: as `run_sweep`; speeds that were left out have the status NO_POINT.
     """
@@ -184,7 +180,7 @@ def find_peak(modes, scene, speeds_hz, poll=None):
 
 
 def _unknown_neighbours(result, distance):
-    """Speeds not marched yet at a distance from those of the N_TOPS largest amplitudes."""
+    """Speeds not integrated yet at a distance from those of the N_TOPS largest amplitudes."""
     known = np.flatnonzero(result.point_status != NO_POINT)
     size = np.nan_to_num(result.amplitude[known], nan=-1.0)
     tops = known[np.argsort(-size, kind="stable")[:N_TOPS]]
@@ -205,43 +201,39 @@ def can_touch(scene):
     return scene.bump_height > scene.clearance + scene.interface.clearance.min()
 
 
-def judge(lanes, lane, size, scene, books=None):
+def judge(lanes, lane, size, scene):
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
     Args:
-        lanes: bank.Bank that has been marched.
+        lanes: bank.Bank after some integration.
         lane: index.
         size: magnitudes of its observed displacements, of any shape [m].
         scene: Scene.
-        books: energy.Books of an audited march.
 
     Returns:
-        code of ``reasons``.
+        code of ``status``.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
-    flaw = int(state.report[FLAW, lane]) if touched else reasons.NONE
-    if flaw in reasons.FATAL:
+    flaw = int(state.report[FLAW, lane]) if touched else status.NONE
+    if flaw in status.FATAL:
         return flaw
     if state.report[UNSOLVED, lane] > 0.0:
-        return reasons.UNSOLVED
+        return status.UNSOLVED
     if not (np.isfinite(state.position[:, lane]).all() and np.isfinite(size).all()):
-        return reasons.NOT_FINITE
+        return status.NOT_FINITE
     if size.max() >= scene.interface.radius.max():
-        return reasons.TOO_LARGE
-    if books and not energy.is_balanced(books, lane):
-        return reasons.UNBALANCED
+        return status.TOO_LARGE
     return flaw
 
 
 class _Band:
-    """Lanes that march the speeds of one band."""
+    """Lanes that integrate the speeds of one band."""
 
     def __init__(self, modes, scene, grid, speeds_hz, width, motion=None):
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
         self.motion = motion
         self.bank = bank.allocate(modes, scene, grid, width)
-        self.books = energy.open_books(self.bank) if scene.audit else None
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
@@ -249,7 +241,7 @@ class _Band:
         self.passed = [0] * width  # checks passed in succession
 
     def run(self, waiting, out, poll):
-        """March the speeds ``waiting`` (indices), fill ``out`` (modified); returns the steps."""
+        """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
         n_steps, now = 0, 0
         for lane in range(len(self.speed)):
             self._refill(lane, waiting, now)
@@ -257,7 +249,7 @@ class _Band:
             recording, event = self._next_event(now)
             until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
             place = now % (2 * self.window) if recording else -1
-            self._march(until - now, place)
+            self._integrate(until - now, place)
             now = until
             if poll is not None:
                 poll()
@@ -268,12 +260,8 @@ class _Band:
             self._narrow()
         return n_steps
 
-    def _march(self, n_blocks, place):
-        lanes = (0,) * len(self.speed)
-        if self.books is None:
-            kernel.march(lanes, *self.bank, n_blocks, place, self.grid.stride)
-        else:
-            energy.march(lanes, *self.bank, n_blocks, place, self.grid.stride, self.books)
+    def _integrate(self, n_blocks, place):
+        kernel.integrate((0,) * len(self.speed), *self.bank, n_blocks, place, self.grid.stride)
 
     def _narrow(self):
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
@@ -284,7 +272,6 @@ class _Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank = self.bank.take(kept)
-        self.books = self.books and self.books.take(kept)
         for name in ("speed", "start", "check", "passed"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
@@ -310,8 +297,6 @@ class _Band:
         bank.fill_lane(self.bank, lane, self.modes, self.scene, h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
-        if self.books:
-            energy.open_lane(self.books, self.bank, lane)
         self.start[lane], self.passed[lane] = now, 0
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         self.check[lane] = now + max(first, 2 * self.window)
@@ -325,9 +310,9 @@ class _Band:
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         elapsed = now - self.start[lane]
-        reason = judge(self.bank, lane, peak, self.scene, self.books)
-        if reason in reasons.FATAL:
-            status = DIVERGED
+        reason = judge(self.bank, lane, peak, self.scene)
+        if reason in status.FATAL:
+            verdict = DIVERGED
         else:
             most = int(np.argmax(last))
             cap = self._blocks(lane, steady.max_time, math.floor)
@@ -336,18 +321,16 @@ class _Band:
             )
             self.passed[lane] = self.passed[lane] + 1 if passes else 0
             if self.passed[lane] >= steady.confirmations:
-                status = STEADY
+                verdict = STEADY
             elif elapsed >= cap:
-                status = NOT_STEADY
+                verdict = NOT_STEADY
             else:
                 extend = steady.extend_revolutions * self.grid.blocks_per_revolution
                 self.check[lane] = min(now + extend, self.start[lane] + cap)
                 return False
             out.amplitude[index] = last.max()
             out.localisation[index] = localisation(self.scene.interface.of_blades(last))
-        if self.books:
-            out.energy[index] = energy.close_lane(self.books, lane)
-        out.point_status[index], out.point_reason[index] = status, reason
+        out.point_status[index], out.point_reason[index] = verdict, reason
         out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
         if self.motion is not None:
@@ -369,14 +352,11 @@ class _Band:
         return history[window, :, row, lane].ravel()
 
 
-def warm_up(audit=False):
-    """Compile the kernel, or load it from the cache; the first call of a machine takes seconds.
-
-    audit: the kernel that accounts for the energy, instead.
-    """
+def warm_up():
+    """Compile the kernel, or load it from the cache; the first call of a machine takes a minute."""
     modes, scene = smallest_case()
     for width in (WIDTH, NARROWEST):
-        run_sweep(modes, scene._replace(audit=audit), [100.0], width=width)
+        run_sweep(modes, scene, [100.0], width=width)
 
 
 def smallest_case():
@@ -388,7 +368,7 @@ def smallest_case():
         n_bumps=1,
         bump_height=2e-3,
         clearance=1e-3,
-        growth_time=1e-2,
+        ramp_time=1e-2,
         friction=0.1,
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),

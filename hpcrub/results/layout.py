@@ -5,10 +5,9 @@ Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K
 
 from typing import NamedTuple
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
-NO_POINT, STEADY, NOT_STEADY, DIVERGED = 0, 1, 2, 3  # status of a point (one speed of one sample)
 KINDS = ("contact", "linear")
 
 
@@ -22,7 +21,7 @@ class Dataset(NamedTuple):
     dtype: str = "f8"
 
 
-POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(reasons.WORDS))
+POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
 _SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
 POINT_STATUS = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged: values are NaN"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
@@ -30,7 +29,6 @@ _AMPLITUDE = "largest tangential displacement of any tip over the last revolutio
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _RUNS = "peak amplitudes of runs of hardly different disks, the tuned one first"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
-_ENERGY = "works of casing and friction, losses by damping and impacts, stored, unexplained"
 _LINEAR = "largest tangential displacement of any tip under the linear travelling load"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
@@ -83,9 +81,5 @@ LAYOUT = (
     ),
 )
 SCALES = {"speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen"}
-AUDIT = (  # with `debug.energy_audit`
-    Dataset("tuned/energy_j", ("speed", "account"), "J", _ENERGY),
-    Dataset("samples/energy_j", (*_VNS, "account"), "J", _ENERGY),
-)
-_NAMES = [line.name.partition("/")[::2] for line in (*AUDIT, *LAYOUT)]
+_NAMES = [line.name.partition("/")[::2] for line in LAYOUT]
 TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))

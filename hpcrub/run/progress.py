@@ -4,7 +4,6 @@ import contextlib
 import os
 import sys
 import time
-from itertools import chain
 from math import nan
 
 import numpy as np
@@ -14,8 +13,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from hpcrub.contact import reasons
-from hpcrub.results.layout import DIVERGED, DONE, FAILED, NOT_STEADY, PENDING
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, NOT_STEADY
+from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
@@ -312,37 +312,18 @@ def _interval(low, high):
 
 def point_lines(file):
     """What went wrong in single points, in words with counts, and the work of the force solver."""
-    counts = reasons.count(file.read("tuned/point_reason"))
+    counts = status.count(file.read("tuned/point_reason"))
     most = int(file.read("tuned/max_sweeps").max())
     n_points = np.count_nonzero(file.read("tuned/point_status"))
     for level, first in np.ndindex(
         len(file.read("half_range")), -(-len(file.config.samples) // ROWS)
     ):
         where = level, slice(first * ROWS, (first + 1) * ROWS)
-        counts = counts + reasons.count(file.read("samples/point_reason", where))
+        counts = counts + status.count(file.read("samples/point_reason", where))
         most = max(most, int(file.read("samples/max_sweeps", where).max(initial=0)))
         n_points += np.count_nonzero(file.read("samples/point_status", where))
-    yield from reasons.lines(counts, n_points)
+    yield from status.lines(counts, n_points)
     yield f"contact forces: at most {most} sweeps of the solver in a step"
-    if file.config.debug.energy_audit:
-        yield audit_line(file)
-
-
-def audit_line(file):
-    """Largest share of energy that the audit of any point leaves unexplained."""
-    largest, n_points = 0.0, 0
-    tuned = file.read("tuned/energy_j")[None]
-    levels = range(len(file.read("half_range")))
-    samples = (
-        file.read("samples/energy_j", (level, slice(first, first + ROWS)))
-        for level in levels
-        for first in range(0, len(file.config.samples), ROWS)
-    )
-    for part in chain([tuned], samples):
-        size = np.abs(part[..., :-1]).sum(axis=-1)
-        share = part[..., -1][size > 0.0] / size[size > 0.0]
-        largest, n_points = max(largest, share.max(initial=0.0)), n_points + share.size
-    return f"energy audit: {n_points} points, unexplained at most {largest:.1e} of what turned over"
 
 
 def point_shares(file, level):

@@ -22,7 +22,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import t as student
 
-from hpcrub.results.layout import STEADY
+from hpcrub.contact.status import STEADY
 
 N_BATCHES = 12
 FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.results.layout import AUDIT, Dataset
+from hpcrub.results.layout import Dataset
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 
@@ -71,7 +71,7 @@ def layout(config):
     """Datasets of the result file."""
     if is_tasks(config):
         return (*find(config).LAYOUT, STATUS)
-    return (*find(config).LAYOUT, *(AUDIT if config.debug.energy_audit else ()))
+    return find(config).LAYOUT
 
 
 def sizes(config):

@@ -14,12 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model import mistuning
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
 from hpcrub.response.sweep import Motion, Scene, run_sweep
-from hpcrub.results.layout import DIVERGED, POINT_REASON, POINT_STATUS, STEADY, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.statistics import coexistence
 from hpcrub.studies.problem import build_problem, modes_of
 from hpcrub.studies.sources import disks
@@ -104,7 +105,7 @@ def compute(problem, task, poll):
             )
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
     amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
-    result = result.marched_on(reason)
+    result = result.continued(reason)
     amplitude[result.point_status == DIVERGED] = np.nan
     local[result.point_status == DIVERGED] = np.nan
     yield "amplitude_m", task, result.amplitude
@@ -134,7 +135,7 @@ def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
 def windows(modes, scene, speeds_hz, motion, poll=None):
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
-    motion: Motion of all speeds. Returns the codes of ``reasons`` (S,), too; those of speeds whose
+    motion: Motion of all speeds. Returns the codes of ``status`` (S,), too; those of speeds whose
     motion was lost before mean nothing.
     """
     found = np.full((2, len(speeds_hz), N_WINDOWS), np.nan)
@@ -143,15 +144,15 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
         part = Motion(*(values[group] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
-            march = history.march(modes, scene, speeds_hz[group], duration, part, poll)
+            march = history.integrate(modes, scene, speeds_hz[group], duration, part, poll)
             sizes, codes = zip(
                 *((np.abs(p.observed).max(axis=0).T, p.reason) for p in march), strict=True
             )
             largest = scene.interface.of_blades(np.max(sizes, axis=0))  # (speeds of the group, N)
-            well = ~reasons.are_fatal(codes[-1])
+            well = ~status.are_fatal(codes[-1])
             at, largest = group[well], largest[well]
             found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
-            reason[group] = np.where(reasons.are_fatal(reason[group]), reason[group], codes[-1])
+            reason[group] = np.where(status.are_fatal(reason[group]), reason[group], codes[-1])
     return *found, reason
 
 
@@ -176,7 +177,7 @@ def report(file):
     several = coexistence.coexisting(found) > 1
     speeds, local = file.read("speeds_hz"), file.read("window_localisation").mean(axis=-1)
     reason = file.read("point_reason")
-    yield from reasons.lines(reasons.count(reason), reason.size)
+    yield from status.lines(status.count(reason), reason.size)
     share = np.mean(file.read("point_status") == STEADY)
     yield f"{100 * share:.0f} % of the points are steady, {found.max() + 1} branches"
     if several.any():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hpcrub.model.casing import bump_height, growth
+from hpcrub.model.casing import bump_height, ramp
 from hpcrub.results.layout import Dataset
 
 KERNEL = False
@@ -52,7 +52,7 @@ def compute(config, task, poll):
     inward = bump_height(scales["angle_rad"], casing.n_bumps, casing.bump_height)
     yield "inward_m", (), inward
     yield "gap_m", (), casing.clearance - inward
-    yield "growth", (), [growth(t, casing.growth_time) for t in scales["growth_time_s"]]
+    yield "growth", (), [ramp(t, casing.growth_time) for t in scales["growth_time_s"]]
 
 
 def report(file):

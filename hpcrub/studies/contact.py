@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from hpcrub.response.energy import ACCOUNTS
 from hpcrub.results.layout import KINDS, LAYOUT, SCALES
 from hpcrub.studies.problem import build_problem as prepare
 from hpcrub.studies.problem import sigma_of
@@ -20,7 +19,6 @@ def sizes(config):
         "mode": config.n_coordinates,
         "percentile": len(config.convergence.percentiles),
         "run": config.mistuning.tuned_runs,
-        "account": len(ACCOUNTS),
         "block": len(config.samples) // config.convergence.step,
     }
 

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import blade_stiffness, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.results.layout import DIVERGED, DONE, POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.studies.problem import Problem as Model
 from hpcrub.studies.problem import basis_of, build_problem
 from hpcrub.studies.sources import complete
@@ -126,13 +127,13 @@ def energies(modes, stiffness, scene, speeds_hz, poll=None):
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
-        march = history.march(modes, scene, speeds_hz[usable], duration, part, poll)
+        march = history.integrate(modes, scene, speeds_hz[usable], duration, part, poll)
         found, codes = zip(
             *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in march),
             strict=True,
         )
         energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]
-    result = result.marched_on(reason)
+    result = result.continued(reason)
     energy[result.point_status == DIVERGED] = np.nan
     return energy, result
 
@@ -162,7 +163,7 @@ def _largest(energy):
 def report(file):
     """Ranges of both amplifications, and what went wrong."""
     reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
-    yield from reasons.lines(reasons.count(reason), reason.size)
+    yield from status.lines(status.count(reason), reason.size)
     found, known = amplification(file), file.read("amplification")
     yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
     found = found[np.isfinite(found)]

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.signal import zoom_fft
 from scipy.signal.windows import hann
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 from hpcrub.response import history
 from hpcrub.results.layout import POINT_REASON, Dataset
 from hpcrub.studies.sources import disks, prepare_disks
@@ -65,7 +65,7 @@ def compute(problem, task, poll):
     speeds = config.speeds.values_hz[group]
     parts = [
         (piece.time, piece.observed, piece.reason)
-        for piece in history.march(modes, scene, speeds, config.history.duration_s, poll=poll)
+        for piece in history.integrate(modes, scene, speeds, config.history.duration_s, poll=poll)
     ]
     *values, reason = zip(*parts, strict=True)
     time, tips = map(np.concatenate, values)
@@ -73,7 +73,7 @@ def compute(problem, task, poll):
         yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
     for lane, speed in enumerate(group):
         yield "point_reason", (disk, speed), reason[-1][lane]
-        if reasons.are_fatal(reason[-1][lane]):
+        if status.are_fatal(reason[-1][lane]):
             continue
         interval = time[1, lane] - time[0, lane]
         window = tips[-round(config.spectrum.window_s / interval) :, :, lane]
@@ -104,7 +104,7 @@ def report(file):
     for disk in range(len(file.read("deviation"))):
         amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
         name = ("tuned disk", "pattern")[disk]
-        for line in reasons.lines(reasons.count(reason), len(reason)):
+        for line in status.lines(status.count(reason), len(reason)):
             yield f"{name}: {line}"
         if not np.isfinite(amplitude).any():
             continue

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.errors import InputError
 from hpcrub.model.disk import Disk, build_disk
 from hpcrub.model.mistuning import stiffness_deviation
@@ -11,7 +12,6 @@ from hpcrub.model.reduction import ReducedModel, craig_bampton, mistune, mistune
 from hpcrub.response import sweep
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.results.layout import NOT_STEADY, STEADY
 
 
 class Model(NamedTuple):
@@ -65,12 +65,11 @@ def _scene(config, reduced):
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,
         clearance=config.casing.clearance,
-        growth_time=config.casing.growth_time,
+        ramp_time=config.casing.growth_time,
         friction=config.contact.friction,
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.time.step,
-        audit=config.debug.energy_audit,
         steady=SteadyCriteria(
             first_check=steady.first_check,
             window_revolutions=steady.window_revolutions,
@@ -150,5 +149,4 @@ def point_values(result):
         "point_status": result.point_status,
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
-        "energy_j": result.energy,
     }

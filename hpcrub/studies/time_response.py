@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
-from hpcrub.contact import reasons
-from hpcrub.model.casing import bump_height, growth
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.model.casing import bump_height, ramp
 from hpcrub.response import history
 from hpcrub.response.steady import correlation
 from hpcrub.response.sweep import cut_revolution
-from hpcrub.results.layout import DIVERGED, NOT_STEADY, POINT_REASON, POINT_STATUS, STEADY, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.studies.sources import disks, prepare_disks, time_grid
 
 KERNEL = True
@@ -83,13 +84,13 @@ def compute(problem, task, poll):
     """March one disk and test its steady state; of one that diverges, say why."""
     config, scene, modes = problem.config, problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
-    pieces = list(history.march(modes, scene, [speed], duration, poll=poll))
+    pieces = list(history.integrate(modes, scene, [speed], duration, poll=poll))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
     reason = pieces[-1].reason[0]
     if task == 0:
         yield "time_s", (), time
     yield "point_reason", task, reason
-    if reasons.are_fatal(reason):
+    if status.are_fatal(reason):
         yield "point_status", task, DIVERGED
         return
     radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
@@ -108,7 +109,7 @@ def compute(problem, task, poll):
 
 def gap(scene, speed_hz, time, radial, tangential):
     """Gap of every tip, (T, n_c) [m]; the paper's, or that of the displaced position."""
-    grown = np.array([growth(t, scene.growth_time) for t in time])[:, None]
+    grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
     outward = radial
     radius = scene.interface.radius
@@ -153,16 +154,16 @@ def first_steady(file, disk):
 
 def report(file):
     """Amplitudes and the time of the steady state, or why there are none."""
-    status, reason = file.read("point_status"), file.read("point_reason")
-    for disk, name in enumerate(("tuned disk", "pattern")[: len(status)]):
-        if status[disk] == DIVERGED:
-            yield f"{name}: {reasons.words(reason[disk])}"
+    found, reason = file.read("point_status"), file.read("point_reason")
+    for disk, name in enumerate(("tuned disk", "pattern")[: len(found)]):
+        if found[disk] == DIVERGED:
+            yield f"{name}: {status.words(reason[disk])}"
             continue
         check = first_steady(file, disk)
         steady = "not steady" if check is None else f"steady at {file.read('check_s')[check]:.3f} s"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
         force = file.read("force_n", disk).max()
-        care = f"; {reasons.words(reason[disk])}" if reason[disk] else ""
+        care = f"; {status.words(reason[disk])}" if reason[disk] else ""
         yield (
             f"{name}: {steady}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
         )

@@ -66,8 +66,6 @@ def _say(text):
 
 def _more(config):
     """What a study needs beside the kernel itself."""
-    if config.debug.energy_audit:
-        yield "audit"
     if config.study in WITH_HISTORIES:
         yield "history"
 
@@ -75,12 +73,9 @@ def _more(config):
 def _load(config):
     more = set(_more(config))
     sweep.warm_up()
-    if "audit" in more:
-        sweep.warm_up(audit=True)
     if "history" in more:
         modes, scene = sweep.smallest_case()
-        scene = scene._replace(audit="audit" in more)
-        list(history.march(modes, scene, [100.0], scene.steady.first_check))
+        list(history.integrate(modes, scene, [100.0], scene.steady.first_check))
 
 
 def _warm_statistics():

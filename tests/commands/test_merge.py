@@ -147,19 +147,6 @@ def test_an_unfinished_sample_is_not_taken(folder):
     file.close()
 
 
-def test_the_energy_audit_is_merged_too(folder):
-    whole = config.replaced(load("study.yaml"), {"debug.energy_audit": True})
-    for k in (1, 2):
-        storage.lay_out(f"{k}.h5", parts.cut(whole, k, 2))
-        file = storage.ResultFile.open(f"{k}.h5", mode="r+")
-        file.write_sample(1, 0, {"energy_j": np.full((3, 6), float(k)), "status": DONE})
-        file.close()
-    assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (2, 10)
-    file = storage.ResultFile.open("whole.h5")
-    np.testing.assert_array_equal(file.read("samples/energy_j", (1, (0, 2), 1, 5)), [1.0, 2.0])
-    file.close()
-
-
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
         storage.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))

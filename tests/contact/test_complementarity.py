@@ -10,13 +10,13 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcrub.contact import multipliers, reasons
+from hpcrub.contact import multipliers, status
 from hpcrub.contact.complementarity import flaw, is_p_matrix, solve_by_pivoting
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Scene, run_sweep
-from hpcrub.results.layout import DIVERGED, STEADY
 
 CYCLE = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
 
@@ -80,13 +80,13 @@ def test_pivoting_says_when_there_is_no_solution():
 @pytest.mark.parametrize(
     ("W", "expected"),
     [
-        (np.eye(3), reasons.NONE),
-        (CYCLE, reasons.NONE),
-        (np.array([[1.0, 0.0], [0.0, -1e-9]]), reasons.SELF_LOCKING),
-        (np.array([[1.0, 0.0], [0.0, 0.0]]), reasons.SELF_LOCKING),
-        (np.array([[1.0, 2.0], [2.0, 1.0]]), reasons.NOT_UNIQUE),
-        (np.array([[1.0, np.nan], [0.0, 1.0]]), reasons.NOT_FINITE),
-        (np.kron(np.eye(8), CYCLE), reasons.UNPROVEN),
+        (np.eye(3), status.NONE),
+        (CYCLE, status.NONE),
+        (np.array([[1.0, 0.0], [0.0, -1e-9]]), status.JAMMING),
+        (np.array([[1.0, 0.0], [0.0, 0.0]]), status.JAMMING),
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), status.NOT_UNIQUE),
+        (np.array([[1.0, np.nan], [0.0, 1.0]]), status.NOT_FINITE),
+        (np.kron(np.eye(8), CYCLE), status.UNPROVEN),
     ],
 )
 def test_flaws_are_named(W, expected):
@@ -112,7 +112,7 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
     result = run_sweep(modes, scene, speeds, width=8)
     assert (result.max_sweeps == multipliers.MAX_SWEEPS).all()
     assert (result.point_status == STEADY).all()
-    assert (result.point_reason == reasons.NONE).all()
+    assert (result.point_reason == status.NONE).all()
     one, one_scene = masses(np.eye(1))
     one = Modes.planar(one.omega, one.normal, np.full((1, 1), modes.tangential[0].sum()))
     alone = run_sweep(one, one_scene._replace(friction=0.0), speeds, width=8)
@@ -125,11 +125,11 @@ def test_forces_are_found_where_gauss_seidel_runs_in_circles():
 @pytest.mark.parametrize(
     ("W", "reason"),
     [
-        (np.array([[1.0, 0.0], [0.0, -0.5]]), reasons.SELF_LOCKING),
-        (np.array([[1.0, 2.0], [2.0, 1.0]]), reasons.NOT_UNIQUE),
+        (np.array([[1.0, 0.0], [0.0, -0.5]]), status.JAMMING),
+        (np.array([[1.0, 2.0], [2.0, 1.0]]), status.NOT_UNIQUE),
         # too many to prove anything; no forces exist, and Gauss–Seidel grows until it overflows
-        (3.0 * np.eye(8) - 2.0, reasons.NOT_UNIQUE),
-        (3.0 * np.eye(15) - 2.0, reasons.UNSOLVED),
+        (3.0 * np.eye(8) - 2.0, status.NOT_UNIQUE),
+        (3.0 * np.eye(15) - 2.0, status.UNSOLVED),
     ],
 )
 def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):
@@ -141,7 +141,7 @@ def test_a_flaw_is_the_reason_of_a_diverged_point_that_touches(W, reason):
     assert np.isnan(result.amplitude).all()
     far = run_sweep(modes, scene._replace(clearance=2.1e-3), speeds, width=8)
     assert (far.point_status == STEADY).all()
-    assert (far.point_reason == reasons.NONE).all()
+    assert (far.point_reason == status.NONE).all()
     assert (far.max_sweeps == 0).all()
 
 
@@ -153,4 +153,4 @@ def test_an_operator_that_is_not_finite_is_the_reason_too(kinematics):
     with np.errstate(all="ignore"):
         result = run_sweep(huge, scene, np.array([12.0]), width=8)
     assert result.point_status[0] == DIVERGED
-    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.SELF_LOCKING)
+    assert result.point_reason[0] in (status.NOT_FINITE, status.JAMMING)

@@ -42,7 +42,7 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
             aligned_zeros((n_blocks * n_points, width)),
         )
     )
-    kernel.march((0,) * width, *bank, n_blocks, 0, 1)
+    kernel.integrate((0,) * width, *bank, n_blocks, 0, 1)
     history = bank.record.history.reshape(n_blocks * n_steps, n_points, width)
     return history[:, : len(modes.observed), : len(speeds)], bank
 
@@ -95,7 +95,7 @@ def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
     for step in range(1, n_steps + 1):
         free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
         angle = scene.interface.angle + 2.0 * np.pi * step / revolution
-        grown = casing.growth(step * h, scene.growth_time)
+        grown = casing.ramp(step * h, scene.ramp_time)
         depth, normal, force = contact_of(scene, free, angle, grown)
         f = np.zeros(len(M))
         if depth.max() > 0.0:
@@ -133,7 +133,7 @@ def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics
 def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned, kinematics):
     scene = reference_scene(kinematics=kinematics, step=2e-5)
     grid = cut_revolution(SPEEDS[0], scene)
-    pieces = list(histories.march(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
+    pieces = list(histories.integrate(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
     radial, tangential = (
         np.concatenate([getattr(piece, f"{name}_force")[:, :, 0] for piece in pieces])
         for name in ("normal", "tangential")
@@ -193,9 +193,9 @@ def step_by_step(bank, scene, n_steps, width):
     for step in range(n_steps):
         bump[0] = table[step]
         bank.state.multiplier[:] = 0.0
-        kernel.march((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
+        kernel.integrate((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
         depth = bank.scheme.normal.T @ bank.state.position
-        depth += bank.state.growth * table[step][:, None] - bank.scheme.clearance.T
+        depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance.T
         yield depth, bank.state.multiplier[:-1]
 
 
@@ -237,7 +237,7 @@ def released(name, n_steps, damping_ratio=0.02):
 
     bank.state.position[0, 0] = 1.0
     bank.state.increment[0, 0] = 1.0 - exact(-h)
-    kernel.march((0,), *bank, 1, -1, 1)
+    kernel.integrate((0,), *bank, 1, -1, 1)
     return abs(bank.state.position[0, 0] - exact(1.0))
 
 

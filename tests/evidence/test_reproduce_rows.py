@@ -5,7 +5,8 @@ import pytest
 
 from evidence.reproduce import numbers, pattern, rows, sensitivity
 from hpcrub.config.schema import Config
-from hpcrub.results.layout import DONE, STEADY
+from hpcrub.contact.status import STEADY
+from hpcrub.results.layout import DONE
 
 RNG = np.random.default_rng(0)
 SPEEDS = np.arange(33.5, 35.51, 0.05)

@@ -6,12 +6,12 @@ import pytest
 from evidence.stress import checks, histories, marches, monte_carlo, operators, steady_state
 from evidence.stress.corners import CORNERS, Case, build, cases
 from evidence.stress.model import reference_reduced, reference_scene
-from hpcrub.contact import reasons
+from evidence.validation import energy_balance
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import energy
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import cut_revolution
-from hpcrub.results.layout import DIVERGED, STEADY
 
 FIRST = {case.corner: case for case in cases(share=0.01)}
 
@@ -47,7 +47,7 @@ def test_checks_find_nothing_in_a_sound_result(sound):
         ("amplitude", np.inf, "NaN or infinity"),
         ("point_status", 0, "without a status"),
         ("point_status", DIVERGED, "diverged point with a result"),
-        ("point_reason", reasons.TOO_LARGE, "contradict"),
+        ("point_reason", status.TOO_LARGE, "contradict"),
         ("time", 1e3, "longer than allowed"),
     ],
 )
@@ -114,7 +114,7 @@ def test_false_flaws_are_noticed(sound, friction):
     case = Case("none", 1)
     flawed = checks.run_sweep(modes, scene._replace(friction=friction), speeds)
     assert operators.judge(case, modes, scene._replace(friction=friction), speeds, flawed)[1] == []
-    fault = f"{reasons.WORDS[flawed.point_reason[0]]}, against its principal minors"
+    fault = f"{status.WORDS[flawed.point_reason[0]]}, against its principal minors"
     assert operators.judge(case, modes, scene, speeds, flawed) == (8, [fault] * 8)
     sound_ones = flawed._replace(point_reason=result.point_reason, point_status=result.point_status)
     case = Case("none", operators.SOUND_EVERY)
@@ -127,7 +127,7 @@ def test_a_history_that_hides_its_failure_is_noticed(sound, monkeypatch):
     locked = scene._replace(friction=1.5)
     failed = checks.run_sweep(modes, locked, speeds)
     assert marches.whole(modes, locked, speeds, failed, checks.MOST_ROUND_OFF) == (8, [])
-    monkeypatch.setattr(marches.history, "judge", lambda *arguments: reasons.NONE)
+    monkeypatch.setattr(marches.history, "judge", lambda *arguments: status.NONE)
     faults = marches.whole(modes, locked, speeds, failed, checks.MOST_ROUND_OFF)[1]
     assert "a history goes through the casing without a reason" in faults
     assert "a history fails where its sweep does not, or the other way round" in faults
@@ -135,7 +135,7 @@ def test_a_history_that_hides_its_failure_is_noticed(sound, monkeypatch):
 
 def test_energy_from_nowhere_is_noticed(sound, monkeypatch):
     modes, scene, speeds, result = sound
-    monkeypatch.setattr(energy, "TOLERANCE", 0.0)
+    monkeypatch.setattr(energy_balance, "TOLERANCE", 0.0)
     _, n_open, faults = marches.audited(modes, scene, speeds, result, checks.WIDTH)
     assert n_open == 8
     assert faults == ["the energy audit does not close"]

@@ -74,7 +74,7 @@ def test_recorded_motion_is_that_of_the_single_steps():
     n = int(2.0 / step)
     bank, _ = bar.falling_bank(20, "central_difference", step, n)
     record = kernel.Record(aligned_zeros((12 * n, 8)), aligned_zeros((12, 8)))
-    kernel.march((0,) * 8, *bank._replace(record=record), 1, 0, 1)
+    kernel.integrate((0,) * 8, *bank._replace(record=record), 1, 0, 1)
     recorded = bar.HEIGHT + record.history.reshape(n, 12, 8)[:, 0, 0]
     _, u, _, force = bar.bounce(20, "central_difference", step, (n + 0.5) * step)
     assert force.max() > 0.0

@@ -5,11 +5,11 @@ import pytest
 
 from evidence.validation import disk, full_disk, linear_load
 from evidence.validation.report import fitted_order
+from hpcrub.contact.status import STEADY
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Scene, run_sweep
-from hpcrub.results.layout import STEADY
 from tests.truth.disk import MATERIAL, disk_section
 
 DAMPING_RATIO = 0.02
@@ -29,7 +29,7 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
         n_bumps=4,
         bump_height=1.25e-3,
         clearance=0.25e-3,
-        growth_time=0.01,
+        ramp_time=0.01,
         friction=0.15,
         scheme="exact_modal",
         step=4e-6,

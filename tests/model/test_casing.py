@@ -1,11 +1,11 @@
-"""Bumps of the casing and their growth (paper, equation 1)."""
+"""Bumps of the casing and their ramp (paper, equation 1)."""
 
 import math
 
 import numpy as np
 import pytest
 
-from hpcrub.model.casing import bump_height, bump_table, growth
+from hpcrub.model.casing import bump_height, bump_table, ramp
 
 
 @pytest.mark.parametrize("n_bumps", [1, 3, 4, 7])
@@ -26,8 +26,8 @@ def test_table_is_the_function_at_the_end_of_each_step():
 
 
 def test_growth():
-    assert growth(0.0, 0.01) == 0.0
-    assert growth(0.01, 0.01) == 1.0 == growth(1.0, 0.01)
-    assert growth(0.004, 0.01) == pytest.approx((1 - math.exp(-2)) / (1 - math.exp(-5)))
-    assert growth(0.0, 0.0) == 0.0  # bumps of no growth time are there after the first step
-    assert growth(1e-300, 0.0) == 1.0
+    assert ramp(0.0, 0.01) == 0.0
+    assert ramp(0.01, 0.01) == 1.0 == ramp(1.0, 0.01)
+    assert ramp(0.004, 0.01) == pytest.approx((1 - math.exp(-2)) / (1 - math.exp(-5)))
+    assert ramp(0.0, 0.0) == 0.0  # bumps of no ramp time are there after the first step
+    assert ramp(1e-300, 0.0) == 1.0

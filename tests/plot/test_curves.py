@@ -10,6 +10,7 @@ import pytest
 from matplotlib import pyplot as plt
 
 from hpcrub.config.schema import Config
+from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.plot import (
     branches,
     casing,
@@ -22,7 +23,7 @@ from hpcrub.plot import (
     linear,
     modal,
 )
-from hpcrub.results.layout import DONE, NOT_STEADY, STEADY
+from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import percentile_interval
 from tests.program import TINY
 

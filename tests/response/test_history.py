@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from hpcrub.config.schema import Config
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import blade_stiffness, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import DIVERGED, STEADY
 from hpcrub.studies import branches, energy, interaction_map, time_response
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY
@@ -38,7 +38,7 @@ def mistuned(problem):
 
 def whole(modes, scene, speeds, duration, motion=None):
     """Time, modal coordinates and radial forces of a march, (T, ..., S)."""
-    pieces = list(history.march(modes, scene, speeds, duration, motion))
+    pieces = list(history.integrate(modes, scene, speeds, duration, motion))
     return [
         np.concatenate([getattr(piece, name) for piece in pieces])
         for name in ("time", "position", "normal_force")
@@ -107,7 +107,7 @@ def test_forces_balance_the_mean_deflection(problem, modes):
 
 
 def test_no_tip_is_inside_the_casing(problem, modes):
-    scene = problem.scene._replace(growth_time=0.0)
+    scene = problem.scene._replace(ramp_time=0.0)
     time, q, force = whole(modes, scene, [34.0], 0.1)
     tips = [np.einsum("ck,rk->rc", m, q[:, :, 0]) for m in (modes.normal, modes.tangential)]
     gap = time_response.gap(scene, 34.0, time[:, 0], *tips)
@@ -118,12 +118,12 @@ def test_no_tip_is_inside_the_casing(problem, modes):
 
 
 FAILING = [
-    ({"friction": 1.5}, reasons.SELF_LOCKING),
-    ({"friction": 1.2}, reasons.NOT_UNIQUE),
-    ({"friction": 1.5, "kinematics": "polar"}, reasons.SELF_LOCKING),
-    ({"friction": 1.2, "kinematics": "polar"}, reasons.UNSOLVED),
-    ({"scheme": "central_difference", "step": 1e-4}, reasons.TOO_LARGE),  # unstable
-    ({"friction": 0.6, "bump_height": 3e-3}, reasons.TOO_LARGE),  # flutter
+    ({"friction": 1.5}, status.JAMMING),
+    ({"friction": 1.2}, status.NOT_UNIQUE),
+    ({"friction": 1.5, "kinematics": "polar"}, status.JAMMING),
+    ({"friction": 1.2, "kinematics": "polar"}, status.UNSOLVED),
+    ({"scheme": "central_difference", "step": 1e-4}, status.TOO_LARGE),  # unstable
+    ({"friction": 0.6, "bump_height": 3e-3}, status.TOO_LARGE),  # flutter
 ]
 
 
@@ -132,10 +132,10 @@ def test_a_history_fails_where_the_sweep_does(problem, modes, changes, reason):
     scene, speeds = problem.scene._replace(**changes), [34.0, 34.2]
     result = run_sweep(modes, scene, speeds)
     assert (result.point_status == DIVERGED).all()
-    *_, last = history.march(modes, scene, speeds, 0.3)
+    *_, last = history.integrate(modes, scene, speeds, 0.3)
     assert last.reason.tolist() == [reason] * 2  # a sweep, looking later, may find NOT_FINITE
-    assert np.isin(result.point_reason, (reason, reasons.NOT_FINITE)).all()
-    *_, sound = history.march(modes, problem.scene, speeds, 0.3)
+    assert np.isin(result.point_reason, (reason, status.NOT_FINITE)).all()
+    *_, sound = history.integrate(modes, problem.scene, speeds, 0.3)
     assert not sound.reason.any()
 
 
@@ -148,10 +148,10 @@ def test_a_failure_stays():
     motion = Motion.at_rest(2, len(modes.omega))
     tips = modes.tangential[:, 0]
     motion.position[0, 0] = 1.1 * scene.interface.radius.max() / np.abs(tips).max()
-    first, *_, last = history.march(modes, scene, [34.0, 34.2], 0.1, motion)
+    first, *_, last = history.integrate(modes, scene, [34.0, 34.2], 0.1, motion)
     end = np.abs(modes.tangential @ last.position[-1, :, 0]).max()
     assert end < 0.01 * scene.interface.radius.max()
-    assert first.reason.tolist() == last.reason.tolist() == [reasons.TOO_LARGE, reasons.NONE]
+    assert first.reason.tolist() == last.reason.tolist() == [status.TOO_LARGE, status.NONE]
 
 
 def test_points_that_fail_when_marched_on_have_no_result():
@@ -160,13 +160,13 @@ def test_points_that_fail_when_marched_on_have_no_result():
         amplitude=np.array([1.0, 2.0, nan]),
         localisation=np.array([0.1, 0.2, nan]),
         point_status=np.array([STEADY, STEADY, DIVERGED], np.uint8),
-        point_reason=np.array([reasons.UNPROVEN, 0, reasons.SELF_LOCKING], np.uint8),
+        point_reason=np.array([status.UNPROVEN, 0, status.JAMMING], np.uint8),
     )
-    later = result.marched_on(np.array([0, reasons.UNSOLVED, reasons.NOT_FINITE]))
+    later = result.continued(np.array([0, status.UNSOLVED, status.NOT_FINITE]))
     np.testing.assert_array_equal(later.amplitude, [1.0, nan, nan])
     np.testing.assert_array_equal(later.localisation, [0.1, nan, nan])
     assert later.point_status.tolist() == [STEADY, DIVERGED, DIVERGED]
-    expected = [reasons.UNPROVEN, reasons.UNSOLVED, reasons.SELF_LOCKING]
+    expected = [status.UNPROVEN, status.UNSOLVED, status.JAMMING]
     assert later.point_reason.tolist() == expected
 
 
@@ -181,14 +181,14 @@ def test_diverged_points_have_no_energies_and_no_windows(problem, modes, changes
     cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))
     values = branches.compute(branches.Problem(cfg, model.scene, modes), 0, None)
     values = {name: value for name, _, value in values}
-    assert reasons.are_fatal(values["point_reason"]).all()
+    assert status.are_fatal(values["point_reason"]).all()
     for name in ("amplitude_m", "localisation", "window_amplitude_m", "window_localisation"):
         assert np.isnan(values[name]).all()
 
 
 def test_gap_of_a_tip_at_its_place(problem):
     """Polar: the tip's place in space is a complex number, its angle and radius meet the casing."""
-    scene = problem.scene._replace(kinematics="polar", growth_time=0.0)
+    scene = problem.scene._replace(kinematics="polar", ramp_time=0.0)
     random = np.random.default_rng(4)
     time = random.uniform(0.0, 0.1, 50)
     radial, tangential = random.uniform(-0.02, 0.02, (2, 50, 12))

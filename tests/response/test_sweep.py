@@ -5,8 +5,9 @@ import pytest
 
 from evidence.validation.events import Reference, Wall
 from evidence.validation.motion import Structure
-from hpcrub.contact import kernel, reasons
+from hpcrub.contact import kernel, status
 from hpcrub.contact.kernel import Shortcuts
+from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
@@ -20,7 +21,6 @@ from hpcrub.response.sweep import (
     run_sweep,
     speed_bands,
 )
-from hpcrub.results.layout import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from tests.truth.disk import reference_reduced, reference_scene
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
@@ -127,7 +127,7 @@ def test_unstable_step_is_diverged_and_has_no_amplitude(modes):
     scene = scene_of(scheme="central_difference", step=3.7e-5)
     result = run_sweep(modes, scene, np.array([34.0]))
     assert result.point_status[0] == DIVERGED
-    assert result.point_reason[0] in (reasons.NOT_FINITE, reasons.TOO_LARGE)
+    assert result.point_reason[0] in (status.NOT_FINITE, status.TOO_LARGE)
     assert np.isnan(result.amplitude[0])
     assert np.isnan(result.localisation[0])
 
@@ -138,7 +138,7 @@ def test_the_reference_disk_locks_itself_at_high_friction(modes, kinematics):
     for friction, locked in ((0.5, False), (1.0, True)):
         scene = scene_of(friction=friction, kinematics=kinematics)
         result = run_sweep(modes, scene, np.array([34.0]), width=8)
-        assert (result.point_reason[0] == reasons.SELF_LOCKING) == locked
+        assert (result.point_reason[0] == status.JAMMING) == locked
         assert result.max_sweeps[0] > 0
 
 
@@ -147,7 +147,7 @@ def test_an_unstable_step_is_not_called_self_locking(modes):
     scene = scene_of(kinematics="polar", scheme="central_difference", step=1e-4)
     result = run_sweep(modes, scene, np.array([34.0]), width=8)
     assert result.point_status[0] == DIVERGED
-    assert result.point_reason[0] != reasons.SELF_LOCKING
+    assert result.point_reason[0] != status.JAMMING
 
 
 def test_poll_can_stop_a_sweep(modes):
@@ -222,7 +222,7 @@ def test_one_blade_moves_as_between_exact_events():
     """The amplitude is that of the event-driven motion over the same three revolutions."""
     speed, dt = 15.0, 1e-4
     modes, scene = one_blade(
-        interface=planar_interface(np.full(1, np.pi), 1.0), growth_time=0.0, step=1e-5
+        interface=planar_interface(np.full(1, np.pi), 1.0), ramp_time=0.0, step=1e-5
     )
     result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
     assert result.point_status[0] == STEADY

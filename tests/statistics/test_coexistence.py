@@ -9,7 +9,7 @@ same label along a branch.
 import numpy as np
 import pytest
 
-from hpcrub.results.layout import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.statistics import coexistence
 
 N_WINDOWS = 60

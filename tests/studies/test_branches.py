@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from hpcrub.commands import run as cli
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import DIVERGED, STEADY
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import branches
 from hpcrub.studies.problem import build_problem
@@ -50,7 +50,7 @@ def test_branches(tmp_path, monkeypatch):
     run_sweep(modes, problem.scene, speeds, motion=motion)
     largest = np.zeros((12, 3, 12))  # windows of three revolutions, speeds, tips
     for window in largest:
-        for piece in history.march(modes, problem.scene, speeds, 3 / speeds.max(), motion):
+        for piece in history.integrate(modes, problem.scene, speeds, 3 / speeds.max(), motion):
             tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, piece.position))
             np.maximum(window, tips.max(axis=0), out=window)
     np.testing.assert_allclose(motion.time, rest.time + 12 * 3 / speeds)

@@ -18,7 +18,7 @@ from hpcrub import plot
 from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config import schema as config
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.plot import families
@@ -278,7 +278,7 @@ def test_energy(folder):
 
     file = ResultFile.open("energy.h5", mode="r+")
     before = energy.amplification(file)
-    file.write({"energy_j": np.nan, "point_reason": reasons.TOO_LARGE}, 1)
+    file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
     np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
     assert next(energy.report(file)).startswith("3 of 12 points: diverged")
     plot.draw(["energy.h5"], "energy")
@@ -294,7 +294,7 @@ def largest_energies(config, deviation):
     modes = mistuned_modes(problem.reduced, deviation)
     motion = Motion.at_rest(len(speeds), len(modes.omega))
     run_sweep(modes, problem.scene, speeds, motion=motion)
-    pieces = history.march(modes, problem.scene, speeds, 3 / speeds.max(), motion)
+    pieces = history.integrate(modes, problem.scene, speeds, 3 / speeds.max(), motion)
     q = np.concatenate([piece.position for piece in pieces])
     u = np.einsum("nk,rks->rsn", problem.reduced.basis @ modes.shapes, q)
     disk = problem.disk

@@ -44,7 +44,7 @@ def test_strain_energy_is_that_of_the_full_model(basis):
     motion = Motion.at_rest(1, len(modes.omega))
     run_sweep(modes, model.scene, [34.0], motion=motion)
     duration = cfg.steady_state.window_revolutions / 34.0
-    pieces = history.march(modes, model.scene, [34.0], duration, motion)
+    pieces = history.integrate(modes, model.scene, [34.0], duration, motion)
     q = np.concatenate([piece.position[:, :, 0] for piece in pieces])
     u = q @ (reduced.basis @ modes.shapes).T
     expected = [

@@ -13,14 +13,14 @@ from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
 from hpcrub.commands.plot import main as plot_main
 from hpcrub.config import schema as config
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import storage
-from hpcrub.results.layout import DIVERGED, STEADY
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import time_response
 from hpcrub.studies.problem import build_model, build_problem
@@ -246,7 +246,7 @@ def test_interaction_map(folder):
     for disk, deviation in enumerate(file.read("deviation")):
         modes = mistuned_modes(problem.reduced, deviation)
         for group in (slice(0, 8), slice(8, 9)):
-            pieces = list(history.march(modes, problem.scene, speeds[group], 0.4))
+            pieces = list(history.integrate(modes, problem.scene, speeds[group], 0.4))
             time, q = (np.concatenate([piece[n] for piece in pieces]) for n in (0, 1))
             tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, q)).max(axis=2)
             tips[time < time[-1] - 0.2] = 0.0
@@ -269,7 +269,7 @@ def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
     assert f"tuned disk: {words}" in out
     assert "steady" not in out
     assert file.read("point_status").tolist() == [DIVERGED]
-    assert reasons.words(file.read("point_reason", 0)).startswith(words)
+    assert status.words(file.read("point_reason", 0)).startswith(words)
     assert np.isfinite(file.read("time_s")).all()
     for name in ("radial_m", "tangential_m", "gap_m", "force_n", "correlation"):
         assert np.isnan(file.read(name)).all()
@@ -280,7 +280,7 @@ def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
     out = capfd.readouterr().out
     assert f"pattern: 3 of 3 points: {words}" in out
     assert "mm" not in out
-    assert reasons.are_fatal(file.read("point_reason")).all()
+    assert status.are_fatal(file.read("point_reason")).all()
     assert np.isnan(file.read("spectrum_m")).all()
     assert np.isnan(file.read("amplitude_m")).all()
     assert (folder / "interaction_map.png").stat().st_size > 10_000

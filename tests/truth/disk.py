@@ -58,7 +58,7 @@ def reference_scene(**changes):
         "n_bumps": 4,
         "bump_height": 1.25e-3,
         "clearance": 0.25e-3,
-        "growth_time": 0.01,
+        "ramp_time": 0.01,
         "friction": 0.15,
     }
     return Scene(**(values | changes))

@@ -1,4 +1,4 @@
-"""The energy audit in plain Python and NumPy: the twin of `response.energy.march`."""
+"""The energy audit in plain Python and NumPy: the twin of `evidence.validation.energy_balance`."""
 
 from typing import NamedTuple
 
@@ -30,18 +30,18 @@ class Ledger(NamedTuple):
 
 
 def audit(bank, n_steps):
-    """March a Bank, at the start of its table, and account for its energy.
+    """Integrate a Bank in time, at the start of its table, and account for its energy.
 
     Args:
-        bank: bank.Bank (modified: it is marched).
+        bank: bank.Bank (modified).
         n_steps: how far.
 
     Returns:
         Ledger. Idle lanes have zeros.
     """
     scheme, state = bank.scheme, bank.state
-    inverse = np.divide(1.0, scheme.push, out=np.zeros_like(scheme.push), where=scheme.push > 0.0)
-    inertia, loss = (1.0 + scheme.keep) * inverse / 4.0, (1.0 - scheme.keep) * inverse / 4.0
+    inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
+    inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
     spring = scheme.squared[:, None] / 2.0
     q, d = state.position.copy(), state.increment.copy()
     start = state.n_steps.copy()
@@ -74,7 +74,7 @@ def _gap(bank, q, start, n):
     scheme, polar = bank.scheme, bank.polar
     n_points, n_rows = len(polar.angle), len(scheme.bump)
     t = np.maximum(start + n, 0) * scheme.step
-    grown = np.array([casing.growth(time, scheme.growth_time) for time in t])
+    grown = np.array([casing.ramp(time, scheme.ramp_time) for time in t])
     u_r = scheme.normal[:, :n_points].T @ q
     if polar.enabled:
         u_t = scheme.tangential[:, :n_points].T @ q

@@ -1,4 +1,4 @@
-"""Where the energy of a march goes: an audit that closes to rounding, for debugging.
+"""Where the energy of a contact run goes: a balance that closes to rounding.
 
 Both schemes read  d_{n+1} = keep·d_n − ω² push·q_n + push·f,  f the force that acts at t_n. Times
 (d_{n+1} + d_n)/(2 push), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
@@ -20,7 +20,7 @@ normal of the predicted position. This leaves, by Taylor's theorem with b the bu
 
 so that a loss may be negative, but never below −λ (r_{n−1} + r_{n+1})/2, r = 0 without contact.
 
-An audited march takes the same steps, bit for bit, and several times as long.
+An audited integration takes the same steps, bit for bit, and several times as long.
 """
 
 from typing import NamedTuple
@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import advance, correct, grow, observe
+from hpcrub.contact.kernel import bump_ramp, correct, observe, take_step
 from hpcrub.model import casing
 
 NEGATIVE, BOUND, BEYOND = range(3)  # rows of `Books.negative`
@@ -36,12 +36,12 @@ CASING, FRICTION, EXTERNAL, DAMPING, IMPACT = range(5)  # rows of `Books.work`
 ACCOUNTS = ("casing", "friction", "damping", "impact", "stored", "unexplained")
 TOLERANCE = 1e-9  # of the energy turned over: what may stay unexplained, of works and of signs
 
-growth, bump_height = compiled(casing.growth), compiled(casing.bump_height)
+bump_height = compiled(casing.bump_height)
 
 
 class Books(NamedTuple):
-    """What an audited march keeps. K modes, C contact points, L lanes; r rows, one after another
-    for each step, and the first again after the last."""
+    """What an audited integration keeps. K modes, C contact points, L lanes; r rows, one after
+    another for each step, and the first again after the last."""
 
     inertia: np.ndarray  # (1 + keep)/(4 push) (K, L)
     loss: np.ndarray  # (1 − keep)/(4 push) (K, L)
@@ -56,11 +56,6 @@ class Books(NamedTuple):
     # losses of single tips below zero (3, L) [J]: their sum, what r allows of it, the rest beyond
     negative: np.ndarray
     row: np.ndarray  # (1,) of the next step
-
-    def take(self, lanes):
-        """Books of some of the lanes only."""
-        parts = (np.ascontiguousarray(values[..., lanes]) for values in self[:-1])
-        return Books(*parts, self.row)
 
 
 def open_books(bank, n_rows=1):
@@ -81,25 +76,25 @@ def open_books(bank, n_rows=1):
 
 
 def audit(bank, n_blocks):
-    """March a Bank, at the start of its table, and account for its energy.
+    """Integrate a Bank in time, at the start of its table, and account for its energy.
 
     Args:
-        bank: bank.Bank (modified: it is marched).
+        bank: bank.Bank (modified).
         n_blocks: how far.
 
     Returns:
         Books with one row for each step.
     """
     books = open_books(bank, n_blocks * len(bank.scheme.bump))
-    for lane in np.flatnonzero(bank.scheme.push[0]):
+    for lane in np.flatnonzero(bank.scheme.gain[0]):
         open_lane(books, bank, lane)
-    march((0,) * len(bank.scheme.step), *bank, n_blocks, -1, 1, books)
+    integrate((0,) * len(bank.scheme.step), *bank, n_blocks, -1, 1, books)
     return books
 
 
 def open_lane(books, bank, lane):
     """Begin the account of a lane that has just been filled (books are modified)."""
-    keep, push = bank.scheme.keep[:, lane], bank.scheme.push[:, lane]
+    keep, push = bank.scheme.decay[:, lane], bank.scheme.gain[:, lane]
     q, d = bank.state.position[:, lane], bank.state.increment[:, lane]
     books.inertia[:, lane], books.loss[:, lane] = (1.0 + keep) / push / 4, (1.0 - keep) / push / 4
     books.increment[:, lane] = d
@@ -135,7 +130,7 @@ def find_gaps(scheme, state, polar, step, back, lane, gap):
     Before its first step a lane has moved at its present velocity.
     """
     t = max(state.n_steps[lane] - back, 0) * scheme.step[lane]
-    grown = growth(t, scheme.growth_time)
+    grown = bump_ramp(t, scheme.ramp_time)
     for i in range(len(polar.angle)):
         u_r = u_t = 0.0
         for k in range(state.position.shape[0]):
@@ -174,7 +169,7 @@ def account(lanes, scheme, state, polar, step, n_active, books):
                 work[EXTERNAL, lane] += scheme.external[step, k] * moved / 2.0
     books.slack[2] = 0.0
     for lane in range(len(lanes)):
-        if scheme.push[0, lane] > 0.0:  # else idle
+        if scheme.gain[0, lane] > 0.0:  # else idle
             find_gaps(scheme, state, polar, step, 0, lane, books.gap[2])
             contact_work(scheme, state, polar, n_active, lane, books, work)
     books.gap[0], books.gap[1] = books.gap[1], books.gap[2]
@@ -244,8 +239,8 @@ def contact_work(scheme, state, polar, n_active, lane, books, work):
 
 
 @compiled
-def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride, books):
-    """`kernel.march`, step for step the same bits, with every step in the books (modified)."""
+def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, stride, books):
+    """`kernel.integrate`, step for step the same bits, with every step in the books (modified)."""
     n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
     for b in range(n_blocks):
@@ -253,10 +248,7 @@ def march(lanes, scheme, contact, state, record, polar, n_blocks, block, stride,
         if block >= 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
-            grow(scheme, state)
-            for lane in range(len(lanes)):
-                state.n_steps[lane] += 1
-            n_active = advance(lanes, scheme, contact, state, polar, step, 0)
+            n_active, _ = take_step(lanes, scheme, contact, state, polar, step, 0, True)
             correct(lanes, scheme, state, n_active)
             account(lanes, scheme, state, polar, step, n_active, books)
             if block >= 0 and (step + 1) % stride == 0:

@@ -8,16 +8,12 @@ A mass that hits a fixed wall loses m v²/2.
 import numpy as np
 import pytest
 
+from evidence.validation import energy_balance
 from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of, signs
 from evidence.validation.motion import Structure, make_bank, single_steps, start_free
 from evidence.validation.report import fitted_order
-from hpcrub.config.schema import Config
-from hpcrub.contact import kernel, reasons
+from hpcrub.contact import kernel
 from hpcrub.model import casing
-from hpcrub.response import energy, history, sweep
-from hpcrub.results.layout import DIVERGED
-from hpcrub.studies import problem as study
-from tests.program import TINY
 from tests.truth.energy import audit as plain_audit
 
 N_BLOCKS, N_ROWS = 2, REVOLUTION // 4
@@ -28,23 +24,23 @@ LANES = slice(0, len(SPEEDS))
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_audit_of_the_disk_closes_to_rounding(kinematics, name):
-    books = energy.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
+    books = energy_balance.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
     work = books.work[:, :, LANES]
-    assert (work[:, energy.IMPACT].sum(axis=0) > 1.0).all()  # J: contact did occur
-    assert (work[:, energy.FRICTION].sum(axis=0) < -1.0).all()
+    assert (work[:, energy_balance.IMPACT].sum(axis=0) > 1.0).all()  # J: contact did occur
+    assert (work[:, energy_balance.FRICTION].sum(axis=0) < -1.0).all()
     turned_over = np.abs(work).sum(axis=(0, 1))
     assert (books.unexplained[:, LANES].sum(axis=0) < 1e-11 * turned_over).all()
     assert books.unexplained.max() < 1e-13 * books.energy.max()
-    assert work[:, energy.DAMPING].min() >= 0.0
-    assert (-books.negative[energy.BEYOND, LANES] < 1e-12 * turned_over).all()
-    assert all(energy.is_balanced(books, lane) for lane in range(len(SPEEDS)))
+    assert work[:, energy_balance.DAMPING].min() >= 0.0
+    assert (-books.negative[energy_balance.BEYOND, LANES] < 1e-12 * turned_over).all()
+    assert all(energy_balance.is_balanced(books, lane) for lane in range(len(SPEEDS)))
     assert not books.energy[:, len(SPEEDS) :].any()  # idle lanes
 
 
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_audit_is_that_of_its_twin(kinematics, name):
-    books = energy.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
+    books = energy_balance.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
     twin = plain_audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS * N_ROWS)
     works = np.stack([twin.casing, twin.friction, twin.external, twin.damping, twin.impact], axis=1)
     assert np.abs(books.work - works).max() < 1e-9 * np.abs(works).max()
@@ -58,7 +54,7 @@ def test_losses_below_zero_of_polar_kinematics_vanish_with_the_step():
     shares = []
     for n in divisions:
         bank = bank_of("polar", "central_difference", n_modes=12, revolution=n)
-        books = energy.audit(bank, 4)
+        books = energy_balance.audit(bank, 4)
         shares.append(signs(books))
     below, bound, beyond = np.array(shares).T
     assert below[0] > 1e-5
@@ -74,10 +70,10 @@ def test_impacts_that_give_energy_are_found(kinematics):
     bank = bank_of(kinematics, "exact_modal", n_modes=12)
     bank.polar.compliance[:] *= 0.5
     bank.contact.stiffness[:] *= 2.0
-    books = energy.audit(bank, N_BLOCKS)
+    books = energy_balance.audit(bank, N_BLOCKS)
     turned_over = np.abs(books.work[:, :, LANES]).sum(axis=(0, 1))
     assert (books.unexplained[:, LANES].sum(axis=0) < 1e-11 * turned_over).all()
-    assert not any(energy.is_balanced(books, lane) for lane in range(len(SPEEDS)))
+    assert not any(energy_balance.is_balanced(books, lane) for lane in range(len(SPEEDS)))
 
 
 def test_work_of_the_casing_is_that_of_its_moving_surface():
@@ -85,14 +81,14 @@ def test_work_of_the_casing_is_that_of_its_moving_surface():
     bank = bank_of("small", "central_difference", n_modes=12)
     h = bank.scheme.step[1]
     forces = np.array([bank.state.multiplier[:12, 1].copy() for _ in single_steps(bank, n)])
-    books = energy.audit(bank_of("small", "central_difference", n_modes=12), N_BLOCKS)
+    books = energy_balance.audit(bank_of("small", "central_difference", n_modes=12), N_BLOCKS)
 
     step = np.arange(-1, n + 1)
     angle = 2.0 * np.pi * (step[:, None] / REVOLUTION + np.arange(12) / 12.0)
-    grown = np.array([casing.growth(max(0.0, k * h), 0.01) for k in step])
+    grown = np.array([casing.ramp(max(0.0, k * h), 0.01) for k in step])
     surface = 0.25e-3 - grown[:, None] * casing.bump_height(angle, 4, 1.25e-3)
     work = -np.sum(forces * (surface[2:] - surface[:-2]), axis=1) / 2.0
-    assert np.abs(books.work[:, energy.CASING, 1] - work).max() < 1e-9 * np.abs(work).max()
+    assert np.abs(books.work[:, energy_balance.CASING, 1] - work).max() < 1e-9 * np.abs(work).max()
     assert np.abs(work).max() > 1e-3
 
 
@@ -103,8 +99,8 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
     steps = [1e-3, 1.3e-4]
     bank = make_bank(mass, name, steps, clearance=0.1234)
     start_free(bank, mass, np.zeros(1), np.full(1, 3.0), steps)
-    books = energy.audit(bank, 400)
-    impact = books.work[:, energy.IMPACT]
+    books = energy_balance.audit(bank, 400)
+    impact = books.work[:, energy_balance.IMPACT]
     assert np.abs(impact.sum(axis=0)[:2] / 4.5 - 1.0).max() < 1e-12
     assert np.abs(books.energy[-1]).max() < 1e-12
     assert np.count_nonzero(impact[:, 0]) <= 2  # two steps: reach the wall, stay there
@@ -113,56 +109,27 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 def test_audited_march_is_the_march_of_the_studies(kinematics):
     audited, bank = (bank_of(kinematics, "exact_modal", n_modes=12) for _ in range(2))
-    energy.audit(audited, N_BLOCKS)
-    kernel.march((0,) * 8, *bank, N_BLOCKS, -1, 1)
+    energy_balance.audit(audited, N_BLOCKS)
+    kernel.integrate((0,) * 8, *bank, N_BLOCKS, -1, 1)
     assert np.abs(bank.state.position).max() > 0.0
     assert (audited.state.position == bank.state.position).all()
     assert (audited.state.increment == bank.state.increment).all()
 
 
-def test_a_debugged_sweep_is_the_same_bits_and_closes():
-    """More speeds than lanes: lanes are filled again, and thrown out when the sweep runs dry."""
-    cfg = Config.from_yaml(TINY)
-    problem = study.build_problem(cfg)
-    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
-    speeds = np.linspace(34.0, 35.0, 21)
-    plain = sweep.run_sweep(modes, problem.scene, speeds)
-    audited = sweep.run_sweep(modes, problem.scene._replace(audit=True), speeds)
-    for name in ("amplitude", "time", "localisation", "point_status", "point_reason"):
-        assert (getattr(plain, name) == getattr(audited, name)).all()
-    assert np.isnan(plain.energy).all()
-    gained, friction, damping, impact, stored, unexplained = audited.energy.T
-    assert (impact > 0.0).all()
-    assert np.abs(gained + friction - damping - impact - stored).max() < 1e-9 * gained.max()
-    assert (unexplained < energy.TOLERANCE * gained).all()
-
-
-def test_energy_from_nowhere_is_found(monkeypatch):
-    """Forces that do not belong to the gap, as of a defect: the audit must not close."""
-    cfg = Config.from_yaml(TINY)
-    problem = study.build_problem(cfg)
-    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
-    scene = problem.scene._replace(audit=True)
-    honest = energy.open_lane
-
-    def crooked(books, bank, lane):
-        honest(books, bank, lane)
-        books.inertia[:, lane] *= 1.0 + 1e-6
-
-    monkeypatch.setattr(energy, "open_lane", crooked)
-    result = sweep.run_sweep(modes, scene, [34.2, 34.4])
-    assert (result.point_reason == reasons.UNBALANCED).all()
-    assert (result.point_status == DIVERGED).all()
-    assert np.isnan(result.amplitude).all()
-    *_, last = history.march(modes, scene, [34.2], 0.1)
-    assert last.reason == [reasons.UNBALANCED]
-
-
 def test_bumps_that_are_there_at_once_do_work_and_balance():
-    """No growth time, no clearance: tips stand where the casing will be after the first step."""
-    problem = study.build_problem(Config.from_yaml(TINY))
-    scene = problem.scene._replace(audit=True, growth_time=0.0, clearance=0.0)
-    modes = study.modes_of(Config.from_yaml(TINY), problem, np.zeros(12))
-    result = sweep.run_sweep(modes, scene, np.array([34.0]))
-    assert result.point_reason[0] == reasons.NONE
-    assert result.energy[0, energy.CASING] > 0.0
+    """No ramp, no clearance: tips stand where the casing will be after the first step."""
+    bank = bank_of("small", "exact_modal", n_modes=12, ramp_time=0.0, clearance=0.0)
+    books = energy_balance.audit(bank, N_BLOCKS)
+    assert all(energy_balance.is_balanced(books, lane) for lane in range(len(SPEEDS)))
+    assert (books.work[:, energy_balance.CASING, LANES].sum(axis=0) > 0.0).all()
+
+
+def test_energy_from_nowhere_is_found():
+    """An inertia that does not belong to the scheme, as of a defect: the balance must not close."""
+    bank = bank_of("small", "exact_modal", n_modes=12)
+    books = energy_balance.open_books(bank)
+    for lane in range(len(SPEEDS)):
+        energy_balance.open_lane(books, bank, lane)
+    books.inertia[:] *= 1.0 + 1e-6
+    energy_balance.integrate((0,) * 8, *bank, N_BLOCKS, -1, 1, books)
+    assert not any(energy_balance.is_balanced(books, lane) for lane in range(len(SPEEDS)))

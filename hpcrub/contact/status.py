@@ -1,0 +1,47 @@
+"""Status of a point (one speed of one sample), and why it has no result, or one to be careful with.
+
+The codes stand in result files: they never change their meaning.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+NO_POINT, STEADY, NOT_STEADY, DIVERGED = range(4)  # status of a point
+
+# reasons; BALANCE is found in files of versions before 0.2 only
+NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
+WORDS = (
+    "none",
+    "diverged: a displacement is not finite",
+    "diverged: displacements larger than the disk",
+    "diverged: contact forces not found",
+    "diverged: jamming, a contact force would restoring its blade further in",
+    "diverged: contact forces not unique, friction is too high for this disk and step",
+    "contact forces found, but not shown to be unique",
+    "diverged: the energy audit does not close",
+)
+FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE)
+
+
+def are_fatal(codes: npt.ArrayLike) -> np.ndarray:
+    """Whether the points of these reasons have no result; codes and answer of any shape."""
+    return np.isin(codes, FATAL)
+
+
+def words(code: int) -> str:
+    """The words of a reason, which a damaged file may make up."""
+    return WORDS[code] if code < len(WORDS) else f"unknown reason {code}"
+
+
+def count(codes: npt.ArrayLike) -> np.ndarray:
+    """How often every reason occurs among codes of any shape; codes without words are left out."""
+    return np.bincount(np.ravel(codes), minlength=len(WORDS))[: len(WORDS)]
+
+
+def lines(counts: npt.ArrayLike, n_points: int) -> Iterator[str]:
+    """What went wrong in n_points points, in words; counts: as `count` returns."""
+    for code, n in enumerate(np.asarray(counts)):
+        if code != NONE and n:
+            yield f"{n} of {n_points} points: {WORDS[code]}"
