@@ -51,8 +51,8 @@ def start(ranks, script, *arguments, folder):
     )
 
 
-def run(ranks, *arguments, folder, script=ROOT / "main.py", timeout=120):
-    """Run to the end; returns (exit code, stdout, stderr)."""
+def run(ranks, *arguments, folder, script=ROOT / "main.py", timeout=600):
+    """Run to the end, compiling included; returns (exit code, stdout, stderr)."""
     process = start(ranks, script, *arguments, folder=folder)
     try:
         out, err = process.communicate(timeout=timeout)

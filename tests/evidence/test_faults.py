@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numba
 import pytest
 
-from evidence.faults import files, inputs, job, kills
+from evidence.faults import files, inputs, job
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
@@ -26,24 +26,6 @@ def sound(trials):
     trials = list(trials)
     assert trials
     return [trial.problem for trial in trials if trial.problem]
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("target", ["a process without mpirun", "mpirun"])
-def test_killed_at_random_moments(tmp_path, target):
-    assert sound(kills.killed(tmp_path, target, 1)) == []
-
-
-@pytest.mark.parametrize("target", kills.TARGETS)
-def test_kills_are_spread_over_the_whole_run(target):
-    """Before the first of 64 samples, at most of the samples, and after the last one."""
-    found = kills.moments(13, target, 64)
-    assert len(found) == 13
-    wanted = [n for n, _ in found]
-    assert wanted.count(0) == 3
-    assert wanted.count(64) == 2
-    assert len({n // 8 for n in wanted if 0 < n < 64}) >= 7
-    assert all(0.0 <= share < 1.0 for _, share in found)
 
 
 def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
@@ -101,27 +83,6 @@ def test_every_reader_refuses_a_damaged_file(made, reader):
     found = files.read(folder, reader, "cut.h5", "contact")
     assert (found.code, found.problem) == (2, "")
     assert "is truncated" in found.said
-
-
-def test_a_reader_that_crashes_or_raises_is_noticed(made, monkeypatch):
-    folder, _ = made
-    for reader, word in ((lambda *_: 1 / 0, "traceback"), (lambda *_: sys.exit(5), "traceback")):
-        monkeypatch.setitem(files.READERS, "bad", reader)
-        assert word in files.read(folder, "bad", "x", "contact").problem
-    monkeypatch.setitem(files.READERS, "bad", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
-    assert files.read(folder, "bad", "x", "contact").code == "SIGKILL"
-
-
-def test_a_spoilt_sample_is_noticed(made, monkeypatch, tmp_path):
-    folder, _ = made
-    expected = job.values(folder / "contact.h5")
-    spoilt = {name: values.copy() for name, values in expected.items()}
-    spoilt["samples/status"][0, 1] = 0
-    monkeypatch.setattr(job, "values", lambda path: spoilt)
-    spoilt["samples/time_s"][0, 1] = 1.0  # not finished: may be anything
-    assert job.damage(tmp_path, expected) == ""
-    spoilt["samples/time_s"][0, 0, 2] = 1.0
-    assert "samples/time_s of a finished sample differs" in job.damage(tmp_path, expected)
 
 
 @pytest.mark.parametrize("name", inputs.OUTPUTS)

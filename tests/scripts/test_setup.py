@@ -4,8 +4,6 @@ import os
 import shutil
 import subprocess
 import sys
-import tomllib
-from importlib import import_module
 
 import pytest
 
@@ -63,23 +61,6 @@ def test_only_what_is_missing_is_installed(tmp_path):
     asked = (tmp_path / "apt").read_text().split("\n")
     assert asked[1].split()[-3:] == ["openmpi-bin", "python3-venv", "python3-dev"]
     assert "still missing after apt-get: openmpi-bin (command mpirun)" in done.stderr
-
-
-def test_help_lists_every_target():
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    (targets,) = [line for line in makefile.splitlines() if line.startswith(".PHONY:")]
-    command = ["make", "--no-print-directory", "help"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    listed = [line.split()[1] for line in done.stdout.splitlines()]
-    assert sorted(listed) == sorted(targets.split()[1:])
-
-
-def test_the_command_is_the_program():
-    keys = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    module, name = keys["project"]["scripts"]["hpcrub"].split(":")
-    code = (ROOT / "main.py").read_text(encoding="utf-8")
-    assert f"from {module} import {name}\n" in code
-    assert callable(getattr(import_module(module), name))
 
 
 def test_what_pip_installs_runs_without_the_checkout(tmp_path):

