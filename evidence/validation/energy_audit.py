@@ -12,19 +12,21 @@ SPEEDS = np.array([33.5, 34.25, 35.0])
 REVOLUTION, BLOCKS = 3000, 20  # steps of 10 µs; five revolutions of four bumps
 TEXT = """## Energy audit
 
-`evidence/validation/energy_balance.py` follows the energy of an integration, step by step, by a
-balance that the two-step scheme satisfies exactly ([theory](theory.md)): energy + damping + impact
-loss = work of the casing + work of friction + work of external forces. It takes the same steps, bit
-for bit, and several times as long. The balance closes if at most 10⁻⁹ of the energy turned over is
-unexplained, and as much of the losses of single tips lies below their bound: zero for `small`; for
-`polar` what the linearised correction may leave of the gap, which shrinks with the step. Here: the
-reference disk, mistuned by up to ±3 %, five revolutions from rest at 34.25 Hz, 3000 steps each, in
-joule. Unexplained: the sum over all steps, over the energy turned over; below zero: the sum of all
-losses of single tips that are negative, likewise; beyond: the part of it that its bound does not
-allow."""
-POLAR_TEXT = """Polar kinematics, `central_difference`: the losses below zero are an artefact of the
-linearised correction and vanish with the step, faster than their bound (34.25 Hz, over the energy
-turned over):"""
+The energy balance of the two-step scheme holds exactly ([theory](theory.md)): what is stored, what
+damping and impacts take, is the work of the casing, of friction and of external forces.
+`evidence/validation/energy_balance.py` follows it step by step. It takes the same steps as a study,
+bit for bit, and several times as long. The balance closes if at most 10⁻⁹ of the energy turned over
+is unexplained, and as much of the losses of single tips lies below their bound. That bound is zero
+for `small`; for `polar` it is what the linearised correction may leave of the gap, which shrinks
+with the step.
+
+The table is for the reference disk, mistuned by up to ±3 %, over five revolutions from rest at
+34.25 Hz with 3000 steps each, in joule. *Unexplained* is the sum over all steps, divided by the
+energy turned over. *Below zero* is the sum of all losses of single tips that are negative, divided
+likewise, and *beyond* the part of it that its bound does not allow."""
+POLAR_TEXT = """With polar kinematics the losses below zero are an artefact of the linearised
+correction. They vanish with the step, faster than their bound (`central_difference`, 34.25 Hz, over
+the energy turned over):"""
 DIVISIONS = np.array([1500, 3000, 6000, 12000])  # steps a revolution
 
 

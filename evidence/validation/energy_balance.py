@@ -1,11 +1,11 @@
 """Where the energy of a contact run goes: a balance that closes to rounding.
 
-Both schemes read  d_{n+1} = keep·d_n − ω² push·q_n + push·f,  f the force that acts at t_n. Times
-(d_{n+1} + d_n)/(2 push), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
+Both schemes read  d_{n+1} = decay·d_n − ω² gain·q_n + gain·f,  f the force that acts at t_n. Times
+(d_{n+1} + d_n)/(2 gain), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
 
     E_{n+1/2} − E_{n−1/2} = f·(d_{n+1} + d_n)/2 − D,
-    E_{n+1/2} = (1 + keep)/(4 push) d_{n+1}² + ω² q_n q_{n+1}/2,
-    D = (1 − keep)/(4 push) (d_{n+1} + d_n)² ≥ 0,
+    E_{n+1/2} = (1 + decay)/(4 gain) d_{n+1}² + ω² q_n q_{n+1}/2,
+    D = (1 − decay)/(4 gain) (d_{n+1} + d_n)² ≥ 0,
 
 summed over the modes. Of the work of a contact force λ > 0, whose gap goes from g_{n−1} to g_{n+1},
 
@@ -43,8 +43,8 @@ class Books(NamedTuple):
     """What an audited integration keeps. K modes, C contact points, L lanes; r rows, one after
     another for each step, and the first again after the last."""
 
-    inertia: np.ndarray  # (1 + keep)/(4 push) (K, L)
-    loss: np.ndarray  # (1 − keep)/(4 push) (K, L)
+    inertia: np.ndarray  # (1 + decay)/(4 gain) (K, L)
+    loss: np.ndarray  # (1 − decay)/(4 gain) (K, L)
     increment: np.ndarray  # d before the step (K, L)
     moved: np.ndarray  # d_{n+1} + d_n (K, L)
     gap: np.ndarray  # g at t_{n−1}, t_n, t_{n+1} (3, C, L) [m]
@@ -94,9 +94,9 @@ def audit(bank, n_blocks):
 
 def open_lane(books, bank, lane):
     """Begin the account of a lane that has just been filled (books are modified)."""
-    keep, push = bank.scheme.decay[:, lane], bank.scheme.gain[:, lane]
+    decay, gain = bank.scheme.decay[:, lane], bank.scheme.gain[:, lane]
     q, d = bank.state.position[:, lane], bank.state.increment[:, lane]
-    books.inertia[:, lane], books.loss[:, lane] = (1.0 + keep) / push / 4, (1.0 - keep) / push / 4
+    books.inertia[:, lane], books.loss[:, lane] = (1.0 + decay) / gain / 4, (1.0 - decay) / gain / 4
     books.increment[:, lane] = d
     for values in (books.slack, books.energy, books.work, books.unexplained, books.negative):
         values[..., lane] = 0.0

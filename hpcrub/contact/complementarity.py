@@ -2,7 +2,7 @@
 
 It has exactly one solution for every p if and only if W is a P-matrix: all its principal minors
 are positive. Without friction W is positive definite. Friction on a leaned blade takes from the
-diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (self-locking), and before
+diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (jamming), and before
 that other minors may have changed sign.
 Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters 3 and 4.
 """

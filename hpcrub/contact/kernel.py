@@ -65,7 +65,7 @@ class Scheme(NamedTuple):
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
     decay: np.ndarray  # (K, L) [-]
-    squared: np.ndarray  # ω² (K,) [rad²/s²]; restoring = ω² gain in both schemes
+    squared: np.ndarray  # ω² (K,) [rad²/s²]; ω² gain is the factor of q in all schemes
     gain: np.ndarray  # (K, L) [s²]
     clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
     step: np.ndarray  # h (L,) [s]; zero for an idle lane

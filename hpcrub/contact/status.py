@@ -17,7 +17,7 @@ WORDS = (
     "diverged: a displacement is not finite",
     "diverged: displacements larger than the disk",
     "diverged: contact forces not found",
-    "diverged: jamming, a contact force would restoring its blade further in",
+    "diverged: jamming, a contact force would pull its blade further in",
     "diverged: contact forces not unique, friction is too high for this disk and step",
     "contact forces found, but not shown to be unique",
     "diverged: the energy audit does not close",
