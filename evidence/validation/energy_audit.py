@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from evidence.validation import disk, energy_balance, report
-from evidence.validation.motion import WIDTH
+from evidence.validation import energy_balance, report
 from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response.sweep import Grid, Scene
+from hpcrub.response.sweep import Grid
+from tests.truth.disk import reference_reduced, reference_scene
+from tests.truth.motion import WIDTH
 
 SPEEDS = np.array([33.5, 34.25, 35.0])
 REVOLUTION, BLOCKS = 3000, 20  # steps of 10 µs; five revolutions of four bumps
@@ -34,20 +35,8 @@ def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION, **change
     """The reference disk at SPEEDS, one lane each, at rest; revolution: steps of one; changes of
     the Scene.
     """
-    reduced = disk.reduced(n_modes)
-    scene = Scene(
-        interface=reduced.interface,
-        damping_ratio=0.005,
-        n_bumps=4,
-        bump_height=1.25e-3,
-        clearance=0.25e-3,
-        ramp_time=0.01,
-        friction=0.15,
-        kinematics=kinematics,
-        scheme=scheme_name,
-    )
-    scene = scene._replace(**changes)
-    modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
+    scene = reference_scene(n_modes, kinematics=kinematics, scheme=scheme_name, **changes)
+    modes = mistuned_modes(reference_reduced(n_modes), np.linspace(-0.03, 0.03, 12))
     return allocate(modes, scene, Grid(revolution, 4, 1), WIDTH, SPEEDS)
 
 

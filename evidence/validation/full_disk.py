@@ -25,12 +25,12 @@ import numba
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
-from evidence.validation import disk as reference_disk
 from evidence.validation import report
-from evidence.validation.motion import WIDTH
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Motion, Scene, run_sweep
+from hpcrub.response.sweep import Motion, run_sweep
+from tests.truth.disk import reference_disk, reference_reduced, reference_scene
+from tests.truth.motion import WIDTH
 
 SWEEPS, TOLERANCE, THETA = 200, 1e-12, 0.51
 
@@ -51,7 +51,7 @@ def surface(casing, angle, t):
     pitch = 2.0 * np.pi / casing.n_bumps
     phi = (angle + pitch / 2.0) % pitch - pitch / 2.0
     bump = casing.height * np.exp(-((phi / (0.1 * pitch)) ** 2))
-    x = 5.0 * min(t / casing.growth_time, 1.0)
+    x = 5.0 * min(t / casing.ramp_time, 1.0)
     return casing.clearance - (1.0 - np.exp(-x)) / (1.0 - np.exp(-5.0)) * bump
 
 
@@ -206,16 +206,10 @@ step:"""
 
 def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nudge=0.0):
     """Largest tip displacement by the program (S,) [m] and start for `amplitudes` from there."""
-    reduced = reference_disk.reduced(n_modes)
-    casing = Casing()
-    scene = Scene(
-        interface=reduced.interface,
+    reduced = reference_reduced(n_modes)
+    scene = reference_scene(
+        n_modes,
         damping_ratio=damping_ratio,
-        n_bumps=casing.n_bumps,
-        bump_height=casing.height,
-        clearance=casing.clearance,
-        ramp_time=casing.growth_time,
-        friction=casing.friction,
         scheme="exact_modal",
         step=step,
         steady=SteadyCriteria(first_check=seconds, max_time=seconds),
@@ -231,7 +225,7 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
 
 
 def _model(n_modes):
-    return reference_disk.full() if n_modes == ALL else of_reduced(reference_disk.reduced(n_modes))
+    return reference_disk() if n_modes == ALL else of_reduced(reference_reduced(n_modes))
 
 
 def _pair(n_modes, damping_ratio, seconds):

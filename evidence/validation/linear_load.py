@@ -7,12 +7,13 @@ tips' motion over the last three revolutions of a long run is held against
 
 import numpy as np
 
-from evidence.validation import disk, report
+from evidence.validation import report
 from hpcrub.contact import kernel
 from hpcrub.contact.bank import allocate
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import Grid, Scene
+from tests.truth.disk import reference_reduced
 
 WIDTH = 8
 LOAD, DIAMETERS = 150.0, 4
@@ -75,7 +76,7 @@ tip at any speed, phase included, relative to the largest amplitude of the close
 
 def section(_folder):
     """Markdown and verdicts of this case."""
-    reduced = disk.reduced(12)
+    reduced = reference_reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     columns = {
         f"`{name}`": errors(modes, reduced.interface, name, DIVISIONS)

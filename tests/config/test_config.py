@@ -16,6 +16,7 @@ from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.errors import InputError
 from tests.program import ROOT, load
+from tests.truth.disk import LOAD, MATERIAL, disk_section, reference_scene
 
 INPUTS = sorted((ROOT / "inputs").glob("*.yaml"))
 TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
@@ -47,29 +48,24 @@ def test_defaults_are_the_reference_disk():
     assert c.pattern_deviation is None
 
 
-def test_properties_are_si():
-    c = Config()
-    si = [
-        (c.disk.tip_radius, 0.5),
-        (c.disk.hub_radius, 0.2),
-        (c.disk.inner_radius, 0.1699),
-        (c.disk.width, 0.1),
-        (c.disk.ring_thickness, 0.01339),
-        (c.disk.spoke_thickness, 0.00723),
-        (c.disk.blade.thickness, 0.01344),
-        (c.disk.blade.lean, np.deg2rad(45.41)),
-        (c.material.young_modulus, 2.1e11),
-        (c.material.density, 7800.0),
-        (c.casing.clearance, 0.00025),
-        (c.casing.bump_height, 0.00125),
-        (c.casing.growth_time, 0.01),
-        (c.forcing.amplitude, 150.0),
-        (c.time.step, 3.3e-5),
-        (c.steady_state.first_check, 0.5),
-        (c.steady_state.max_time, 2.0),
+def test_defaults_in_si_units_are_the_reference_disk():
+    """Those that all tests of the physics use, written down without an input file."""
+    c, disk, scene = Config(), disk_section(), reference_scene()
+    blade = vars(disk).pop("blade")
+    sections = [
+        (c.disk, vars(disk)),
+        (c.disk.blade, vars(blade)),
+        (c.material, vars(MATERIAL) | {"damping_ratio": scene.damping_ratio}),
+        (c.casing, {name: getattr(scene, name) for name in ("n_bumps", "bump_height")}),
+        (c.casing, {"clearance": scene.clearance, "growth_time": scene.ramp_time}),
+        (c.contact, {"friction": scene.friction}),
+        (c.forcing, {"amplitude": LOAD}),
+        (c.time, {"step": 3.3e-5}),
+        (c.steady_state, {"first_check": 0.5, "max_time": 2.0}),
     ]
-    for found, expected in si:
-        assert found == pytest.approx(expected, rel=1e-15)
+    for section, expected in sections:
+        for name, value in expected.items():
+            assert getattr(section, name) == pytest.approx(value, rel=1e-15), name
     np.testing.assert_allclose(c.mistuning.half_range, [0.01, 0.02, 0.03, 0.04], rtol=1e-15)
 
 

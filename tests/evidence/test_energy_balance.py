@@ -10,11 +10,11 @@ import pytest
 
 from evidence.validation import energy_balance
 from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of, signs
-from evidence.validation.motion import Structure, make_bank, single_steps, start_free
 from evidence.validation.report import fitted_order
 from hpcrub.contact import kernel
 from hpcrub.model import casing
 from tests.truth.energy import audit as plain_audit
+from tests.truth.motion import Structure, make_bank, single_steps, start_free
 
 N_BLOCKS, N_ROWS = 2, REVOLUTION // 4
 SCHEMES = ["central_difference", "exact_modal"]

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from evidence.validation import disk, full_disk, linear_load
+from evidence.validation import full_disk, linear_load
 from evidence.validation.report import fitted_order
 from hpcrub.contact.status import STEADY
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene, run_sweep
-from tests.truth.disk import MATERIAL, disk_section
+from hpcrub.response.sweep import run_sweep
+from tests.truth.disk import MATERIAL, disk_section, reference_reduced, reference_scene
 
 DAMPING_RATIO = 0.02
 SPEEDS = np.array([33.25, 34.0])
@@ -23,14 +23,9 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
     n_modes = len(tuned.mass) - 24
     reduced = craig_bampton(tuned, n_modes)
     modes = mistuned_modes(reduced, deviation)
-    scene = Scene(
+    scene = reference_scene(
         interface=reduced.interface,
         damping_ratio=DAMPING_RATIO,
-        n_bumps=4,
-        bump_height=1.25e-3,
-        clearance=0.25e-3,
-        ramp_time=0.01,
-        friction=0.15,
         scheme="exact_modal",
         step=4e-6,
         steady=SteadyCriteria(first_check=0.4, max_time=0.4),
@@ -47,7 +42,7 @@ def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
 
 @pytest.mark.parametrize("name", ["central_difference", "exact_modal"])
 def test_a_load_in_time_gives_the_closed_form_response(name):
-    reduced = disk.reduced(12)
+    reduced = reference_reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     divisions = np.array([256, 512, 1024])
     errors = linear_load.errors(modes, reduced.interface, name, divisions)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from evidence.validation import cantilever, moving_wall
-from evidence.validation.events import Reference, Wall, fixed_wall
-from evidence.validation.motion import Structure
 from evidence.validation.report import fitted_order
+from tests.truth.events import Reference, Wall, fixed_wall
+from tests.truth.motion import Structure
 
 SCHEMES = ["central_difference", "exact_modal"]
 

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from evidence.validation.events import Reference, Wall
-from evidence.validation.motion import Structure
 from hpcrub.contact import kernel, status
 from hpcrub.contact.kernel import Shortcuts
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
@@ -22,6 +20,8 @@ from hpcrub.response.sweep import (
     speed_bands,
 )
 from tests.truth.disk import reference_reduced, reference_scene
+from tests.truth.events import Reference, Wall
+from tests.truth.motion import Structure
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 

@@ -1,4 +1,4 @@
-"""The reference disk of the tests: identified geometry, SI units, no configuration file."""
+"""The reference disk of all tests and measurements: its dimensions in SI units, no input file."""
 
 from functools import cache
 from types import SimpleNamespace
@@ -36,24 +36,26 @@ def disk_section(blade=None, **changes):
 
 
 def make_disk(blade=None, **changes):
+    """Disk of `disk_section`."""
     return build_disk(disk_section(blade, **changes), MATERIAL)
 
 
 @cache
 def reference_disk():
+    """The tuned Disk with all its dof."""
     return make_disk()
 
 
 @cache
 def reference_reduced(n_modes=60):
+    """ReducedModel with n_modes fixed-interface modes."""
     return craig_bampton(reference_disk(), n_modes)
 
 
-def reference_scene(**changes):
+def reference_scene(n_modes=60, **changes):
     """Scene of the reference disk with four bumps, with changes."""
-    reduced = reference_reduced()
     values = {
-        "interface": reduced.interface,
+        "interface": reference_reduced(n_modes).interface,
         "damping_ratio": DAMPING_RATIO,
         "n_bumps": 4,
         "bump_height": 1.25e-3,

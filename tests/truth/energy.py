@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.validation.motion import single_steps
 from hpcrub.model import casing
+from tests.truth.motion import single_steps
 
 
 class Ledger(NamedTuple):
