@@ -1,18 +1,24 @@
-"""`python -m hpcrub plot FILE.h5 [--figure NAME]`: figures from result files alone."""
+"""`hpcrub plot FILE.h5 [--figure NAME]`: figures from result files alone."""
 
 import argparse
+import os
 import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
-from hpcrub import plot
-from hpcrub.errors import HpcrubError
+os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the environment names
+
+from hpcrub.errors import HpcrubError, Interrupted
+from hpcrub.plot import FIGURES, find, pictures
 from hpcrub.run.progress import console
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Draw and name the figures; returns the exit code."""
-    lines = [f"  {name:14} {e.what} ({'/'.join(e.studies)})" for name, e in plot.FIGURES.items()]
+    lines = [f"  {f.__name__:16} {f.about.what} ({'/'.join(f.about.studies)})" for f in FIGURES]
     parser = argparse.ArgumentParser(
-        prog="python -m hpcrub plot",
+        prog="hpcrub plot",
         description="Draw figures from result files.",
         epilog="figures:\n" + "\n".join(lines),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -22,19 +28,39 @@ def main(argv=None):
     parser.add_argument("--out", metavar="DIR", help="folder, beside the file by default")
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
     parser.add_argument("--mode", type=int, metavar="K", help="mode shown by shapes, animation")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace pictures that show something else"
+    )
     options = parser.parse_args(argv)
+    code = 0
     try:
-        for picture in pictures(options):
-            console().print(picture, soft_wrap=True)
+        for found in draw(options):
+            if isinstance(found, HpcrubError):
+                print(f"hpcrub: error: {found}", file=sys.stderr)
+                code = max(code, found.exit_code)
+            else:
+                console().print(str(found), soft_wrap=True)
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
         return error.exit_code
-    return 0
+    except KeyboardInterrupt:
+        print("hpcrub: interrupted, pictures named above are whole", file=sys.stderr)
+        return Interrupted.exit_code
+    return code
 
 
-def pictures(options):
-    """Paths of the figures asked for."""
-    how = options.out, options.format, options.mode
+def draw(options: argparse.Namespace) -> Iterator[Path | HpcrubError]:
+    """Pictures asked for, and the errors of those that cannot be drawn."""
+    how = {"folder": options.out, "kind": options.format, "overwrite": options.overwrite}
     if options.figure:
-        return plot.draw(options.files, options.figure, *how)
-    return plot.draw_study(options.files, *how)
+        yield from pictures.draw(find(options.figure), options.files, mode=options.mode, **how)
+        return
+    yield from of_study(options.files, mode=options.mode, **how)
+
+
+def of_study(
+    paths: Sequence[str], mode: int | None = None, **how: Any
+) -> Iterator[Path | HpcrubError]:
+    """Pictures of all figures of a study, and the errors of those that cannot be drawn."""
+    wanted = pictures.belonging(FIGURES, paths, mode)
+    yield from pictures.draw_all(wanted, paths, mode=mode, **how)

@@ -17,7 +17,7 @@ import numpy as np
 from hpcrub import __version__, studies
 from hpcrub.config import parts
 from hpcrub.config import schema as config
-from hpcrub.errors import InputError, Interrupted
+from hpcrub.errors import InputError, Interrupted, reason
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import sweep
 from hpcrub.results import ownership, storage
@@ -280,13 +280,17 @@ def stop(bar, work):
 
 def draw(paths):
     """Draw the figures of one run, or those of several together, and name all files."""
-    from hpcrub import plot
-
     out = progress.console()
     if len(paths) == 1:
         out.print(f"results: {paths[0]}", soft_wrap=True)
-    for figure in plot.draw_study(paths):
-        out.print(f"figure:  {figure}", soft_wrap=True)
+    try:
+        from hpcrub.commands.plot import of_study  # matplotlib takes a second to import
+
+        for found in of_study(paths):
+            whole = isinstance(found, Path)
+            out.print(f"figure:  {found}" if whole else f"no figure: {found}", soft_wrap=True)
+    except Exception as error:  # whatever it is, the results are whole and the study has not failed
+        out.print(f"no figure: {type(error).__name__}: {reason(error)}", soft_wrap=True)
 
 
 def dry_run(cfg, n_ranks):

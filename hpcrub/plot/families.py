@@ -1,181 +1,112 @@
-"""Figures that compare contact studies which differ in a few keys."""
+"""What tells the files of a family from each other: order, words for a legend, the reference."""
 
-import matplotlib.pyplot as plt
-import numpy as np
-from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
+import re
+from collections import Counter
+from typing import Any
 
-from hpcrub.contact.status import NOT_STEADY
-from hpcrub.plot.labels import labels, ordered
-from hpcrub.plot.linear import draw_percentiles
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE
+from matplotlib.ticker import EngFormatter
+
+from hpcrub.config.schema import Config, key_table
+from hpcrub.config.text import flatten, show
+from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import DONE
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.results.storage import ResultFile
+
+SYMBOLS = {"time.step_s": "h", "reduction.n_modes": "η", "material.damping_ratio": "ξ"}
+FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
+FEW = 3  # keys that are all named; with more, only those with an unusual value
 
 
-def responses(files):
-    """Frequency responses of all files: tuned disk, and the pattern where there is one."""
-    files = ordered(files)
-    patterns = [file.config.pattern_deviation is not None for file in files]
-    n_panels = 1 + any(patterns)
-    figure, axes = plt.subplots(
-        1, n_panels, figsize=(1.5 + 5.5 * n_panels, 5.6), sharey=True, squeeze=False
-    )
-    colours = plt.get_cmap("viridis")(np.linspace(0, 0.9, len(files)))
-    for file, colour, label, pattern in zip(files, colours, labels(files), patterns, strict=True):
-        _draw_response(axes[0, 0], file, "tuned", (), colour, label)
-        if pattern:
-            _draw_response(axes[0, 1], file, "samples", (0, 0), colour, label)
-    for panel, title in zip(axes[0], ("tuned disk", "mistuned disk"), strict=False):
-        panel.set(xlabel="speed of rotation [Hz]", title=title)
-        panel.set_ylim(bottom=0)
-    axes[0, 0].set_ylabel("blade-tip amplitude [mm]")
-    lines, words = axes[0, 0].get_legend_handles_labels()
-    lines.append(Line2D([], [], marker="o", mfc="w", mec=BLACK, ls=""))
-    words.append("not steady")
-    columns = 3 if max(map(len, words)) < 20 else 2
-    figure.legend(lines, words, loc="outside lower center", ncols=columns)
-    return figure
-
-
-def _draw_response(axes, file, group, where, colour, label):
-    speeds, amplitude = file.read("speeds_hz"), 1e3 * file.read(f"{group}/amplitude_m", where)
-    axes.plot(speeds, amplitude, color=colour, lw=1.5, marker=".", ms=4, label=label)
-    unsteady = file.read(f"{group}/point_status", where) == NOT_STEADY
-    axes.plot(speeds[unsteady], amplitude[unsteady], "o", mfc="w", mec=colour, ms=4)
-
-
-def _panels(files, height=4.2):
-    """A figure with a panel for every file, in two columns."""
-    columns = min(2, len(files))
-    rows = -(-len(files) // columns)
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(6 * columns, height * rows + 0.6), squeeze=False, sharey=True
-    )
-    for panel, label in zip(axes.flat, labels(files), strict=False):
-        panel.set_title(label)
-    for panel in axes.flat[len(files) :]:
-        panel.set_axis_off()
-    return figure, list(axes.flat[: len(files)])
-
-
-def _colours(files):
-    """{σ: colour} of all levels, of which a file may have only some."""
-    sigma = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    return dict(zip(sigma, plt.get_cmap("viridis")(np.linspace(0, 0.9, len(sigma))), strict=True))
-
-
-def _done(file, name):
-    """Values of the finished samples of every level."""
+def finished(file: ResultFile, name: str) -> list[Any]:
+    """Values of the finished samples of every level, those that failed left out."""
     status, values = file.status(), file.read(f"samples/{name}")
     return [values[level][status[level] == DONE] for level in range(len(status))]
 
 
-def percentiles(files):
-    """Percentiles of both amplifications against σ, a panel for every file; 95 % bands."""
-    files = ordered(files)
-    figure, axes = _panels(files)
-    for file, panel in zip(files, axes, strict=True):
-        sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
-        for name, colour, style, prefix in (
-            ("amplification", BLUE, "-", "contact, "),
-            ("linear_amplification", ORANGE, "--", "linear, "),
-        ):
-            draw_percentiles(panel, sigma, _done(file, name), at, [colour], style, prefix)
-        panel.set(xlabel="mistuning σ [%]", ylabel="amplification [-]")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
+def ordered(files: list[ResultFile]) -> list[ResultFile]:
+    """Files by number of bumps, then by the values of the keys in which they differ."""
+    rows = _flat(files)
+    keys = ["casing.n_bumps", *_differing(rows)]
+    order = sorted(range(len(files)), key=lambda i: [_rank(rows[i][key]) for key in keys])
+    return [files[i] for i in order]
 
 
-def amplitudes(files):
-    """Largest amplitudes of the tuned disk and of the samples against n_d; 95 % intervals."""
-    files = ordered(files)
-    figure, axes = plt.subplots(figsize=(8, 5.6))
-    x = np.arange(len(files))
-    tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
-    runs = [1e3 * f.read("tuned/run_peaks_m") for f in files]
-    spread = np.abs(np.array([[run.min() for run in runs], [run.max() for run in runs]]) - tuned)
-    axes.errorbar(
-        x, tuned, yerr=np.nan_to_num(spread), fmt="s-", color=BLACK, capsize=3,
-        label="tuned disk, range of its runs",
-    )  # fmt: skip
-    colours = _colours(files)
-    done = [
-        dict(zip(file.read("sigma"), _done(file, "peak_amplitude_m"), strict=True))
-        for file in files
+def numeric(files: list[ResultFile]) -> bool:
+    """Whether the files differ in their number of bumps, or in a single number."""
+    rows = _flat(files)
+    keys = _differing(rows)
+    if "casing.n_bumps" in keys:
+        return True
+    return len(keys) == 1 and all(isinstance(row[keys[0]], int | float) for row in rows)
+
+
+def reference(files: list[ResultFile]) -> ResultFile:
+    """The file that others are compared with: the finest, or else that of the default values.
+
+    Of time steps, reduced models and meshes, the finest is nearest to the truth. Where no file has
+    the default values of all keys in which they differ, it is the one with the most of them.
+    """
+    rows = _flat(files)
+    keys = _differing(rows)
+    for key, finest in FINEST.items():
+        if keys == [key]:
+            return files[rows.index(finest(rows, key=lambda row: row[key]))]
+    usual = flatten(Config().model_dump(mode="json"))
+    return max(files, key=lambda f: sum(rows[files.index(f)][k] == usual[k] for k in keys))
+
+
+def labels(files: list[ResultFile]) -> list[str]:
+    """A label for each file, such as "clearance 0.20 mm, bump height 1.25 mm"."""
+    rows = _flat(files)
+    keys = _differing(rows)
+    if "casing.n_bumps" in keys:
+        return [f"$n_d$ = {row['casing.n_bumps']}" for row in rows]
+    words = {key: _words(key, [row[key] for row in rows]) for key in keys}
+    usual = {}
+    if len(keys) > FEW:
+        usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
+    found = []
+    for i, file in enumerate(files):
+        named = [words[key][i] for key in keys if words[key][i] != usual.get(key)]
+        found.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
+    return found
+
+
+def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
+    return [flatten(file.config.model_dump(mode="json")) for file in files]
+
+
+def _differing(rows: list[dict[str, Any]]) -> list[str]:
+    return [
+        key
+        for key in rows[0]
+        if key not in ("output", "sources") and any(row[key] != rows[0][key] for row in rows)
     ]
-    for level, (sigma, colour) in enumerate(colours.items()):
-        have = [i for i in x if len(done[i].get(sigma, ()))]
-        if not have:
-            continue
-        values = [1e3 * done[i][sigma] for i in have]
-        top = np.array([np.percentile(v, 99) for v in values])
-        ends = np.array([np.ravel(percentile_interval(v, [99], Z_95)) for v in values]).T
-        spread = np.nan_to_num(np.abs(ends - top))  # an end that is not known is not drawn
-        axes.errorbar(
-            np.add(have, 0.04 * (level + 1)), top, yerr=spread, color=colour, capsize=3,
-            marker=MARKERS[level % len(MARKERS)], label=f"percentile 99, σ = {100 * sigma:.1f} %",
-        )  # fmt: skip
-    names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
-    long = max(map(len, names)) > 10
-    turned = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"} if long else {}
-    axes.set_xticks(x, names, **turned)
-    axes.set_ylabel("largest blade-tip amplitude [mm]")
-    axes.set_ylim(bottom=0)
-    figure.legend(loc="outside lower center", ncols=2)
-    return figure
 
 
-def running(files):
-    """Running means of the percentiles against the number of samples."""
-    figure, axes = _convergence(ordered(files), "mean_of_percentile", 1.0)
-    for panel in axes:
-        panel.set_ylabel("mean of the percentile of $A_{nl}$ [-]")
-    return figure
+def _rank(value: Any) -> tuple[bool, Any, str]:
+    """Numbers by their size, before all other values."""
+    number = isinstance(value, (int, float))
+    return not number, value if number else 0, show(value)
 
 
-def errors(files):
-    """Convergence errors of the percentiles against the number of samples."""
-    files = ordered(files)
-    target = {"color": BLACK, "lw": 1.2, "ls": ":"}
-    handle = Line2D([], [], **target, label="target")
-    figure, axes = _convergence(files, "convergence_error", 100.0, [handle])
-    for file, panel in zip(files, axes, strict=True):
-        panel.axhline(100 * file.config.convergence.target_error, **target)
-        panel.set(yscale="log", ylabel="convergence error of $A_{nl}$ [%]")
-        for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
-            line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
-    return figure
+def _words(key: str, values: list[Any]) -> list[str]:
+    """Quantity, value and unit of one key in every file, all with the same decimals."""
+    description = next(entry.description for entry in key_table() if entry.path == key)
+    bracket = re.search(r"\[(.+)\]$", description)
+    unit = bracket.group(1) if bracket else "-"
+    slug = {"%": "percent"}.get(unit, unit.lower().replace("/", "_").replace("³", "3"))
+    name = key.rpartition(".")[2].removesuffix(f"_{slug}").removeprefix("n_").replace("_", " ")
+    name = f"{SYMBOLS[key]} =" if key in SYMBOLS else name
+    return [f"{name} {number}" for number in _numbers(values, unit)]
 
 
-def _convergence(files, name, scale, more_handles=()):
-    """A statistic of the contact amplifications: colours tell σ, markers the percentile."""
-    figure, axes = _panels(files)
-    colours = _colours(files)
-    at = sorted({p for file in files for p in file.config.convergence.percentiles})
-    markers = {p: MARKERS[i % len(MARKERS)] for i, p in enumerate(at)}
-    for file, panel in zip(files, axes, strict=True):
-        seen = file.read("statistics/contact/samples_seen")
-        values = scale * file.read(f"statistics/contact/{name}")
-        marks = np.unique(np.geomspace(1, max(len(seen), 1), 8).astype(int) - 1)
-        for sigma, of_level in zip(file.read("sigma"), values, strict=True):
-            for p, curve in zip(file.config.convergence.percentiles, of_level, strict=True):
-                panel.plot(
-                    seen, curve, color=colours[sigma], lw=1.5, ms=6, marker=markers[p],
-                    markevery=[m for m in marks if m < len(seen)],
-                )  # fmt: skip
-        panel.set(xscale="log", xlabel="samples")
-        panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        panel.xaxis.set_major_formatter("{x:,.0f}")
-        panel.xaxis.set_minor_formatter("")
-    handles = [
-        Line2D([], [], color=colour, label=f"σ = {100 * sigma:.1f} %")
-        for sigma, colour in colours.items()
-    ]
-    handles += [
-        Line2D([], [], color=BLACK, ls="", marker=marker, label=f"percentile {p:g}")
-        for p, marker in markers.items()
-    ]
-    handles += more_handles
-    figure.legend(handles=handles, loc="outside lower center", ncols=max(4, len(colours)))
-    return figure, axes
+def _numbers(values: list[Any], unit: str) -> list[str]:
+    if unit == "s":
+        return [EngFormatter("s")(value) for value in values]
+    ends = {"-": "", "deg": "°"}.get(unit, f" {unit}")
+    texts = [show(value).strip("'").replace("_", " ") for value in values]
+    if all(isinstance(value, float) for value in values) and not any("e" in t for t in texts):
+        decimals = max(len(text.partition(".")[2]) for text in texts)
+        texts = [f"{value:.{decimals}f}" for value in values]
+    return [text + ends for text in texts]

@@ -1,14 +1,17 @@
 """One look for all figures; colours that the colour-blind can tell apart."""
 
-import matplotlib
+from typing import Any
 
-matplotlib.use("Agg")
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
 
 BLACK, BLUE, ORANGE = "#000000", "#0072B2", "#D55E00"  # Okabe and Ito
 GREEN, SKY, PINK, YELLOW = "#009E73", "#56B4E9", "#CC79A7", "#E69F00"
 COLOURS = [BLUE, ORANGE, GREEN, PINK, YELLOW, SKY, BLACK]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
-STYLE = {
+DARKEST, PALEST = 0.0, 0.8  # of the viridis scale: what lies above is pale yellow
+STYLE: dict[str, Any] = {
     "font.size": 12,
     "axes.grid": True,
     "grid.color": "0.9",
@@ -21,12 +24,17 @@ STYLE = {
 }
 
 
-def say(axes, text):
+def shades(n: int) -> list[tuple[float, float, float, float]]:
+    """Colours of n ordered cases, from dark to light, all to be seen on white."""
+    return [tuple(c) for c in colormaps["viridis"](np.linspace(DARKEST, PALEST, n))]
+
+
+def say(axes: Axes, text: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)
     axes.tick_params(left=False, labelleft=False)
 
 
-def legend_below(axes, columns=2, drop=0.15):
+def legend_below(axes: Axes, columns: int = 2, drop: float = 0.15) -> None:
     """Legend under the axes, where it hides nothing."""
     axes.legend(ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -drop))

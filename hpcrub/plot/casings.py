@@ -1,18 +1,20 @@
 """Figure of a casing study."""
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
+from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.results.storage import ResultFile
 
 EXAGGERATED = 60  # radial deviations in the drawing
 
 
-def casing(files):
+@figure("casing", paper="1b, 3", what="casing, clearance and bumps", main=True)
+def casing(canvas: Canvas) -> None:
     """The casing to an exaggerated scale, its gap around the circumference, and its growth."""
-    (file,) = files
-    figure = plt.figure(figsize=(12, 5.6))
-    round_, gap, growth = figure.subplot_mosaic("AB;AC").values()
+    file = canvas.file
+    round_, gap, growth = canvas.mosaic("AB;AC", (12, 5.6))
     _draw_round(round_, file)
     angle = np.degrees(file.read("angle_rad"))
     gap.plot(angle, 1e3 * file.read("gap_m"), color=BLUE)
@@ -28,10 +30,9 @@ def casing(files):
     gap.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
     growth.plot(1e3 * file.read("growth_time_s"), file.read("growth"), color=BLUE)
     growth.set(xlabel="time [ms]", ylabel="growth factor [-]", ylim=(0, 1.05))
-    return figure
 
 
-def _draw_round(axes, file):
+def _draw_round(axes: Axes, file: ResultFile) -> None:
     config, angle = file.config, file.read("angle_rad")
     R = config.disk.tip_radius_mm
     inner = R + EXAGGERATED * (config.casing.clearance_mm - 1e3 * file.read("inward_m"))

@@ -1,0 +1,222 @@
+"""Percentiles of amplifications and amplitudes over mistuning, load, damping and studies."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.plot import intervals
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.families import finished, labels, numeric, ordered, reference
+from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, shades
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.damping import KINDS
+
+MOST_PANELS = 6  # files with a panel each; more are rows of one panel
+CONTACT = ("amplification", "contact", BLUE, "-")
+LINEAR = ("linear_amplification", "linear", ORANGE, "--")
+SIGMA = "mistuning σ [%]"
+
+
+def draw_curves(
+    axes: Axes, sigma: Any, values: Sequence[Any], at: Sequence[float], colours: Sequence[str],
+    style: str = "-", prefix: str = "",
+) -> bool:  # fmt: skip
+    """Percentiles of values (one array per σ), each with its interval, from 1 at σ = 0.
+
+    Returns
+    -------
+    bool
+        Whether an interval has an open end.
+    """
+    known = [v for v in range(len(sigma)) if len(values[v])]
+    curves = np.array([np.percentile(values[v], at) for v in known]).reshape(-1, len(at)).T
+    ends = [intervals.interval(values[v], at) for v in known]
+    low, high = np.transpose(ends, (1, 2, 0)) if ends else np.empty((2, len(at), 0))
+    return _draw_known(axes, sigma[known], curves, low, high, at, colours, style, prefix)
+
+
+def _draw_known(
+    axes: Axes, sigma: Any, curves: Any, low: Any, high: Any, at: Sequence[float],
+    colours: Sequence[str], style: str, prefix: str,
+) -> bool:  # fmt: skip
+    """The same with percentiles and ends (percentiles, σ) given."""
+    open_end = False
+    for p, percentile in enumerate(at):
+        colour, marker = colours[p % len(colours)], MARKERS[p % len(MARKERS)]
+        axes.plot(
+            [0.0, *sigma], [1.0, *curves[p]], style, marker=marker, color=colour, lw=1.6,
+            label=f"{prefix}percentile {percentile:g}",
+        )  # fmt: skip
+        open_end |= intervals.draw(axes, sigma, curves[p], low[p], high[p], colour)
+    axes.margins(y=0.1)
+    return open_end
+
+
+@figure("contact", paper="12", what="both amplifications over σ", several=True, alone=False,
+        random=True)  # fmt: skip
+def percentiles(canvas: Canvas) -> None:
+    """Percentiles of both amplifications against σ, a panel for every file.
+
+    Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
+    """
+    files = ordered(canvas.files)
+    if len(files) > MOST_PANELS or (
+        len(files) > 1 and all(len(f.read("sigma")) == 1 for f in files)
+    ):
+        _draw_rows(canvas, files)
+        return
+    columns = min(2, len(files))
+    rows = -(-len(files) // columns)
+    axes = canvas.panels(rows, columns, (6 * columns, 4.2 * rows + 0.6), sharey=True).ravel()
+    canvas.hide(axes[len(files) :])
+    open_end = False
+    for file, panel, label in zip(files, axes, labels(files), strict=False):
+        sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
+        for name, word, colour, style in (CONTACT, LINEAR):
+            values = finished(file, name)
+            open_end |= draw_curves(panel, sigma, values, at, [colour], style, f"{word}, ")
+        panel.set(xlabel=SIGMA, title=f"{label}, {_samples(file)}")
+    for panel in axes[::columns]:
+        panel.set_ylabel("amplification [-]")
+    canvas.legend([*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)])
+
+
+def _samples(file: ResultFile) -> str:
+    counts = sorted({len(values) for values in finished(file, "amplification")})
+    return f"{'–'.join(str(n) for n in {counts[0]: 0, counts[-1]: 0})} samples"
+
+
+def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
+    """A row for every file, its widest level; light lines at the percentiles of the reference."""
+    axes = canvas.panels(1, 1, (10, 1.6 + 0.55 * len(files)))[0, 0]
+    best, open_end = reference(files), False
+    shown: dict[str, Any] = {}
+    for row, file in enumerate(files):
+        at = file.config.convergence.percentiles
+        for k, (name, word, colour, _) in enumerate((CONTACT, LINEAR)):
+            values = finished(file, name)[-1]
+            if not len(values):
+                continue
+            centre, (low, high) = np.percentile(values, at), intervals.interval(values, at)
+            height = np.full(len(at), row + 0.24 * k - 0.12)
+            open_end |= intervals.draw(axes, height, centre, low, high, colour, sideways=True)
+            for p, value in enumerate(centre):
+                (dot,) = axes.plot(value, height[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
+                shown.setdefault(f"{word}, percentile {at[p]:g}", dot)
+                if file is best:
+                    axes.axvline(value, color=colour, lw=0.8, alpha=0.6, zorder=0)
+    names = [
+        f"{label}\n({_samples(file)})" for file, label in zip(files, labels(files), strict=True)
+    ]
+    row = files.index(best)
+    names[row] = names[row].replace("(", "(lines; ")
+    axes.set_yticks(range(len(files)), names, fontsize=10)
+    axes.set_ylim(len(files) - 0.5, -0.5)
+    level = 100 * best.read("half_range")[-1]
+    axes.set(xlabel="amplification [-]", title=f"Amplifications at ±{level:.3g} %")
+    handles = intervals.handles(open_end)
+    canvas.legend([*shown.values(), *handles], [*shown, *(str(h.get_label()) for h in handles)])
+
+
+@figure("contact", paper="13", what="largest amplitudes over n_d", several=True, alone=False,
+        random=True)  # fmt: skip
+def amplitudes(canvas: Canvas) -> None:
+    """Largest amplitudes of the tuned disk and percentile 99 of the samples, a place each file.
+
+    Lines join them only where the files differ in a number; the levels stand side by side.
+    """
+    files = ordered(canvas.files)
+    axes = canvas.panels(1, 1, (max(8.0, 1.3 * len(files)), 5.6))[0, 0]
+    line, x = ("-" if numeric(files) else "none"), np.arange(len(files))
+    tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
+    runs = [1e3 * f.read("tuned/run_peaks_m") for f in files]
+    axes.plot(
+        x, tuned, marker="s", ls=line, color=BLACK, label="tuned disk, range of its perturbed runs"
+    )
+    spread = np.array(
+        [[tuned - [np.nanmin(r) for r in runs]], [[np.nanmax(r) for r in runs] - tuned]]
+    )
+    axes.errorbar(x, tuned, yerr=spread[:, 0], fmt="none", ecolor=BLACK, capsize=3)
+    sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
+    colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
+    done = [
+        dict(zip(file.read("sigma"), finished(file, "peak_amplitude_m"), strict=True))
+        for file in files
+    ]
+    open_end = False
+    for level, (sigma, colour) in enumerate(colours.items()):
+        have = [i for i in x if len(done[i].get(sigma, ()))]
+        if not have:
+            continue
+        values = [1e3 * done[i][sigma] for i in have]
+        top = np.array([np.percentile(v, 99) for v in values])
+        low, high = np.array([np.ravel(intervals.interval(v, [99])) for v in values]).T
+        beside = np.add(have, 0.06 * (level + 1))
+        axes.plot(
+            beside, top, ls=line, color=colour, marker=MARKERS[level % len(MARKERS)],
+            label=f"percentile 99, σ = {100 * sigma:.1f} %",
+        )  # fmt: skip
+        open_end |= intervals.draw(axes, beside, top, low, high, colour)
+    names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
+    long = max(map(len, names)) > 10
+    turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
+    axes.set_xticks(x, names, **(turned if long else {}))
+    axes.set_ylabel("largest blade-tip amplitude [mm]")
+    axes.set_title(", ".join(sorted({_samples(file) for file in files})) + " per level")
+    axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
+    canvas.legend([*axes.get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=2)
+
+
+@figure("linear", paper="4", what="linear amplification over σ and n_d", main=True)
+def linear(canvas: Canvas) -> None:
+    """Percentiles of the linear amplification against σ, a panel for every load."""
+    file = canvas.file
+    diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
+    at = file.config.convergence.percentiles
+    columns = min(3, len(diameters))
+    rows = -(-len(diameters) // columns)
+    axes = canvas.panels(
+        rows, columns, (4 * columns, 3.3 * rows + 0.6), sharex=True, sharey=True
+    ).ravel()
+    canvas.hide(axes[len(diameters) :])
+    open_end = False
+    for d, panel in enumerate(axes[: len(diameters)]):
+        found = file.read("amplification", (slice(None), d))
+        values = [level[np.isfinite(level)] for level in found]
+        open_end |= draw_curves(panel, sigma, values, at, [GREEN, BLUE, ORANGE])
+        counts = sorted({len(level) for level in values})
+        panel.set_title(f"$n_d$ = {diameters[d]}")
+    canvas.title(f"Linear amplification, {'–'.join(map(str, counts))} samples per level")
+    for panel in axes[len(diameters) - columns : len(diameters)]:
+        panel.set_xlabel(SIGMA)
+    for panel in axes[::columns]:
+        panel.set_ylabel("amplification [-]")
+    canvas.legend(
+        [*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=4
+    )
+
+
+@figure("damping", paper="16", what="percentiles at two dampings", main=True)
+def damping(canvas: Canvas) -> None:
+    """Percentiles of both amplifications against σ at every damping."""
+    file = canvas.file
+    sigma, cases = 100 * file.read("sigma"), file.read("damping_ratio")
+    at = file.config.convergence.percentiles
+    axes, open_end = canvas.panels(1, 2, (12, 5.4), sharey=True)[0], False
+    looks = list(zip((BLUE, ORANGE, GREEN), ("-", "--", ":"), strict=True))
+    for kind, panel in zip(KINDS, axes, strict=True):
+        values, ends = file.read(f"{kind}/percentile"), file.read(f"{kind}/interval")
+        for case, ratio in enumerate(cases):
+            colour, style = looks[case % len(looks)]
+            low, high = ends[case].transpose(2, 1, 0)
+            prefix = f"ξ = {1e3 * ratio:g}·10⁻³, "
+            open_end |= _draw_known(
+                panel, sigma, values[case].T, low, high, at, [colour], style, prefix
+            )
+        panel.set(xlabel=SIGMA, title=f"{kind} amplification")
+    axes[0].set_ylabel("amplification [-]")
+    canvas.legend(
+        [*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=2
+    )

@@ -1,0 +1,314 @@
+"""What a figure is drawn with: open result files, and axes, new ones or the user's own."""
+
+import contextlib
+import functools
+import inspect
+import os
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Concatenate, NamedTuple, ParamSpec, Protocol
+
+import numpy as np
+from matplotlib import rc_context, rcParams
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, FigureBase
+
+from hpcrub.errors import InputError
+from hpcrub.plot.style import STYLE
+from hpcrub.results.storage import ResultFile
+
+Source = str | os.PathLike[str] | ResultFile
+Where = Axes | Sequence[Axes] | FigureBase | None
+P = ParamSpec("P")
+
+ARGUMENTS = """
+
+Parameters
+----------
+file : path or open result file{several}
+    Result of the study {studies}.
+ax : Axes, sequence of Axes, Figure or SubFigure, optional
+    Where to draw. {panels} By default a new figure is made, in the look of this program. A Figure
+    without axes gets the size that suits the drawing.
+{more}
+Returns
+-------
+Axes or numpy.ndarray of Axes
+    The axes drawn into; their `figure` has everything else.
+
+Raises
+------
+InputError
+    The file is of another study, or lacks what the figure shows.
+"""
+FEWER = "Of fewer axes than the figure has panels, the first panels are drawn."
+NOTE_WIDTH = 110  # letters in a line below a figure
+
+
+class About(NamedTuple):
+    """For whom a figure is.
+
+    Attributes
+    ----------
+    studies : studies whose results it shows.
+    paper : number of the figure in the paper.
+    what : what it shows, in a few words.
+    alone : whether it is drawn when a study ends.
+    several : whether it compares several files; one will do.
+    random : whether it needs random samples instead of one explicit pattern.
+    mode : whether it can show one chosen mode.
+    main : whether its picture is named as the result file, without the name of the figure.
+    """
+
+    studies: tuple[str, ...]
+    paper: str
+    what: str
+    alone: bool
+    several: bool
+    random: bool
+    mode: bool
+    main: bool
+
+
+class Drawing(Protocol):
+    """A figure: a function of a result file, with `about` for the lists of figures."""
+
+    about: About
+    __name__: str
+
+    def __call__(self, file: Any, ax: Where = None, **options: Any) -> Any:
+        """Draw it."""
+
+
+class Canvas:
+    """Open files and panels of one drawing.
+
+    Attributes
+    ----------
+    files : list of the open result files.
+    axes : list of the axes drawn into.
+    own : whether the figure is this drawing's alone, so that legends can stand outside the axes.
+    """
+
+    def __init__(self, files: list[ResultFile], where: Where) -> None:
+        self.files = files
+        self.axes: list[Axes] = []
+        self.own = where is None or isinstance(where, FigureBase)
+        self._where = where
+        self._notes: list[str] = []
+
+    @property
+    def file(self) -> ResultFile:
+        """The only file of a drawing that shows one."""
+        return self.files[0]
+
+    @property
+    def figure(self) -> FigureBase:
+        """The figure that the axes are in."""
+        found = self.axes[0].figure
+        assert found is not None
+        return found
+
+    def panels(
+        self, rows: int, columns: int, size: tuple[float, float], **how: Any
+    ) -> np.ndarray[Any, np.dtype[Any]]:
+        """Axes (rows, columns), as `subplots` arranges them.
+
+        Parameters
+        ----------
+        rows, columns
+            Number of panels.
+        size
+            Width and height of a new figure [inch].
+        how
+            Passed on to `Figure.subplots`.
+        """
+        if self.own:
+            made = self._figure(size).subplots(rows, columns, squeeze=False, **how)
+            self.axes = list(made.flat)
+            return made
+        given = self._where
+        self.axes = [given] if isinstance(given, Axes) else list(np.ravel(np.asarray(given)))
+        if len(self.axes) > rows * columns:
+            raise InputError(f"{len(self.axes)} axes given, {rows * columns} can be drawn into")
+        # what does not fit is drawn where nobody sees it
+        rest = Figure().subplots(1, rows * columns, squeeze=False)[0, len(self.axes) :]
+        return np.array([*self.axes, *rest]).reshape(rows, columns)
+
+    def mosaic(self, letters: str, size: tuple[float, float]) -> list[Axes]:
+        """Axes arranged as letters, see `Figure.subplot_mosaic`, in the order of the letters."""
+        names = sorted(set(letters) - {";"})
+        if not self.own:
+            return list(self.panels(1, len(names), size)[0])
+        made = self._figure(size).subplot_mosaic(letters)
+        self.axes = [made[name] for name in names]
+        return self.axes
+
+    def _figure(self, size: tuple[float, float]) -> FigureBase:
+        if self._where is None:
+            from matplotlib import pyplot  # which starts the user's way to show figures
+
+            return pyplot.figure(figsize=size)
+        assert isinstance(self._where, FigureBase)
+        if isinstance(self._where, Figure) and not self._where.axes:
+            self._where.set_size_inches(size)
+        return self._where
+
+    def hide(self, panels: Iterable[Axes]) -> None:
+        """Take panels without data away."""
+        for panel in panels:
+            panel.set_axis_off()
+            if panel in self.axes:
+                self.axes.remove(panel)
+
+    def legend(
+        self, handles: Sequence[Artist], labels: Sequence[str] | None = None, columns: int = 3
+    ) -> None:
+        """Legend below all panels, or in the first of the user's own axes."""
+        words = [str(h.get_label()) for h in handles] if labels is None else list(labels)
+        if not self.own:
+            self.axes[0].legend(handles, words, fontsize="small")
+            return
+        figure = self.figure
+        room = figure.bbox.width
+        for n in range(min(columns, len(words)), 0, -1):
+            legend = figure.legend(handles, words, loc="outside lower center", ncols=n)
+            if n == 1 or legend.get_window_extent().width < room:
+                return
+            legend.remove()
+
+    def legend_of(self, panel: Axes, columns: int = 2, drop: float = 0.15) -> None:
+        """Legend of one panel, below it, or in it when it is one of the user's own."""
+        if not self.own:
+            panel.legend(fontsize="small")
+            return
+        handles, words = panel.get_legend_handles_labels()
+        spec = panel.get_subplotspec()
+        room = self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
+        for n in range(columns, 0, -1):
+            legend = panel.legend(
+                handles, words, ncols=n, loc="upper center", bbox_to_anchor=(0.5, -drop)
+            )
+            if legend.get_window_extent().width < room:
+                return
+
+    def colorbar(self, image: Any, panels: Iterable[Axes], **how: Any) -> Any:
+        """Scale of the colours beside panels; None where they are not drawn."""
+        shown = [panel for panel in panels if panel in self.axes]
+        return self.figure.colorbar(image, ax=shown, **how) if shown else None
+
+    def title(self, text: str) -> None:
+        """Words above all panels."""
+        if self.own:
+            self.figure.suptitle(text)
+
+    def note(self, text: str) -> None:
+        """Words that belong below the figure, once."""
+        if text not in self._notes:
+            self._notes.append(text)
+
+    def finish(self) -> None:
+        """Write the notes, and what the files themselves warn of, below the figure."""
+        for file in self.files:
+            for warning in warnings(file):
+                self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
+        if not self._notes or not self.axes:
+            return
+        text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, NOTE_WIDTH))
+        if self.own:
+            self.figure.text(0.01, -0.01, text, va="top", fontsize=10, color="0.3")
+        else:
+            self.axes[0].annotate(
+                text, (0, 0), (0, -40), "axes fraction", "offset points", va="top",
+                fontsize="x-small", color="0.3", annotation_clip=False,
+            )  # fmt: skip
+
+    def drawn(self) -> Any:
+        """The axes: one, or an array of them."""
+        return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
+
+
+def warnings(file: ResultFile) -> list[str]:
+    """What a result file warns of, a line each."""
+    found = file.attributes().get("warnings", "")
+    lines = found.splitlines() if isinstance(found, str) else [str(line) for line in found]
+    return [line for line in lines if line.strip()]
+
+
+def figure(
+    *studies: str, what: str, paper: str = "", alone: bool = True, several: bool = False,
+    random: bool = False, mode: bool = False, main: bool = False, panels: str = FEWER,
+) -> Callable[[Callable[Concatenate[Canvas, P], Any]], Drawing]:  # fmt: skip
+    """Decorator that makes a function of a `Canvas` a figure of a result file.
+
+    The function draws; what it returns, if anything, is returned instead of the axes.
+    For the arguments see `About`.
+    """
+    about = About(studies, paper, what, alone, several, random, mode, main)
+
+    def decorate(draw: Callable[Concatenate[Canvas, P], Any]) -> Any:
+        def drawn(file: Any, ax: Where = None, **options: Any) -> Any:
+            style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
+            with _opened(file) as files, rc_context(style):
+                _check(draw.__name__, about, files)
+                canvas = Canvas(files, ax)
+                found = draw(canvas, **options)  # type: ignore[call-arg]
+                canvas.finish()
+            return canvas.drawn() if found is None else found
+
+        functools.update_wrapper(drawn, draw)
+        del drawn.__wrapped__  # type: ignore[attr-defined]
+        own = inspect.signature(drawn).parameters
+        more = list(inspect.signature(draw).parameters.values())[1:]
+        drawn.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+            [own["file"], own["ax"], *more]
+        )
+        drawn.__doc__ = _documented(draw.__doc__ or "", about, panels)
+        drawn.about = about  # type: ignore[attr-defined]
+        return drawn
+
+    return decorate
+
+
+def _documented(text: str, about: About, panels: str) -> str:
+    mode = "mode : int, optional\n    Mode to show, counted from 1.\n" if about.mode else ""
+    return inspect.cleandoc(text) + ARGUMENTS.format(
+        several=", or list of them" if about.several else "",
+        studies=" or ".join(about.studies),
+        panels=panels,
+        more=mode,
+    )
+
+
+@contextlib.contextmanager
+def _opened(file: Any) -> Iterator[list[ResultFile]]:
+    """Files of what the user gave: a path, an open file, or a list of these; ours are closed."""
+    several = isinstance(file, Sequence) and not isinstance(file, str)
+    with contextlib.ExitStack() as stack:
+        files = []
+        for one in file if several else [file]:
+            found = ResultFile.open(one) if isinstance(one, str | os.PathLike) else one
+            if found is not one:
+                stack.callback(found.close)
+            files.append(found)
+        yield files
+
+
+def _check(name: str, about: About, files: list[ResultFile]) -> None:
+    if not files or (len(files) > 1 and not about.several):
+        raise InputError(f"figure {name} shows one result file, {len(files)} are given")
+    for file in files:
+        if file.config.study not in about.studies:
+            allowed = " or ".join(about.studies)
+            raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
+        if about.random and file.config.pattern_deviation is not None:
+            raise InputError(
+                f"{file.path}: figure {name} is for random samples, and this is one explicit "
+                "pattern (mistuning.pattern_gpa)"
+            )
+
+
+def font_size() -> float:
+    """Size of small print beside the style in force."""
+    return 0.85 * float(rcParams["font.size"])

@@ -1,0 +1,121 @@
+"""Figure of a cross study."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.intervals import LEVEL
+from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.results.storage import ResultFile
+
+SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
+FEW = 100  # samples up to which there is no density, and no percentile 99
+SOME = 500  # samples up to which they are drawn one by one
+Array = NDArray[np.float64]
+
+
+@figure("cross", paper="15", what="densities of (A_lin, A_nl)", main=True)
+def cross(canvas: Canvas) -> None:
+    """Samples in the plane of both amplifications, from dense to sparse, a panel for every σ.
+
+    Fewer than a hundred samples are dots only.
+    """
+    file = canvas.file
+    sigma = 100 * file.read("sigma")
+    columns = min(2, len(sigma))
+    rows = -(-len(sigma) // columns)
+    size = (5.8 * columns, 5.2 * rows)
+    axes = canvas.panels(rows, columns, size, sharex=True, sharey=True).ravel()
+    canvas.hide(axes[len(sigma) :])
+    image, fewest = None, np.inf
+    for level, panel in enumerate(axes[: len(sigma)]):
+        found, n = _draw_level(panel, file, level)
+        image, fewest = found or image, min(fewest, n)
+        panel.set_title(_title(file, level, n), fontsize=11)
+        panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
+    if image is not None:
+        bar = canvas.colorbar(image, axes, label="share of the samples in denser regions")
+        if bar:
+            bar.set_ticks([0, *SHARES])
+    if fewest <= FEW:
+        canvas.note(f"Up to {FEW} samples of a level have neither density nor percentile 99.")
+    canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
+    handles, words = axes[0].get_legend_handles_labels()
+    canvas.legend(handles, words, columns=2)
+
+
+def _title(file: ResultFile, level: int, n: int) -> str:
+    share, r = 100 * file.read("share", level), file.read("rank_correlation", level)
+    low, high = 100 * file.read("share_interval", level)
+    r_low, r_high = file.read("rank_correlation_interval", level)
+    return (
+        f"σ = {100 * file.read('sigma', level):.1f} %, {n} samples\n"
+        f"contact above linear for {share:.0f} % [{low:.0f}, {high:.0f}]\n"
+        f"rank correlation {r:.2f} [{r_low:.2f}, {r_high:.2f}]"
+    )
+
+
+def _draw_level(axes: Axes, file: ResultFile, level: int) -> tuple[Any, int]:
+    contact, linear = file.read("contact", level), file.read("linear", level)
+    known = np.isfinite(contact) & np.isfinite(linear)
+    density, image, n = file.read("density", level), None, int(known.sum())
+    grids = file.read("grid_linear", level), file.read("grid_contact", level)
+    if n > FEW and np.isfinite(density).all():
+        image = axes.contourf(
+            *grids, cumulative(density), levels=[0, *SHARES], cmap="viridis", alpha=0.85,
+        )  # fmt: skip
+    if image is None or n <= SOME:
+        axes.plot(linear[known], contact[known], ".", color=BLACK, ms=6 if n <= FEW else 3,
+                  label="samples")  # fmt: skip
+    else:
+        out = known & outside(linear, contact, *grids, density)
+        label = f"samples outside {100 * SHARES[-1]:.0f} %"
+        axes.plot(linear[out], contact[out], ".", color="0.55", ms=2, label=label)
+    if n > FEW:
+        for values, line, colour, name in (
+            (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
+        ):  # fmt: skip
+            label = f"percentile 99 of {name}"
+            line(np.percentile(values[known], 99), color=colour, ls="--", label=label)
+    edge = np.array([0.95, max(axes.get_xlim()[1], axes.get_ylim()[1])])
+    axes.plot(edge, edge, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
+    return image, n
+
+
+def outside(
+    linear: Array, contact: Array, grid_linear: Array, grid_contact: Array, density: Array
+) -> NDArray[np.bool_]:
+    """Samples beyond the outermost contour.
+
+    Parameters
+    ----------
+    linear, contact
+        Both amplifications of the samples [-], (S,).
+    grid_linear, grid_contact
+        Values at which the density is known [-], (G,), (H,).
+    density
+        Of the samples, (H, G).
+
+    Returns
+    -------
+    ndarray of bool
+        (S,), True too where a sample is off the grid or not known.
+    """
+    share = RegularGridInterpolator(
+        (grid_contact, grid_linear), cumulative(density), bounds_error=False, fill_value=1.0
+    )
+    found: NDArray[np.bool_] = ~(share(np.column_stack([contact, linear])) <= SHARES[-1])
+    return found
+
+
+def cumulative(density: Array) -> Array:
+    """Share of the samples where the density is larger than here, of a density on a grid."""
+    flat = density.ravel()
+    order = np.argsort(-flat)
+    share = np.empty_like(flat)
+    share[order] = np.cumsum(flat[order]) / flat.sum()
+    return share.reshape(density.shape)

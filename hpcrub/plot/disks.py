@@ -1,0 +1,271 @@
+"""Figures of a modal study: the disk, its SAFE diagram, its shapes."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+
+from hpcrub.errors import InputError
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK
+from hpcrub.results.storage import ResultFile
+
+SHOWN_HZ = 2000.0  # of the whole SAFE diagram
+DEFORMED = 0.14  # largest displacement drawn, in radii
+FRAMES = 30  # of one period
+PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
+PINCH = 1e-4  # relative difference of two frequencies of one pair of modes
+
+
+def _lines(file: ResultFile, moved: Any = 0.0) -> Iterator[tuple[str, Any]]:
+    """Poly-lines (kind, (n, 2) [mm]) of all beams, displaced by `moved` (nodes, 2) [m]."""
+    nodes = file.read("position_m")
+    straight, now = 1e3 * nodes, 1e3 * (nodes + moved)
+    for blade in file.read("blades"):
+        yield "blades", now[blade]
+    for spoke in file.read("spokes"):
+        yield "spokes", now[spoke]
+    for pair in file.read("ring"):
+        angle, radius = _polar(straight[pair])
+        part = np.linspace(0, 1, 9)[:, None]
+        arc = angle[0] + np.mod(angle[1] - angle[0], 2 * np.pi) * part
+        arc = radius[0] * np.hstack([np.cos(arc), np.sin(arc)])
+        yield (
+            "ring",
+            arc + (1 - part) * (now - straight)[pair[0]] + part * (now - straight)[pair[1]],
+        )
+
+
+def _polar(xy: Any) -> tuple[Any, Any]:
+    return np.arctan2(xy[:, 1], xy[:, 0]), np.hypot(xy[:, 0], xy[:, 1])
+
+
+def _draw_disk(
+    axes: Axes, file: ResultFile, moved: Any = 0.0, colour: str | None = None, width: float = 2.0
+) -> None:
+    for kind, xy in _lines(file, moved):
+        axes.plot(*xy.T, color=colour or PARTS[kind], lw=width, solid_capstyle="round")
+    axes.set_aspect("equal")
+    axes.grid(False)
+
+
+@figure("modal", paper="1", what="the disk and its beams", main=True)
+def disk(canvas: Canvas) -> None:
+    """The beams of the disk inside the casing.
+
+    With the numbers of the blades, the sense of rotation, the load of the linear response and the
+    displacements of a tip that the reduced model keeps (boundary dof), as in the paper's figure 1a.
+    """
+    file = canvas.file
+    axes = canvas.panels(1, 1, (7.5, 8.2))[0, 0]
+    _draw_disk(axes, file, width=2.5)
+    nodes = 1e3 * file.read("position_m")
+    axes.plot(*nodes.T, "o", color=BLACK, ms=3.5, zorder=3)
+    tips = nodes[file.read("blades")[:, -1]]
+    axes.plot(*tips.T, "o", mfc="w", mec=BLACK, ms=8, zorder=4)
+    around = np.linspace(0, 2 * np.pi, 721)
+    R = file.config.disk.tip_radius_mm
+    radius = 1.03 * R  # not to scale: the gap is a quarter of a millimetre
+    axes.plot(radius * np.cos(around), radius * np.sin(around), color="0.5", lw=3)
+    for number, tip in enumerate(tips, 1):
+        axes.text(*(1.08 * _turned(tip, -4)), f"{number}", ha="center", va="center")
+    _draw_load(axes, tips)
+    _draw_boundary(axes, tips, R)
+    _draw_rotation(axes, file.config.disk.inner_radius_mm)
+    for name, colour in (
+        ("blades", BLUE), ("ring", ORANGE), ("spokes, clamped inside", GREEN),
+        ("casing (gap exaggerated)", "0.5"), ("load, linear response only", PINK),
+    ):  # fmt: skip
+        axes.plot([], [], color=colour, label=name)
+    axes.plot([], [], "o", mfc="w", mec=BLACK, label="contact points, boundary dof")
+    axes.set(
+        xlabel="x [mm]", ylabel="y [mm]", xlim=(-1.25 * R, 1.25 * R), ylim=(-1.25 * R, 1.25 * R)
+    )
+    canvas.legend(axes.get_legend_handles_labels()[0], columns=2)
+
+
+def _turned(xy: Any, degrees: float) -> Any:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([c * xy[0] - s * xy[1], s * xy[0] + c * xy[1]])
+
+
+def _arrow(axes: Axes, start: Any, end: Any, colour: str) -> None:
+    axes.annotate(
+        "", end, start, zorder=5, arrowprops={
+            "arrowstyle": "-|>", "color": colour, "lw": 1.6, "shrinkA": 0, "shrinkB": 0,
+        },
+    )  # fmt: skip
+
+
+def _draw_load(axes: Axes, tips: Any) -> None:
+    """Places and direction of the radial load of equation (5), whose size turns around the disk."""
+    for tip in tips:
+        _arrow(axes, 0.86 * tip, 0.97 * tip, PINK)
+    at = 0.86 * _turned(tips[len(tips) // 4], 9)
+    axes.text(*at, "$F(\\theta_i, t)$", color=PINK, ha="center", va="center")
+
+
+def _draw_boundary(axes: Axes, tips: Any, R: float) -> None:
+    """u_r and u_t of the first tip, outward and towards growing angles."""
+    outward = tips[0] / np.hypot(*tips[0])
+    along = np.array([-outward[1], outward[0]])
+    for direction, name in ((outward, "$u_r$"), (along, "$u_t$")):
+        _arrow(axes, tips[0], tips[0] + 0.17 * R * direction, BLACK)
+        axes.text(
+            *(tips[0] + 0.21 * R * direction + 0.02 * R * along), name, ha="center", va="center"
+        )
+
+
+def _draw_rotation(axes: Axes, radius: float) -> None:
+    angle = np.radians(np.linspace(20, 160, 60))
+    r = 0.55 * radius
+    axes.plot(r * np.cos(angle), r * np.sin(angle), color=BLACK, lw=1.6)
+    end = np.radians([158, 172])
+    _arrow(axes, r * np.array([np.cos(end[0]), np.sin(end[0])]),
+           r * np.array([np.cos(end[1]), np.sin(end[1])]), BLACK)  # fmt: skip
+    axes.text(0, 0.15 * radius, "Ω", ha="center", va="center", fontsize=15)
+
+
+@figure("modal", paper="2", what="SAFE diagram, full and reduced model")
+def safe(canvas: Canvas) -> None:
+    """Frequencies against nodal diameters: all families, and the first one closer.
+
+    The frequency at which the bumps excite lies above the first family: rubbing blades are stiffer
+    than free ones, so that interactions occur at higher speeds than the crossing of the lines.
+    """
+    file = canvas.file
+    config = file.config
+    axes = canvas.panels(1, 2, (12.5, 5.8))[0]
+    diameters, frequencies = _modes(file, "full")
+    n_blades, n_d = config.disk.n_blades, config.casing.n_bumps
+    most = n_blades // 2
+    first = frequencies[:n_blades]
+    margin = 0.35 * np.ptp(first)
+    limits = [(0, SHOWN_HZ), (first.min() - margin, first.max() + margin)]
+    for panel, (bottom, top) in zip(axes, limits, strict=True):
+        for family in families(diameters, frequencies):
+            panel.plot(range(len(family)), family, color=BLUE, lw=1, alpha=0.6)
+        panel.plot(diameters, frequencies, ".", color=BLUE, ms=9, label="full model")
+        panel.plot(
+            *_modes(file, "reduced"), "o", mfc="none", mec=ORANGE, ms=11,
+            label=f"reduced model, η = {config.reduction.n_modes}",
+        )  # fmt: skip
+        panel.set(ylim=(bottom, top), xticks=range(most + 1), xlim=(-0.4, most + 0.4))
+        panel.set(xlabel="nodal diameters [-]", ylabel="frequency [Hz]")
+    critical = 0.5 * (config.speeds.from_hz + config.speeds.to_hz)
+    order = np.linspace(0, most, 200)
+    black: dict[str, Any] = {"color": BLACK, "lw": 1.5}
+    axes[0].plot(order, critical * order, label=f"excitation at {critical:.4g} Hz", **black)
+    axes[0].plot(order, critical * (n_blades - order), **black)
+    excited = min(n_d % n_blades, -n_d % n_blades)
+    family = first[diameters[:n_blades] == excited].mean()
+    above = n_d * critical > first.max()
+    why = f",\nabove the family's {family:.4g} Hz:\ncontact stiffens the blades" if above else ""
+    axes[0].annotate(
+        f"{n_d} bumps: {n_d * critical:.4g} Hz{why}", (excited, n_d * critical),
+        xytext=(0.45 * most, _gap(frequencies)), ha="center", va="center", fontsize=11,
+        arrowprops={"arrowstyle": "->"},
+    )  # fmt: skip
+    for n, style in ((3, ":"), (4, "--"), (5, "-.")):
+        meets = first[diameters[:n_blades] == n]
+        if n <= most and len(meets):
+            speed = meets.mean() / n
+            axes[1].plot(
+                order, speed * order, style, color=PINK, lw=1.5,
+                label=f"excitation at {speed:.2f} Hz: meets $n_d$ = {n}",
+            )  # fmt: skip
+    axes[0].set_title("SAFE diagram")
+    axes[1].set_title("first bending family, without contact")
+    for panel in axes:
+        canvas.legend_of(panel, 2, 0.13)
+
+
+def _gap(frequencies: Any) -> float:
+    """Middle of the widest band below SHOWN_HZ without modes [Hz], where words can stand."""
+    lines = np.append(np.sort(frequencies[frequencies < SHOWN_HZ]), SHOWN_HZ)
+    widest = int(np.diff(lines).argmax())
+    return float(lines[widest : widest + 2].mean())
+
+
+def _modes(file: ResultFile, kind: str) -> tuple[Any, Any]:
+    return file.read(f"{kind}/nodal_diameters"), file.read(f"{kind}/frequencies_hz")
+
+
+def families(diameters: Any, frequencies: Any) -> list[Any]:
+    """Frequencies of each family over the nodal diameters 0, 1, ..., the lowest family first.
+
+    A family has one frequency for each nodal diameter: the first, second, ... of that diameter,
+    where the two modes of a pair count once. Incomplete families are left out.
+    """
+    columns = []
+    for d in range(int(diameters.max()) + 1):
+        mine = np.sort(frequencies[diameters == d])
+        new = np.diff(mine, prepend=-np.inf) > PINCH * mine
+        columns.append(mine[new])
+    return [np.array(family) for family in zip(*columns, strict=False)]
+
+
+@figure("modal", what="deformed shapes of the first family", mode=True)
+def shapes(canvas: Canvas, mode: int | None = None) -> None:
+    """Deformed shapes: one mode of every nodal diameter of the first family, or one chosen."""
+    file = canvas.file
+    diameters, frequencies = _modes(file, "reduced")
+    n_blades = file.config.disk.n_blades
+    first = [int(np.argmax(diameters[:n_blades] == d)) for d in range(n_blades // 2 + 1)]
+    chosen = first if mode is None else [_checked(file, mode)]
+    columns = min(len(chosen), 4)
+    rows = -(-len(chosen) // columns)
+    size = 3.2 if mode is None else 6.5
+    axes = canvas.panels(rows, columns, (size * columns, (size + 0.3) * rows)).ravel()
+    canvas.hide(axes[len(chosen) :])
+    for panel, k in zip(axes, chosen, strict=False):
+        _draw_shape(panel, file, k, 1.0)
+        panel.set_title(f"mode {k + 1}: {frequencies[k]:.2f} Hz,\nnodal diameters: {diameters[k]}")
+
+
+def _checked(file: ResultFile, mode: int) -> int:
+    n_shapes = len(file.read("shapes"))
+    if not 1 <= mode <= n_shapes:
+        raise InputError(f"--mode: {mode} is not a whole number from 1 up to {n_shapes}")
+    return mode - 1
+
+
+def _draw_shape(axes: Axes, file: ResultFile, k: int, phase: float) -> None:
+    moved = phase * DEFORMED * file.config.disk.tip_radius * file.read("shapes", k)
+    _draw_disk(axes, file, colour="0.8", width=1.0)
+    _draw_disk(axes, file, moved)
+    reach = 1.2e3 * file.config.disk.tip_radius
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    axes.set_axis_off()
+
+
+@figure("modal", what="one mode as a GIF (--mode)", alone=False, mode=True)
+def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
+    """One mode through a period.
+
+    Returned is a matplotlib `FuncAnimation` instead of axes: keep it, or it stops.
+    """
+    file = canvas.file
+    k = _checked(file, mode)
+    axes = canvas.panels(1, 1, (5, 5.2))[0, 0]
+    frequency = file.read("reduced/frequencies_hz")[k]
+    pictures = [list(_lines(file, _moved(file, k, frame))) for frame in range(FRAMES)]
+    _draw_disk(axes, file, colour="0.8", width=1.0)
+    lines = [axes.plot(*xy.T, color=PARTS[kind])[0] for kind, xy in pictures[0]]
+    reach = 1.2e3 * file.config.disk.tip_radius
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), title=f"mode {mode}: {frequency:.2f} Hz")
+    axes.set_axis_off()
+
+    def draw(frame: int) -> list[Any]:
+        for line, (_, xy) in zip(lines, pictures[frame], strict=True):
+            line.set_data(*xy.T)
+        return lines
+
+    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)  # type: ignore[arg-type]
+
+
+def _moved(file: ResultFile, k: int, frame: int) -> Any:
+    phase = np.sin(2 * np.pi * frame / FRAMES)
+    return phase * DEFORMED * file.config.disk.tip_radius * file.read("shapes", k)

@@ -1,0 +1,162 @@
+"""Figure of an interaction_map study: engine orders, families of modes, and where they interact."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.patches import Rectangle
+
+from hpcrub.contact import reasons
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.histories import DISKS
+from hpcrub.plot.style import BLUE, GREEN, ORANGE, PINK
+from hpcrub.results.storage import ResultFile
+
+DECADES = 3.5  # of the amplitude, above which it is drawn
+N_INTERACTIONS = 2  # marked, on different engine orders
+AREA = 0.5  # of the largest amplitude of an order, above which speeds belong to the interaction
+ABOVE_AREA = 6.0  # half height of the box of an interaction [Hz]
+NAMED = 4  # engine orders that are all named, besides the multiples of the bumps
+
+
+class Interaction(NamedTuple):
+    """One area of large amplitudes on an engine order."""
+
+    order: int
+    speed_hz: float  # of the largest amplitude
+    first_hz: float  # lowest and highest speed of the area
+    last_hz: float
+    amplitude: float  # as the spectra
+
+    @property
+    def frequency_hz(self) -> float:
+        """Frequency of the motion at the largest amplitude: that of the nonlinear mode."""
+        return self.order * self.speed_hz
+
+
+@figure("interaction_map", paper="6", what="spectra over the speeds", main=True)
+def interaction_map(canvas: Canvas) -> None:
+    """Spectra over the speeds with engine orders and natural frequencies, a panel for every disk.
+
+    The two strongest interactions are framed. Their frequency lies above the first family, as
+    contact stiffens the blades: Δ1B is this distance from the top of the family.
+    """
+    file = canvas.file
+    speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
+    n_disks = len(file.read("deviation"))
+    axes = canvas.panels(1, n_disks, (1.5 + 6.0 * n_disks, 6.4), sharey=True)[0]
+    spectra = 1e3 * file.read("spectrum_m")
+    # with a scale that has a top even where nothing moves
+    top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
+    lost = reasons.are_fatal(file.read("point_reason"))
+    for disk, panel in enumerate(axes):
+        image = panel.pcolormesh(
+            speeds, frequencies, spectra[disk].T, norm=LogNorm(top / 10**DECADES, top),
+            cmap="Greys", shading="nearest", rasterized=True,
+        )  # fmt: skip
+        for speed in speeds[lost[disk]]:
+            panel.axvline(speed, color=PINK, lw=2, label="diverged")
+        panel.margins(x=0)
+        panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
+        panel.set_title(DISKS[disk], pad=20)
+        panel.grid(False)
+        _draw_orders(panel, file)
+        natural = file.read("natural_frequencies_hz", disk)
+        for frequency in natural[natural < frequencies[-1]]:
+            panel.axhline(frequency, color=BLUE, lw=0.7, label="natural frequencies")
+        family = natural[: file.config.disk.n_blades].max()
+        _draw_interactions(panel, interactions(speeds, frequencies, spectra[disk]), family)
+    axes[0].set_ylabel("frequency [Hz]")
+    found: dict[str, Any] = {}
+    for panel in axes:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    canvas.legend(list(found.values()), list(found))
+    canvas.colorbar(image, axes, label="tangential amplitude, largest of all tips [mm]")
+
+
+def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interaction]:
+    """The strongest interactions, at most one on an engine order, the strongest first.
+
+    Parameters
+    ----------
+    speeds
+        Speeds of rotation (S,) [Hz].
+    frequencies
+        Of the spectra (F,) [Hz], evenly spaced from 0.
+    spectrum
+        Amplitudes (S, F); NaN where the motion was lost.
+    """
+    found = []
+    step = frequencies[1] - frequencies[0]
+    for order in range(1, int(frequencies[-1] / speeds[0]) + 1):
+        at = np.rint(order * speeds / step).astype(int)
+        on = at < len(frequencies)
+        along = np.where(on, spectrum[np.arange(len(speeds)), np.where(on, at, 0)], 0.0)
+        along = np.nan_to_num(along)
+        best = int(along.argmax())
+        large = along >= AREA * along[best]
+        first, last = best, best
+        while first > 0 and large[first - 1]:
+            first -= 1
+        while last < len(speeds) - 1 and large[last + 1]:
+            last += 1
+        area = (float(speeds[i]) for i in (best, first, last))
+        found.append(Interaction(order, *area, float(along[best])))
+    found.sort(key=lambda interaction: -interaction.amplitude)
+    return [one for one in found[:N_INTERACTIONS] if one.amplitude > 0]
+
+
+def _draw_orders(axes: Axes, file: ResultFile) -> None:
+    """Engine orders: lines that leave the ridges below them visible, and their numbers outside."""
+    speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
+    n_bumps = file.config.casing.n_bumps
+    for order in range(1, 3 * n_bumps + 1):
+        if order > NAMED and order % n_bumps:
+            continue
+        axes.plot(
+            speeds, order * speeds, color=ORANGE, lw=0.9, ls=(0, (2, 5)), label="engine orders"
+        )
+        end = min(speeds[-1], frequencies[-1] / order)
+        above = order * speeds[-1] > frequencies[-1]
+        axes.annotate(
+            f"{order}", (end, order * end), color=ORANGE, fontsize=10,
+            xytext=(0, 3) if above else (3, 0), textcoords="offset points",
+            ha="center" if above else "left", va="bottom" if above else "center",
+        )  # fmt: skip
+
+
+def _draw_interactions(axes: Axes, found: list[Interaction], family: float) -> None:
+    for one in found:
+        low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
+        axes.add_patch(
+            Rectangle(
+                (one.first_hz - 0.5, low),
+                one.last_hz - one.first_hz + 1.0,
+                high - low,
+                fill=False,
+                ec=PINK,
+                lw=1.8,
+                label="interaction areas",
+                zorder=4,
+            )  # fmt: skip
+        )
+    if not found:
+        return
+    main = found[0]
+    axes.axhline(
+        main.frequency_hz, color=GREEN, lw=1.2, ls="--", label="nonlinear frequency, strongest area"
+    )
+    if main.frequency_hz <= family:
+        return
+    at = axes.get_xlim()[0] + 0.1 * np.ptp(axes.get_xlim())
+    axes.annotate(
+        "", (at, main.frequency_hz), (at, family),
+        arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.5, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+    axes.annotate(
+        f"$\\Delta_{{1B}}$ = {main.frequency_hz - family:.0f} Hz",
+        (at, (main.frequency_hz + family) / 2), (6, 0), textcoords="offset points", va="center",
+        color=GREEN, fontsize=11, bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1},
+    )  # fmt: skip

@@ -1,0 +1,227 @@
+"""Figures into picture files, named after their results and marked as this program's."""
+
+import contextlib
+import os
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context, rcdefaults
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.figure import Figure
+from PIL import Image
+
+from hpcrub.config.types import without_suffix
+from hpcrub.errors import HpcrubError, InputError
+from hpcrub.plot.canvas import Drawing
+from hpcrub.results.storage import ResultFile
+
+# What numbers that no study computes make of a drawing: nothing guards the data of a file, among
+# them numbers of nodes. All else is a fault of the program, and is to be seen as one.
+ODD_NUMBERS = ArithmeticError, IndexError, MemoryError, ValueError
+MARK = "hpcrub figure of"  # in every picture, with the results that it shows
+FRAMES_PER_SECOND = 25
+Path_ = str | os.PathLike[str]
+
+
+def belonging(
+    figures: Sequence[Drawing], paths: Sequence[Path_], mode: int | None = None
+) -> list[Drawing]:
+    """Those figures that are drawn of one finished study, or of several together.
+
+    Parameters
+    ----------
+    figures
+        All there are.
+    paths
+        Result files.
+    mode
+        Mode to show, which one of the figures has to show then.
+
+    Raises
+    ------
+    InputError
+        A mode is given and none of the figures shows one.
+    """
+    with contextlib.closing(ResultFile.open(paths[0])) as file:
+        study, random = file.config.study, file.config.pattern_deviation is None
+    found = [
+        figure
+        for figure in figures
+        if study in figure.about.studies
+        if (figure.about.several if len(paths) > 1 else figure.about.alone)
+        if random or not figure.about.random
+    ]
+    if mode is not None and not any(figure.about.mode for figure in found):
+        shown = _showing_modes(figures)
+        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; {shown}")
+    return found
+
+
+def draw_all(
+    figures: Sequence[Drawing], paths: Sequence[Path_], **how: Any
+) -> Iterator[Path | HpcrubError]:
+    """Draw several figures; of one that cannot be drawn the error comes instead of the picture.
+
+    Parameters
+    ----------
+    figures, paths
+        What to draw, of which result files.
+    how
+        As for `draw`; a mode is shown by those figures that can show one.
+    """
+    mode = how.pop("mode", None)
+    for figure in figures:
+        try:
+            yield from draw(figure, paths, mode=mode if figure.about.mode else None, **how)
+        except HpcrubError as error:
+            yield error
+
+
+def draw(
+    figure: Drawing,
+    paths: Sequence[Path_],
+    folder: Path_ | None = None,
+    kind: str = "png",
+    mode: int | None = None,
+    overwrite: bool = False,
+) -> list[Path]:
+    """Draw one figure of one or several result files into picture files.
+
+    Parameters
+    ----------
+    figure
+        One of `FIGURES`.
+    paths
+        Result files; a figure that compares none is drawn of each.
+    folder
+        Where to; by default beside the first file.
+    kind
+        png, pdf or svg; an animation is a GIF.
+    mode
+        Mode to show, counted from 1; by default what the figure shows by itself.
+    overwrite
+        Whether pictures may be replaced that are not of the same results.
+
+    Returns
+    -------
+    list of Path
+        Pictures written.
+
+    Raises
+    ------
+    InputError
+        The figure needs another study, or shows no single mode; or another picture has the name.
+    """
+    if mode is not None and not figure.about.mode:
+        name = figure.__name__
+        raise InputError(f"--mode {mode}: figure {name} does not show a mode; shapes of modal do")
+    together = figure.about.several and len(paths) > 1
+    groups = [list(paths)] if together else [[path] for path in paths]
+    targets = _targets(figure, groups, folder, mode)
+    return [
+        _draw_one(figure, group, target, kind, mode, overwrite)
+        for group, target in zip(groups, targets, strict=True)
+    ]
+
+
+def _draw_one(
+    figure: Drawing, paths: list[Path_], target: Path, kind: str, mode: int | None, overwrite: bool
+) -> Path:
+    options = {} if mode is None else {"mode": mode}
+    with rc_context():
+        rcdefaults()  # a user's style, or LaTeX that is not there, is for the user's own drawings
+        paper = Figure(layout="constrained")
+        try:
+            drawn = figure(paths if len(paths) > 1 else paths[0], paper, **options)
+            moving = isinstance(drawn, FuncAnimation)
+            target = target.with_name(f"{target.name}.{'gif' if moving else kind}")
+            _guard(target, paths, overwrite)
+            _save(drawn if moving else paper, target, paths)
+        except ODD_NUMBERS as error:
+            raise HpcrubError(
+                f"{paths[0]}: figure {figure.__name__} cannot be drawn, its numbers are odd "
+                f"({type(error).__name__}: {str(error):.80})"
+            ) from error
+    return target
+
+
+def _showing_modes(figures: Sequence[Drawing]) -> str:
+    names = " and ".join(figure.__name__ for figure in figures if figure.about.mode)
+    return f"{names} of the study modal do"
+
+
+def _targets(
+    figure: Drawing, groups: list[list[Path_]], folder: Path_ | None, mode: int | None
+) -> list[Path]:
+    """Pictures without their endings: STEM_NAME beside the file, the first figure just STEM.
+
+    The main figure of a study is just STEM, and one that compares files NAME. Files of one name
+    that are drawn into one folder are told apart by the folders they come from.
+    """
+    found: list[Path] = []
+    for group in groups:
+        path = Path(group[0])
+        name = figure.__name__
+        if len(group) == 1:
+            name = without_suffix(path).name + ("" if figure.about.main else f"_{name}")
+        name += f"_mode_{mode}" if mode is not None else ""
+        found.append((Path(folder) if folder else path.parent) / name)
+    twice = Counter(found)
+    for i, (target, group) in enumerate(zip(list(found), groups, strict=True)):
+        if twice[target] > 1:
+            parent = Path(group[0]).absolute().parent.name
+            named = target.with_name(f"{parent}_{target.name}")
+            found[i] = named if named not in found else target.with_name(f"{i + 1}_{target.name}")
+    return found
+
+
+def _mark(target: Path, paths: Sequence[Path_]) -> str:
+    """What a picture says of its results: the same as long as they lie in the same place to it."""
+    places = [os.path.relpath(os.path.realpath(p), target.parent.resolve()) for p in paths]
+    return f"{MARK} {sha256(os.fsencode(chr(0).join(places))).hexdigest()[:16]}"
+
+
+def _guard(target: Path, paths: Sequence[Path_], overwrite: bool) -> None:
+    """Refuse to replace a picture that is not of the same results. Raises InputError."""
+    if overwrite or not target.exists():
+        return
+    there = target.read_bytes() if target.is_file() else b""
+    if _mark(target, paths).encode() in there:
+        return
+    whose = "shows other results" if MARK.encode() in there else "is not a picture of hpcrub"
+    raise InputError(f"{target} {whose}: --overwrite replaces it, --out DIR draws elsewhere")
+
+
+def _save(drawn: Figure | FuncAnimation, target: Path, paths: Sequence[Path_]) -> None:
+    """Write a figure or an animation, whole or not at all. Raises HpcrubError."""
+    part = target.with_name(f"{target.stem}.hpcrub-part{target.suffix}")
+    mark, kind = _mark(target, paths), target.suffix[1:]
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if isinstance(drawn, FuncAnimation):
+            drawn.save(part, writer=PillowWriter(FRAMES_PER_SECOND), dpi=80)
+            with Image.open(BytesIO(part.read_bytes())) as frames:
+                frames.save(part, "gif", save_all=True, comment=mark)
+        else:
+            _freeze(drawn)
+            where = {"pdf": "Subject"}.get(kind, "Description")
+            drawn.savefig(part, dpi=150, format=kind, bbox_inches="tight", metadata={where: mark})
+        os.replace(part, target)
+    except OSError as error:
+        reason = error.strerror or error
+        raise HpcrubError(f"cannot write the figure {target}: {reason}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def _freeze(figure: Figure) -> None:
+    """Lay a figure out for good, as legends would move with the edges that `tight` cuts."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for legend in figure.legends:
+        legend.set_bbox_to_anchor((0, 0, 1, 1), figure.transFigure)

@@ -1,0 +1,236 @@
+"""Frequency responses in contact: one study, and several that differ in a few keys."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from hpcrub.plot import intervals, published
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.families import finished, labels, ordered, reference
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE
+from hpcrub.results.layout import DONE, NOT_STEADY
+from hpcrub.results.storage import ResultFile
+
+MOST = 20_000  # samples of a level behind the band of a frequency response
+MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
+SPEED, AMPLITUDE = "speed of rotation [Hz]", "blade-tip amplitude [mm]"
+LOCALISATION = "localisation factor [%]"
+
+
+@figure("contact", paper="7", what="responses, amplifications", main=True)
+def summary(canvas: Canvas) -> None:
+    """Frequency responses of one study, and its amplifications.
+
+    Of random samples: the tuned disk and the range of the samples of the widest level, then
+    percentiles of both amplifications against the mistuning level. Of one explicit pattern:
+    amplitude and localisation over the speeds; where the configuration is the paper's, with the
+    points that it prints.
+    """
+    file = canvas.file
+    left, right = canvas.panels(1, 2, (12, 5.8))[0]
+    if file.config.pattern_deviation is None:
+        draw_range(left, file)
+        draw_response(left, file, "tuned", (), BLACK, "tuned disk")
+        _draw_amplifications(right, canvas)
+    else:
+        _draw_pattern(left, file, "amplitude_m", 1e3)
+        _draw_pattern(right, file, "localisation", 100)
+        right.set(ylabel=LOCALISATION, title="Localisation of the blade-tip amplitudes")
+        for panel, at in ((left, 1), (right, 2)):
+            for i, point in enumerate(published.points(file.config)):
+                panel.plot(
+                    point[0], point[at], "*", color=ORANGE, ms=13, mec="w", zorder=5,
+                    label=None if i else "paper, printed values",
+                )  # fmt: skip
+    left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.n_bumps} bumps")
+    canvas.legend_of(left)
+    canvas.legend_of(right, drop=0.15 if right.get_ylabel() == LOCALISATION else 0.24)
+
+
+def draw_response(
+    axes: Axes, file: ResultFile, group: str, where: Any, colour: Any, label: str | None,
+    name: str = "amplitude_m", scale: float = 1e3, **how: Any,
+) -> None:  # fmt: skip
+    """One disk over the speeds; points that were not steady are hollow."""
+    speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
+    line = {"lw": 1.6, "zorder": 3, **how}
+    (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
+    axes.update_datalim([(speeds[0], 0.0)])
+    drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above all that follows
+    unsteady = file.read(f"{group}/point_status", where) == NOT_STEADY
+    if unsteady.any():
+        axes.plot(
+            speeds[unsteady], values[unsteady], "o", mfc="w", mec=colour, ms=5, zorder=4,
+            label=label and f"{label}, not steady",
+        )  # fmt: skip
+    axes.autoscale_view()
+    axes.set_xlabel(SPEED)
+    axes.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def _draw_pattern(axes: Axes, file: ResultFile, name: str, scale: float) -> None:
+    draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
+    draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
+
+
+def draw_range(axes: Axes, file: ResultFile) -> None:
+    """Range of the amplitudes of the widest level's samples at every speed, and their median.
+
+    The band reaches from the lowest to the highest percentile of the input; with so few samples
+    that one of these lies beyond them, from the smallest to the largest sample.
+    """
+    done = file.status()[-1, :MOST] == DONE
+    amplitude = 1e3 * file.read("samples/amplitude_m", (-1, slice(MOST)))[done]
+    speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
+    known = np.isfinite(amplitude).any(axis=0)
+    if not known.any():
+        return
+    n, low, high = len(amplitude), percentiles[0], percentiles[-1]
+    few = n * min(low, 100 - high) < 100
+    ends = [0, 50, 100] if few else [low, 50, high]
+    band = np.nanpercentile(amplitude[:, known], ends, axis=0)
+    words = f"range of {n} samples" if few else f"percentiles {low:g} to {high:g}"
+    level = f"±{100 * file.read('half_range')[-1]:.3g} %"
+    axes.fill_between(
+        speeds[known], band[0], band[2], color=BLUE, alpha=0.25, lw=0, label=f"{level}, {words}"
+    )
+    axes.plot(speeds[known], band[1], color=BLUE, lw=1.6, label=f"{level}, median")
+
+
+def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
+    """Percentiles of both amplifications against the mistuning level, with their intervals."""
+    file, open_end = canvas.file, False
+    half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
+    axes.axhline(1.0, color="0.6", lw=1)
+    at = file.config.convergence.percentiles
+    for name, label, colour, line in (
+        ("amplification", "contact", BLUE, "-"), ("linear_amplification", "linear", ORANGE, "--"),
+    ):  # fmt: skip
+        values = finished(file, name)
+        known = [v for v in range(len(values)) if len(values[v])]
+        if not known:
+            continue
+        curves = np.array([np.percentile(values[v], at) for v in known]).T
+        ends = np.array([intervals.interval(values[v], at) for v in known]).T
+        for p, curve in enumerate(curves):
+            axes.plot(
+                half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
+                label=f"{label}, percentile {at[p]:g}",
+            )  # fmt: skip
+            open_end |= intervals.draw(axes, half_range[known], curve, *ends[p], colour)
+    counts = (file.status() == DONE).sum(axis=1)
+    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
+    axes.set(
+        xlabel="mistuning: largest deviation of a blade's stiffness, and σ",
+        ylabel="amplification [-]", title=f"Amplification, {each} samples per level",
+    )  # fmt: skip
+    ticks = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
+    axes.set_xticks(half_range, ticks)
+    axes.margins(x=0.08, y=0.12)
+    for handle in intervals.handles(open_end):
+        axes.add_line(handle)
+
+
+@figure("contact", paper="8, 9", what="responses, differences to the reference", several=True,
+        alone=False)  # fmt: skip
+def family(canvas: Canvas) -> None:
+    """Frequency responses of several studies.
+
+    Up to six that share their speeds lie in one panel, with the differences to a reference below,
+    beside the range of the perturbed tuned runs. More of them, or such as have other speeds, get a
+    panel each, with the reference in black where it has the same speeds.
+
+    The reference is the finest of time steps and reduced models, otherwise the study with the
+    default values.
+    """
+    files = ordered(canvas.files)
+    best = reference(files)
+    alike = all(np.array_equal(f.read("speeds_hz"), best.read("speeds_hz")) for f in files)
+    if alike and 1 < len(files) <= MOST_LINES + 1:
+        _draw_together(canvas, files, best)
+    else:
+        _draw_apart(canvas, files, best)
+
+
+def _disks(file: ResultFile) -> list[tuple[str, str, Any]]:
+    """Title, group and place of the responses of a file."""
+    found: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
+    if file.config.pattern_deviation is not None:
+        found.append(("mistuned disk", "samples", (0, 0)))
+    return found
+
+
+def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
+    disks = _disks(best)
+    n = len(disks)
+    axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, sharey="row", height_ratios=(3, 2))
+    runs = 1e3 * best.read("tuned/run_peaks_m")
+    scatter = (np.nanmin(runs) - np.nanmedian(runs), np.nanmax(runs) - np.nanmedian(runs))
+    colours = iter(COLOURS)
+    for file, label in zip(files, labels(files), strict=True):
+        first = file is best
+        colour = BLACK if first else next(colours)
+        for (title, group, where), top, bottom in zip(disks, *axes, strict=True):
+            name = f"{label} (reference)" if first else label
+            draw_response(
+                top, file, group, where, colour, name, zorder=4 if first else 3,
+                lw=2.2 if first else 1.3,
+            )  # fmt: skip
+            top.set(title=title, xlabel="")
+            if not first:
+                values, wanted = (f.read(f"{group}/amplitude_m", where) for f in (file, best))
+                bottom.plot(
+                    file.read("speeds_hz"), 1e3 * (values - wanted), color=colour, lw=1.3,
+                    marker=".", ms=5,
+                )  # fmt: skip
+    for bottom in axes[1]:
+        bottom.axhspan(*scatter, color="0.85", lw=0, zorder=0)
+        bottom.axhline(0.0, color=BLACK, lw=1.2)
+        bottom.set_xlabel(SPEED)
+    axes[0, 0].set_ylabel(AMPLITUDE)
+    axes[1, 0].set_ylabel("difference to\nthe reference [mm]")
+    lines, words = axes[0, -1].get_legend_handles_labels()
+    kept = [i for i, word in enumerate(words) if "not steady" not in word]
+    handles = [lines[i] for i in kept]
+    more, names = _keys(len(runs))
+    canvas.legend([*handles, *more], [*(words[i] for i in kept), *names])
+
+
+def _keys(n_runs: int) -> tuple[list[Any], list[str]]:
+    hollow = Line2D([], [], marker="o", mfc="w", mec=BLACK, ls="")
+    return [hollow, Patch(color="0.85")], [
+        "not steady",
+        f"range of the peaks of {n_runs} perturbed tuned runs",
+    ]
+
+
+def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
+    columns = min(len(files), 2 if len(files) <= 4 else 4)
+    rows = -(-len(files) // columns)
+    size = (6.0, 4.2) if columns <= 2 else (4.0, 3.4)
+    axes = canvas.panels(
+        rows, columns, (size[0] * columns, size[1] * rows + 0.6), sharey=True
+    ).ravel()
+    canvas.hide(axes[len(files) :])
+    for file, panel, label in zip(files, axes, labels(files), strict=False):
+        panel.set_title(label, fontsize=11 if columns > 2 else None)
+        if file.config.pattern_deviation is None:
+            draw_range(panel, file)
+        else:
+            draw_response(panel, file, "samples", (0, 0), BLUE, "mistuned disk")
+        if file is not best and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz")):
+            draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)
+            draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")
+        else:
+            draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
+        panel.set_xlabel(SPEED if panel in axes[len(files) - columns : len(files)] else "")
+    for panel in axes[::columns]:
+        panel.set_ylabel(AMPLITUDE)
+    found: dict[str, Any] = {}
+    for panel in axes[: len(files)]:
+        found |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
+    canvas.legend(list(found.values()), list(found))
