@@ -78,8 +78,14 @@ def study_list():
 def figures():
     """One row for every figure."""
     rows = [
-        (f"`{name}`", ", ".join(f.studies), f.what, f.paper, "yes" if f.several else "")
-        for name, f in plot.FIGURES.items()
+        (
+            f"`{f.__name__}`",
+            ", ".join(f.about.studies),
+            f.about.what,
+            f.about.paper,
+            "yes" if f.about.several else "",
+        )
+        for f in plot.FIGURES
     ]
     return table(("figure", "of the study", "shows", "in the paper", "several files"), rows)
 

@@ -6,6 +6,7 @@ from datetime import date
 from evidence.reproduce import numbers, plan, rows, sensitivity
 from hpcrub import __version__, plot
 from hpcrub.config.schema import Time
+from hpcrub.plot.pictures import draw
 
 DEFAULT = Time()
 HEAD = """# Reproduction of the paper
@@ -79,7 +80,7 @@ FIGURES = (
     ("3", "casing", "casing", ("casing.h5",), "casing"),
     ("4", "linear", "linear amplification", ("linear.h5",), "linear"),
     ("5", "time_response", "one simulation in full", ("time_response.h5",), "time"),
-    ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "map"),
+    ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "interaction_map"),
     ("7", "table2", "tuned disk and the pattern of Table 2", ("table2.h5",), "summary"),
     ("8", "casing_parameters", "other casings", ("casing_parameters/*.h5",), "family"),
     ("9a", "time_step", "other time steps", ("time_step/*.h5",), "family"),
@@ -88,7 +89,7 @@ FIGURES = (
     ("11", "errors", "convergence errors", ("contact/*.h5",), "errors"),
     ("12", "percentiles", "amplifications", ("contact/*.h5",), "percentiles"),
     ("13", "amplitudes", "largest amplitudes", ("contact/*.h5",), "amplitudes"),
-    ("14", "energies", "amplification by energy", ("energy_4.h5", "energy_6.h5"), "energies"),
+    ("14", "energies", "amplification by energy", ("energy_4.h5", "energy_6.h5"), "energy"),
     ("15", "cross", "contact beside linear amplification", ("cross.h5",), "cross"),
     ("16", "damping", "damping", ("damping.h5",), "damping"),
     ("17", "branches", "several initial states", ("branches.h5",), "branches"),
@@ -104,7 +105,7 @@ def figures(folder, target):
         paths = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
         if not paths:
             continue
-        (drawn,) = plot.draw(paths, figure, pictures)
+        (drawn,) = draw(plot.find(figure), paths, pictures, overwrite=True)
         picture = pictures / f"figure_{number}_{name}.png"
         shutil.move(drawn, picture)
         parts.append(f"Figure {number}: {title}\n\n![{title}]({pictures.name}/{picture.name})\n")

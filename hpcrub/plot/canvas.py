@@ -13,6 +13,7 @@ from matplotlib import rc_context, rcParams
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
+from matplotlib.transforms import ScaledTranslation
 
 from hpcrub.errors import InputError
 from hpcrub.plot.style import STYLE
@@ -104,11 +105,9 @@ class Canvas:
         return self.files[0]
 
     @property
-    def figure(self) -> FigureBase:
-        """The figure that the axes are in."""
-        found = self.axes[0].figure
-        assert found is not None
-        return found
+    def figure(self) -> Any:
+        """The Figure or SubFigure that the axes are in."""
+        return self.axes[0].figure
 
     def panels(
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
@@ -178,18 +177,20 @@ class Canvas:
                 return
             legend.remove()
 
-    def legend_of(self, panel: Axes, columns: int = 2, drop: float = 0.15) -> None:
-        """Legend of one panel, below it, or in it when it is one of the user's own."""
+    def legend_of(self, panel: Axes, columns: int = 2, drop: float = 42.0) -> None:
+        """Legend of one panel, `drop` points below it, or within one of the user's own axes."""
         if not self.own:
             panel.legend(fontsize="small")
             return
         handles, words = panel.get_legend_handles_labels()
         spec = panel.get_subplotspec()
-        room = self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
+        room = 0.97 * self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
+        below = ScaledTranslation(0, -drop / 72, self.figure.dpi_scale_trans)
         for n in range(columns, 0, -1):
             legend = panel.legend(
-                handles, words, ncols=n, loc="upper center", bbox_to_anchor=(0.5, -drop)
-            )
+                handles, words, ncols=n, loc="upper center", bbox_to_anchor=(0.5, 0),
+                bbox_transform=panel.transAxes + below,
+            )  # fmt: skip
             if legend.get_window_extent().width < room:
                 return
 

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 
+from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import MARKERS, say, shades
-from hpcrub.results.layout import DIVERGED, NOT_STEADY
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.studies.branches import label_file, starts

@@ -21,10 +21,8 @@ MOST_COLUMNS = 4  # percentiles with a panel each; of more, the first, the middl
         random=True)  # fmt: skip
 def running(canvas: Canvas) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
-    _draw(canvas, "mean_of_percentile", 1.0)
-    for panel in canvas.axes:
-        if panel.get_subplotspec() is None or panel.get_subplotspec().is_first_col():
-            panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
+    for panel in _draw(canvas, "mean_of_percentile", 1.0)[:, 0]:
+        panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
 
 
 @figure("contact", paper="11", what="convergence errors", several=True, alone=False, random=True)
@@ -33,7 +31,7 @@ def errors(canvas: Canvas) -> None:
     files = ordered(canvas.files)
     z = sorted({file.config.convergence.z for file in files})
     level = " and ".join(f"{100 * confidence(value):.1f} %" for value in z)
-    target = {"color": BLACK, "lw": 1.2, "ls": ":"}
+    target: dict[str, Any] = {"color": BLACK, "lw": 1.2, "ls": ":"}
     handle = Line2D([], [], **target, label="target")
     axes = _draw(canvas, "convergence_error", 100.0, [handle])
     for file, row in zip(files, axes, strict=True):

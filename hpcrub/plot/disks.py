@@ -70,7 +70,7 @@ def disk(canvas: Canvas) -> None:
     radius = 1.03 * R  # not to scale: the gap is a quarter of a millimetre
     axes.plot(radius * np.cos(around), radius * np.sin(around), color="0.5", lw=3)
     for number, tip in enumerate(tips, 1):
-        axes.text(*(1.08 * _turned(tip, -4)), f"{number}", ha="center", va="center")
+        _write(axes, 1.08 * _turned(tip, -4), f"{number}")
     _draw_load(axes, tips)
     _draw_boundary(axes, tips, R)
     _draw_rotation(axes, file.config.disk.inner_radius_mm)
@@ -84,6 +84,10 @@ def disk(canvas: Canvas) -> None:
         xlabel="x [mm]", ylabel="y [mm]", xlim=(-1.25 * R, 1.25 * R), ylim=(-1.25 * R, 1.25 * R)
     )
     canvas.legend(axes.get_legend_handles_labels()[0], columns=2)
+
+
+def _write(axes: Axes, xy: Any, text: str, colour: str = BLACK) -> None:
+    axes.text(xy[0], xy[1], text, color=colour, ha="center", va="center", fontsize="large")
 
 
 def _turned(xy: Any, degrees: float) -> Any:
@@ -103,8 +107,7 @@ def _draw_load(axes: Axes, tips: Any) -> None:
     """Places and direction of the radial load of equation (5), whose size turns around the disk."""
     for tip in tips:
         _arrow(axes, 0.86 * tip, 0.97 * tip, PINK)
-    at = 0.86 * _turned(tips[len(tips) // 4], 9)
-    axes.text(*at, "$F(\\theta_i, t)$", color=PINK, ha="center", va="center")
+    _write(axes, 0.86 * _turned(tips[len(tips) // 4], 9), "$F(\\theta_i, t)$", PINK)
 
 
 def _draw_boundary(axes: Axes, tips: Any, R: float) -> None:
@@ -113,9 +116,7 @@ def _draw_boundary(axes: Axes, tips: Any, R: float) -> None:
     along = np.array([-outward[1], outward[0]])
     for direction, name in ((outward, "$u_r$"), (along, "$u_t$")):
         _arrow(axes, tips[0], tips[0] + 0.17 * R * direction, BLACK)
-        axes.text(
-            *(tips[0] + 0.21 * R * direction + 0.02 * R * along), name, ha="center", va="center"
-        )
+        _write(axes, tips[0] + 0.21 * R * direction + 0.02 * R * along, name)
 
 
 def _draw_rotation(axes: Axes, radius: float) -> None:
@@ -125,7 +126,7 @@ def _draw_rotation(axes: Axes, radius: float) -> None:
     end = np.radians([158, 172])
     _arrow(axes, r * np.array([np.cos(end[0]), np.sin(end[0])]),
            r * np.array([np.cos(end[1]), np.sin(end[1])]), BLACK)  # fmt: skip
-    axes.text(0, 0.15 * radius, "Ω", ha="center", va="center", fontsize=15)
+    _write(axes, np.array([0.0, 0.15 * radius]), "Ω")
 
 
 @figure("modal", paper="2", what="SAFE diagram, full and reduced model")
@@ -179,7 +180,7 @@ def safe(canvas: Canvas) -> None:
     axes[0].set_title("SAFE diagram")
     axes[1].set_title("first bending family, without contact")
     for panel in axes:
-        canvas.legend_of(panel, 2, 0.13)
+        canvas.legend_of(panel)
 
 
 def _gap(frequencies: Any) -> float:
@@ -263,7 +264,7 @@ def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
             line.set_data(*xy.T)
         return lines
 
-    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)  # type: ignore[arg-type]
+    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
 
 
 def _moved(file: ResultFile, k: int, frame: int) -> Any:

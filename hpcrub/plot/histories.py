@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, say
-from hpcrub.results.layout import DIVERGED
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.time_response import first_steady
 
@@ -55,7 +55,7 @@ def time(canvas: Canvas) -> None:
     ]
     if file.read("point_status", disk) == DIVERGED:
         for panel in axes[:, 0]:
-            say(panel, reasons.words(file.read("point_reason", disk)))
+            say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
         handles += axes[0, 0].get_legend_handles_labels()[0]

@@ -55,10 +55,9 @@ def draw(
         bars = [reach, 0 * reach] if sign < 0 else [0 * reach, reach]
         at = (centre[closed], x[closed]) if sideways else (x[closed], centre[closed])
         if closed.any():
-            axes.errorbar(
-                *at, **{"xerr" if sideways else "yerr": bars}, fmt="none", ecolor=colour,
-                elinewidth=1.2, capsize=3,
-            )  # fmt: skip
+            look: dict[str, Any] = {"ecolor": colour, "elinewidth": 1.2, "capsize": 3}
+            look["xerr" if sideways else "yerr"] = bars
+            axes.errorbar(*at, fmt="none", **look)
         for i in np.flatnonzero(np.isfinite(centre) & ~closed):
             open_end = True
             at_point = (centre[i], x[i]) if sideways else (x[i], centre[i])

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
-from hpcrub.contact import reasons
+from hpcrub.contact import status
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, PINK
@@ -49,7 +49,7 @@ def interaction_map(canvas: Canvas) -> None:
     spectra = 1e3 * file.read("spectrum_m")
     # with a scale that has a top even where nothing moves
     top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
-    lost = reasons.are_fatal(file.read("point_reason"))
+    lost = status.are_fatal(file.read("point_reason"))
     for disk, panel in enumerate(axes):
         image = panel.pcolormesh(
             speeds, frequencies, spectra[disk].T, norm=LogNorm(top / 10**DECADES, top),
@@ -102,8 +102,8 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
             first -= 1
         while last < len(speeds) - 1 and large[last + 1]:
             last += 1
-        area = (float(speeds[i]) for i in (best, first, last))
-        found.append(Interaction(order, *area, float(along[best])))
+        at_best, low, high = (float(speeds[i]) for i in (best, first, last))
+        found.append(Interaction(order, at_best, low, high, float(along[best])))
     found.sort(key=lambda interaction: -interaction.amplitude)
     return [one for one in found[:N_INTERACTIONS] if one.amplitude > 0]
 

@@ -8,11 +8,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from hpcrub.contact.status import NOT_STEADY
 from hpcrub.plot import intervals, published
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE
-from hpcrub.results.layout import DONE, NOT_STEADY
+from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
@@ -31,7 +32,7 @@ def summary(canvas: Canvas) -> None:
     points that it prints.
     """
     file = canvas.file
-    left, right = canvas.panels(1, 2, (12, 5.8))[0]
+    left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
         draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
@@ -48,7 +49,7 @@ def summary(canvas: Canvas) -> None:
                 )  # fmt: skip
     left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.n_bumps} bumps")
     canvas.legend_of(left)
-    canvas.legend_of(right, drop=0.15 if right.get_ylabel() == LOCALISATION else 0.24)
+    canvas.legend_of(right, drop=42 if right.get_ylabel() == LOCALISATION else 58)
 
 
 def draw_response(
@@ -121,7 +122,8 @@ def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
                 half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
                 label=f"{label}, percentile {at[p]:g}",
             )  # fmt: skip
-            open_end |= intervals.draw(axes, half_range[known], curve, *ends[p], colour)
+            low, high = ends[p]
+            open_end |= intervals.draw(axes, half_range[known], curve, low, high, colour)
     counts = (file.status() == DONE).sum(axis=1)
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
     axes.set(

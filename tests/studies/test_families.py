@@ -21,7 +21,7 @@ from hpcrub.config import schema as config
 from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.plot import families
+from hpcrub.plot.pictures import draw
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results import storage
@@ -73,10 +73,6 @@ def test_a_sweep_is_one_file_each(folder):
     np.testing.assert_array_equal(a.read("samples/deviation"), b.read("samples/deviation"))
     a.close()
     b.close()
-    (picture,) = plot.draw([HIGH, "low.h5"], "percentiles", "elsewhere", "pdf")
-    assert picture.name == "percentiles.pdf"
-    with pytest.raises(InputError, match="for the study linear"):
-        plot.draw(["low.h5"], "linear")
 
 
 def test_a_family_of_one_pattern_has_no_statistics(tmp_path, monkeypatch):
@@ -281,10 +277,10 @@ def test_energy(folder):
     file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
     np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
     assert next(energy.report(file)).startswith("3 of 12 points: diverged")
-    plot.draw(["energy.h5"], "energy")
+    plot.energy("energy.h5")
     file.write({"tuned/energy_j": np.nan}, ())
     assert list(energy.report(file))[-1].startswith("by strain energy: not known")
-    plot.draw(["energy.h5"], "energy")
+    plot.energy("energy.h5")
     file.close()
 
 
@@ -319,37 +315,17 @@ def test_figures_of_files_with_other_levels_and_percentiles(folder):
     text = TINY.replace("[2, 4], samples: 2", "[4], samples: 4")
     text = text.replace("step: 1", f"step: 2, percentiles: {at}")
     Path("wide.yaml").write_text(text)
-    assert cli.main(["wide.yaml", "--output", "wide.h5", "--overwrite"]) == 0
-    for paths in (["wide.h5"], [HIGH, "wide.h5"], ["wide.h5", HIGH]):
-        (picture,) = plot.draw(paths, "amplitudes", "wide")
-        assert picture.exists()
-    plot.draw([HIGH, "wide.h5"], "errors", "wide")
-    files = [ResultFile.open(path) for path in (HIGH, "wide.h5")]
-    first, second = families.running(files).axes
-    colours = [{tuple(line.get_color()) for line in panel.get_lines()} for panel in (first, second)]
-    assert [len(c) for c in colours] == [2, 1]
-    assert colours[1] == {tuple(first.get_lines()[-1].get_color())}  # ±4 %
-    (axes,) = families.amplitudes(files).axes
-    drawn = {len(bars.lines[0].get_xdata()) for bars in axes.containers}
-    assert drawn == {1, 2}  # ±2 % is in one of the files only
-
-
-def test_energies_of_more_files_than_markers(folder):
-    physics = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
-    text = f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 1}}\n{physics}"
-    compute(text, "energies").close()
-    (picture,) = plot.draw(["energies.h5"] * 11, "energies")
-    assert picture.exists()
-
-
-@pytest.mark.parametrize("fault", [TypeError, KeyError, AttributeError])
-def test_a_fault_of_the_program_is_not_told_as_odd_numbers(folder, monkeypatch, fault):
-    def faulty(files):
-        raise fault("wrong")
-
-    monkeypatch.setattr(families, "running", faulty)
-    with pytest.raises(fault, match="wrong"):
-        plot.draw([HIGH], "running")
+    assert cli.main(["wide.yaml", "--output", "wide.h5", "--overwrite", "--no-figures"]) == 0
+    files = [HIGH, "wide.h5"]
+    panels = plot.running(files).reshape(2, 3)
+    first, second = panels[:, 1]  # percentile 40 is the middle of all, and of the second only
+    assert not first.axison
+    (wide,) = second.get_lines()
+    assert wide.get_color() == panels[0, 0].get_lines()[-1].get_color()  # ±4 %
+    axes = plot.amplitudes(files[::-1])
+    assert [len(line.get_xdata()) for line in axes.get_lines()[:1]] == [2]
+    joined = [line.get_xdata() for line in axes.get_lines() if "σ" in str(line.get_label())]
+    assert [len(x) for x in joined] == [1, 2]  # ±2 % is in one of the files only
 
 
 def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
@@ -363,9 +339,8 @@ def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
         part = parts.cut(cfg, 1, 2).output
         (tmp_path / "a.yaml").write_text(f"output: {name}\nsweep: [{{casing.n_bumps: 3}}]")
         sweeps += [run.output for run in config.load_runs(tmp_path / "a.yaml")]
-        file = ResultFile.open(cfg.output)
-        beside.append({log.path, Path(part), plot._target([file], "summary", None, "png")})
-        file.close()
+        (picture,) = draw(plot.summary, [cfg.output])
+        beside.append({log.path, Path(part), picture})
     assert beside[0] == {tmp_path / f"r_0.25{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
     assert beside[1] == {tmp_path / f"r_0.50{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
     assert sweeps == ["r_0.25/n_bumps=3.h5", "r_0.50/n_bumps=3.h5"]

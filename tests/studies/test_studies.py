@@ -11,7 +11,6 @@ import pytest
 from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
-from hpcrub.commands.plot import main as plot_main
 from hpcrub.config import schema as config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
@@ -46,7 +45,7 @@ def test_every_study_has_an_input_and_a_figure():
     for name in studies.STUDIES:
         inputs = [load(path) for path in (ROOT / "inputs").glob("*.yaml")]
         assert name in {cfg.study for cfg in inputs}
-        assert any(name in entry.studies for entry in plot.FIGURES.values())
+        assert any(name in figure.about.studies for figure in plot.FIGURES)
 
 
 def test_modes_of_the_tuned_disk_come_in_pairs(folder):
@@ -67,26 +66,6 @@ def test_modes_of_the_tuned_disk_come_in_pairs(folder):
     assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)
     inner = file.read("spokes")[:, 0]
     assert (shapes[:, inner] == 0.0).all()  # clamped
-    assert plot_main(["modal.h5", "--figure", "animation", "--mode", "4"]) == 0
-    assert (folder / "modal_animation.gif").exists()
-    assert plot_main(["modal.h5", "--figure", "animation", "--mode", "400"]) == 2
-
-
-def test_a_mode_is_shown_or_refused(folder, capsys):
-    compute("modal")
-    whole = (folder / "modal_shapes.png").read_bytes()
-    assert plot_main(["modal.h5", "--figure", "disk", "--mode", "3"]) == 2
-    said = capsys.readouterr().err
-    assert "--mode 3: figure disk does not show a mode; shapes and animation" in said
-    assert plot_main(["modal.h5", "--mode", "3"]) == 0
-    three = (folder / "modal_shapes.png").read_bytes()
-    assert plot_main(["modal.h5", "--figure", "shapes", "--mode", "3"]) == 0
-    assert (folder / "modal_shapes.png").read_bytes() == three != whole
-    assert plot_main(["modal.h5", "--mode", "0"]) == 2
-    compute("casing")
-    capsys.readouterr()
-    assert plot_main(["casing.h5", "--mode", "3"]) == 2
-    assert "no figure of casing.h5 shows a mode" in capsys.readouterr().err
 
 
 def test_casing(folder):
@@ -96,8 +75,6 @@ def test_casing(folder):
     assert angle[gap < gap.min() + 1e-12] == pytest.approx(np.arange(4) * 2 * np.pi / 3)
     assert file.read("growth")[[0, -1]] == pytest.approx([0.0, 1.0])
     assert (folder / "casing.png").exists()
-    assert plot_main(["casing.h5", "--format", "svg", "--out", "pictures"]) == 0
-    assert (folder / "pictures" / "casing.svg").exists()
 
 
 @pytest.mark.parametrize(("basis", "n_modes"), [("tuned", 60), ("per_sample", 4)])

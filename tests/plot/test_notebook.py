@@ -1,0 +1,308 @@
+"""Figures as a notebook uses them: a path or an open file, axes of one's own, words, notes.
+
+Truth: the words a reader expects, the quantiles of a normal distribution, and that all that is
+written lies inside the figure.
+"""
+
+import contextlib
+import inspect
+
+import numpy as np
+import pytest
+from matplotlib import colors, rc_context, rcParams
+from matplotlib import pyplot as plt
+from matplotlib.text import Text
+from scipy import stats
+
+import hpcrub
+from hpcrub import plot
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.plot import densities, published
+from hpcrub.results import storage
+from hpcrub.studies import modal
+from tests.plot.stored import PATTERN, File, contact_file, modal_file
+from tests.program import TINY
+
+
+@pytest.fixture
+def random():
+    yield np.random.default_rng(6)
+    plt.close("all")
+
+
+def words(legend):
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
+    path = tmp_path / "casing.h5"
+    storage.lay_out(path, Config.from_yaml("study: casing"))
+    figure, axes = plt.subplots(1, 3)
+    drawn = hpcrub.plot.casing(str(path), ax=axes)
+    assert list(drawn) == list(axes)
+    assert drawn[1].get_xlabel() == "angle [deg]"
+    drawn[1].set_xlim(0, 90)  # they are the user's to change
+    only = plt.figure().add_subplot()
+    assert hpcrub.plot.casing(path, ax=only) is only
+    assert [line.get_label() for line in only.get_lines()][0] == "deformed casing"
+    path.rename(path)  # and nothing holds the file open
+    plt.close("all")
+
+
+def test_the_users_style_and_figures_stay(random):
+    file = contact_file(random)
+    before = dict(rcParams)
+    plot.summary(file)
+    assert dict(rcParams) == before
+    with rc_context({"font.size": 5.0}):
+        axes = plt.figure().add_subplot()
+        plot.summary(file, ax=axes)
+        assert axes.title.get_fontsize() == pytest.approx(6.0)  # large, of 5
+    mine = plt.figure(figsize=(9, 3))
+    left, right = mine.subfigures(1, 2)
+    assert all(panel.figure is left for panel in plot.summary(file, ax=left))
+    plot.percentiles(file, ax=right)
+    assert tuple(mine.get_size_inches()) == (9, 3)
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda file: plot.linear(file), "figure linear is for the study linear"),
+        (lambda file: plot.summary([file, file]), "figure summary shows one result file, 2 are"),
+        (lambda file: plot.family([]), "shows one result file, 0 are given"),
+        (lambda file: plot.percentiles(file, ax=plt.subplots(1, 2)[1]),
+         "2 axes given, 1 can be drawn into"),
+    ],
+)  # fmt: skip
+def test_wrong_calls_say_what_is_wrong(random, draw, message):
+    with pytest.raises(InputError, match=message):
+        draw(contact_file(random))
+
+
+@pytest.mark.parametrize("name", ["percentiles", "amplitudes", "running", "errors"])
+def test_figures_of_random_samples_refuse_a_single_pattern(random, name):
+    file = contact_file(random, TINY[: TINY.index("mistuning")] + PATTERN, (1, 1))
+    with pytest.raises(InputError, match="is for random samples, and this is one explicit"):
+        plot.find(name)(file)
+
+
+@pytest.mark.parametrize("name", ["running", "errors"])
+def test_too_few_samples_to_converge_are_said_to_be(random, name):
+    file = contact_file(random)
+    file.values["statistics/contact/convergence_error"] = np.full((2, 3, 1), np.nan)
+    with pytest.raises(InputError, match="needs at least 2 finished samples of a level"):
+        plot.find(name)(file)
+
+
+@pytest.mark.parametrize("figure", plot.FIGURES, ids=lambda f: f.__name__)
+def test_every_figure_is_documented_and_exported(figure):
+    assert getattr(hpcrub.plot, figure.__name__) is figure
+    assert list(inspect.signature(figure).parameters)[:2] == ["file", "ax"]
+    text = inspect.getdoc(figure)
+    assert all(part in text for part in ("Parameters\n----", "Returns\n----", "Raises\n----"))
+    assert all(study in text for study in figure.about.studies)
+
+
+def assert_nothing_clipped(figure):
+    """Legends and titles end inside the figure, and no legend lies over an axis' words."""
+    figure.draw_without_rendering()
+    outer = figure.bbox
+    legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
+    assert legends
+    for box in [legend.get_window_extent() for legend in legends] + [
+        axes.title.get_window_extent() for axes in figure.axes if axes.get_title()
+    ]:
+        assert outer.x0 <= box.x0
+        assert box.x1 <= outer.x1
+        assert outer.y0 <= box.y0
+        assert box.y1 <= outer.y1
+    for legend in figure.legends:
+        for axes in figure.axes:
+            words_of_x = axes.xaxis.get_tightbbox()
+            assert words_of_x is None or not legend.get_window_extent().overlaps(words_of_x)
+
+
+@pytest.mark.parametrize(
+    "name", ["summary", "family", "percentiles", "amplitudes", "running", "errors"]
+)
+@pytest.mark.parametrize("n_files", [1, 4])
+def test_nothing_is_clipped(random, name, n_files):
+    figure = plot.find(name)
+    if n_files > 1 and not figure.about.several:
+        pytest.skip("of one file")
+    files = [contact_file(random, f"{TINY}casing: {{n_bumps: {3 + n}}}\n") for n in range(n_files)]
+    axes = np.ravel(figure(files if n_files > 1 else files[0]))
+    assert_nothing_clipped(axes[0].figure)
+
+
+def test_the_level_of_intervals_and_open_ends_are_named(random):
+    for name in ("summary", "percentiles", "amplitudes"):
+        axes = np.ravel(plot.find(name)(contact_file(random)))
+        legends = [*axes[0].figure.legends, *(a.get_legend() for a in axes)]
+        said = [word for legend in legends if legend for word in words(legend)]
+        assert "95 % confidence interval" in said
+        assert "open end: too few samples" in said
+    title = plot.errors(contact_file(random))[0].figure.get_suptitle()
+    assert title == "Convergence error (6) with Z for 99.5 %"
+
+
+def test_no_colour_is_pale():
+    """Contrast of 1.5 or more against white, after WCAG's relative luminance."""
+    for colour in plot.style.shades(8):
+        linear = np.array([c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+                           for c in colors.to_rgb(colour)])  # fmt: skip
+        assert 1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) > 1.5
+
+
+def test_warnings_of_a_file_stand_below_its_figure(random):
+    file = contact_file(random)
+    assert not plot.summary(file)[0].figure.texts
+    file.warnings = "contact at 4 % of the speeds is jammed\n"
+    (footer,) = plot.summary(file)[0].figure.texts
+    assert footer.get_text() == "contact at 4 % of the speeds is jammed"
+    file.warnings = np.array(["first", "second"])
+    assert plot.summary(file)[0].figure.texts[0].get_text() == "first\nsecond"
+    axes = plt.figure().add_subplot()
+    plot.summary(file, ax=axes)
+    assert "first\nsecond" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_papers_points_stand_beside_its_own_configuration_only(order):
+    moduli = list(published.TABLE_2)[::order]
+    text = f"mistuning: {{pattern_gpa: {moduli}}}\n"
+    assert published.points(Config.from_yaml(text)) == published.POINTS
+    for other in ("casing: {clearance_mm: 0.125}", "reduction: {n_modes: 12}",
+                  "casing: {n_bumps: 3}", "contact: {friction: 0.2}"):  # fmt: skip
+        assert published.points(Config.from_yaml(text + other)) == ()
+    assert published.points(Config.from_yaml(PATTERN)) == ()
+    assert published.points(Config()) == ()
+
+
+def test_the_papers_points_are_drawn_where_it_has_them(random):
+    file = contact_file(random, f"mistuning: {{pattern_gpa: {list(published.TABLE_2)}}}", (1, 1))
+    left, right = plot.summary(file)
+    for panel, at in (
+        (left, ((34.78, 58.1), (33.66, 38.9))),
+        (right, ((34.78, 49.0), (33.66, 67.9))),
+    ):
+        stars = [tuple(np.ravel(s.get_data())) for s in panel.get_lines() if s.get_marker() == "*"]
+        np.testing.assert_allclose(stars, at)
+        (bottom, top) = panel.get_ylim()
+        assert bottom == 0
+        assert all(y < top for _, y in stars)
+
+
+def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
+    errors = np.array([[[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]])
+    file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, 40))
+    file.values["statistics/contact/samples_seen"] = [20, 30, 40]
+    file.values["statistics/contact/convergence_error"] = errors
+    panels = plot.errors(file)
+    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata(), -1.0) for panel in panels]
+    np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
+    np.testing.assert_allclose(panels[0].get_lines()[1].get_ydata(), 0.5)
+    assert "target" in words(panels[0].figure.legends[0])
+
+
+def test_samples_outside_the_contours_are_the_rare_ones():
+    x, y = np.linspace(0.8, 2.2, 201), np.linspace(0.5, 2.5, 301)
+    means, spread = (1.5, 1.6), (0.1, 0.2)
+    density = np.outer(
+        stats.norm(means[1], spread[1]).pdf(y), stats.norm(means[0], spread[0]).pdf(x)
+    )
+    samples = np.random.default_rng(0).normal(means, spread, (4000, 2)).T
+    samples[:, 0] = 3.0, 1.6  # off the grid
+    samples[0, 1] = np.nan
+    found = densities.outside(*samples, x, y, density)
+    distance = (((samples.T - means) / spread) ** 2).sum(axis=1)
+    edge = stats.chi2(2).ppf(0.95)
+    assert found[:2].all()
+    np.testing.assert_array_equal(found[distance > 1.02 * edge], True)
+    np.testing.assert_array_equal(found[distance < 0.98 * edge], False)
+
+
+def test_the_excited_point_of_a_safe_diagram_is_explained_beside_the_modes():
+    file = modal_file()
+    axes = plot.safe(file)[0]
+    axes.figure.draw_without_rendering()
+    (note,) = axes.texts
+    assert note.get_text() == (
+        "4 bumps: 138 Hz,\nabove the family's 93 Hz:\ncontact stiffens the blades"
+    )
+    assert note.xy == (4, 138.0)
+    box = Text.get_window_extent(note)  # of the words, without the arrow
+    diameters, frequencies = (file.read(f"full/{n}") for n in ("nodal_diameters", "frequencies_hz"))
+    modes = axes.transData.transform(np.column_stack([diameters, frequencies]))
+    assert not any(box.contains(*mode) for mode in modes)
+
+
+def test_the_engine_orders_stand_at_their_own_lines():
+    speeds, frequencies = np.linspace(10, 80, 15), np.linspace(0, 200, 21)
+    file = File("study: interaction_map", speeds_hz=speeds, frequencies_hz=frequencies,
+                deviation=np.zeros((1, 12)), spectrum_m=np.zeros((1, 15, 21)),
+                natural_frequencies_hz=np.full((1, 12), 91.0),
+                point_reason=np.zeros((1, 15), dtype=int))  # fmt: skip
+    axes = plot.interaction_map(file)
+    axes.figure.draw_without_rendering()
+    ends = {n: axes.transData.transform((200 / n, 200)) for n in range(3, 13)}
+    boxes = {int(note.get_text()): note.get_window_extent() for note in axes.texts}
+    assert sorted(boxes) == [1, 2, 3, 4, 8, 12]
+    for n in (3, 4, 8, 12):
+        assert not any(boxes[n].x0 < ends[m][0] < boxes[n].x1 for m in ends if m != n)
+
+
+def test_a_time_response_names_its_tip_and_windows():
+    t = np.linspace(0, 1, 201)
+    wave = 0.01 * np.sin(t)[None, :, None] * np.ones((1, 1, 12))
+    file = File(
+        "study: time_response\nspeeds: {from_hz: 30, to_hz: 30}",
+        deviation=np.zeros((1, 12)), time_s=t, tangential_m=wave,
+        radial_m=wave, gap_m=wave, force_n=wave, check_s=[0.5, 0.8], window_s=0.09,
+        correlation=[[0.9, 0.99]], amplitude_change=[[0.1, 0.001]], point_status=[1],
+        point_reason=[0],
+    )  # fmt: skip
+    axes = plot.time(file)
+    assert axes[2].get_ylabel() == "$u_r$ of the tips [mm]"
+    assert words(axes[0].figure.legends[0]) == [
+        "blade 1", "from the smallest to the largest of all blades", "first window compared",
+        "second window", "checks of the steady state",
+    ]  # fmt: skip
+
+
+def test_the_legend_of_the_gap_leaves_the_bumps_free():
+    angle = np.linspace(0, 2 * np.pi, 361)
+    gap = 0.25e-3 - 1.25e-3 * np.abs(np.cos(2 * angle)) ** 9
+    file = File("study: casing", angle_rad=angle, gap_m=gap, inward_m=0.25e-3 - gap,
+                growth_time_s=[0.0, 0.01], growth=[0.0, 1.0])  # fmt: skip
+    axes = plot.casing(file)[1]
+    axes.figure.draw_without_rendering()
+    assert not axes.get_legend().get_window_extent().overlaps(axes.get_window_extent())
+
+
+def modal_result(folder):
+    """A result file of a modal study."""
+    path = folder / "modal.h5"
+    config = Config.from_yaml(f"study: modal\noutput: {path}")
+    storage.lay_out(path, config)
+    return path, config
+
+
+def test_the_disk_has_numbers_rotation_load_and_boundary_dof(tmp_path):
+    path, config = modal_result(tmp_path)
+    with contextlib.closing(storage.ResultFile(path, mode="r+")) as file:
+        for name, where, values in modal.compute(modal.prepare(config), 0, None):
+            file.write({name: values}, where)
+    axes = hpcrub.plot.disk(path)
+    said = [text.get_text() for text in axes.texts if text.get_text()]
+    assert said[:12] == [str(n) for n in range(1, 13)]
+    assert {"Ω", "$u_r$", "$u_t$", "$F(\\theta_i, t)$"} <= set(said)
+    arrows = [(note.xyann, note.xy) for note in axes.texts if getattr(note, "arrow_patch", None)]
+    turning = np.diff([np.arctan2(*point[::-1]) for point in arrows[-1]])
+    assert turning[0] > 0  # Ω turns towards growing angles
+    first = axes.texts[0].get_position()
+    assert np.hypot(*first) > 500
+    assert abs(np.degrees(np.arctan2(*first[::-1]))) < 5  # blade 1 at the angle 0
+    plt.close("all")
