@@ -10,7 +10,7 @@ has the same matrices. Sector i owns, in this order:
 The blade root and the spoke end turn with the ring's section, omega = v/R_h - u'.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,15 +45,27 @@ class Disk(NamedTuple):
     points: Points
 
 
-def build_disk(disk, material):
+def build_disk(disk: Any, material: Any) -> Disk:
     """Assemble the tuned bladed disk.
 
-    disk: n_blades; tip_radius, hub_radius, inner_radius, width, ring_thickness,
-    spoke_thickness [m]; blade.n_elements, blade.thickness [m], blade.lean [rad] (chord from the
-    radius through the root, positive towards +theta), blade.bow [-] (offset to the chord's left,
-    as a fraction of the chord). material: young_modulus [Pa], density [kg/m3].
-    Returns a Disk. Raises ValueError if the leaned chord misses the tip circle.
-    Source: Joachim, Nyssen, Batailly 2020, section 2 and figure 1.
+    Parameters
+    ----------
+    disk
+        Any object with the attributes n_blades; tip_radius, hub_radius, inner_radius, width,
+        ring_thickness, spoke_thickness [m]; blade.n_elements, blade.thickness [m], blade.lean
+        [rad] (chord from the radius through the root, positive towards +theta), blade.bow [-]
+        (offset to the chord's left, as a fraction of the chord).
+    material
+        Any object with young_modulus [Pa] and density [kg/m3].
+
+    Raises
+    ------
+    ValueError
+        If the leaned chord misses the tip circle.
+
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), section 2 and figure 1.
     """
     nodes = _blade_nodes(disk)
     blade_mass, blade_stiffness = _blade(disk, material, nodes)

@@ -22,20 +22,37 @@ class Beam(NamedTuple):
     mass: float  # rho A [kg/m]
 
 
-def rectangular_beam(width, thickness, young_modulus, density):
+def rectangular_beam(width: float, thickness: float, young_modulus: float, density: float) -> Beam:
     """Beam of rectangular section, bent across its thickness.
 
-    width, thickness [m]; young_modulus [Pa]; density [kg/m3]. Returns a Beam.
+    Parameters
+    ----------
+    width, thickness : float
+        Of the section [m].
+    young_modulus : float
+        [Pa].
+    density : float
+        [kg/m3].
     """
     area = width * thickness
     return Beam(young_modulus * area, young_modulus * area * thickness**2 / 12, density * area)
 
 
-def frame_element(beam, length):
+def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight frame element: linear axial, cubic transverse displacement.
 
-    length [m]. Dof (axial, transverse, rotation) at each end; the transverse direction is the
-    axis turned by +90 degrees. Returns mass and stiffness, (6, 6) each.
+    Dof (axial, transverse, rotation) at each end; the transverse direction is the axis turned by
+    +90 degrees.
+
+    Parameters
+    ----------
+    beam : Beam
+    length : float
+        [m].
+
+    Returns
+    -------
+    mass, stiffness : ndarray (6, 6)
     """
     axial, transverse = [0, 3], [1, 2, 4, 5]
     line, line1 = _linear(length)
@@ -45,22 +62,43 @@ def frame_element(beam, length):
     return _matrices(beam, length, u, v, eps, kappa)
 
 
-def spoke_element(beam, length):
+def spoke_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight element with cubic displacements in both directions.
 
-    length [m]. Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90
-    degrees), ' along the axis. Returns mass and stiffness, (8, 8) each.
+    Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90 degrees), ' along
+    the axis.
+
+    Parameters
+    ----------
+    beam : Beam
+    length : float
+        [m].
+
+    Returns
+    -------
+    mass, stiffness : ndarray (8, 8)
     """
     n, n1, n2 = _hermite(length)
     return _matrices(beam, length, _u(n), _v(n), _u(n1), _v(n2))
 
 
-def ring_element(beam, length, radius):
+def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Curved element: membrane strain v' + u/R, curvature u'' - v'/R.
 
-    length of arc, radius R [m]. Dof (u, u', v, v') at each end, u radial (outward), v tangential
-    and ' along the arc, both towards +theta; the section turns by v/R - u'.
-    Returns mass and stiffness, (8, 8) each.
+    Dof (u, u', v, v') at each end, u radial (outward), v tangential and ' along the arc, both
+    towards +theta; the section turns by v/R - u'.
+
+    Parameters
+    ----------
+    beam : Beam
+    length : float
+        Of the arc [m].
+    radius : float
+        R [m].
+
+    Returns
+    -------
+    mass, stiffness : ndarray (8, 8)
     """
     n, n1, n2 = _hermite(length)
     eps = _v(n1) + _u(n) / radius

@@ -50,7 +50,7 @@ class Interface(NamedTuple):
             The largest of each blade; NaN where one of them is.
         """
         largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
-        np.maximum.at(largest, (..., self.observed_blade), magnitude)
+        np.maximum.at(largest, (..., self.observed_blade), magnitude)  # type: ignore[arg-type]
         return largest
 
 

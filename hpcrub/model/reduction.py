@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
+from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
 
@@ -55,12 +56,23 @@ class Modes(NamedTuple):
         return cls(omega, normal, tangential, none, tangential, np.eye(n_modes))
 
 
-def craig_bampton(disk, n_modes):
+def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     """Reduce a disk to its contact points and the modes of the disk with these held.
 
-    disk: Disk; n_modes: fixed-interface modes kept, 0 to all.
-    Returns a ReducedModel. Raises ValueError if the disk has fewer modes.
-    Source: Joachim, Nyssen, Batailly 2020, section 2.1.
+    Parameters
+    ----------
+    disk : Disk
+    n_modes : int
+        Fixed-interface modes kept, 0 to all.
+
+    Raises
+    ------
+    ValueError
+        If the disk has fewer modes.
+
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), section 2.1.
     """
     basis = _craig_bampton_basis(disk.mass, disk.stiffness, disk.contact_dof, n_modes)
     mass = _symmetric(basis.T @ disk.mass @ basis)
@@ -102,11 +114,18 @@ def reduced_model(
     )
 
 
-def mistuned_modes(reduced, deviation):
+def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     """Modes of one mistuned sample on the basis of the tuned disk.
 
-    deviation: (N,) relative change of each blade's stiffness [-]. Returns Modes.
-    Source: Joachim, Nyssen, Batailly 2020, equation (3).
+    Parameters
+    ----------
+    reduced : ReducedModel
+    deviation : ndarray (N,)
+        Relative change of each blade's stiffness [-].
+
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), equation (3).
     """
     change = np.tensordot(deviation, reduced.modal_blade_stiffness, axes=1)
     np.einsum("ii->i", change)[:] += reduced.tuned_eigenvalues
@@ -127,20 +146,34 @@ def mistuned_modes(reduced, deviation):
     )
 
 
-def blade_stiffness(reduced, deviation, modes):
+def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) -> np.ndarray:
     """Stiffness of every blade of one mistuned sample in its modes.
 
-    reduced, deviation: what its modes were made of, by `mistuned_modes`; modes: these Modes.
-    Returns (N, K, K) [rad2/s2].
+    Parameters
+    ----------
+    reduced, deviation
+        What its modes were made of, by `mistuned_modes`.
+    modes : Modes
+        These modes.
+
+    Returns
+    -------
+    ndarray (N, K, K)
+        [rad2/s2].
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     return _project(stiffness, modes.shapes)
 
 
-def mistune(disk, deviation):
+def mistune(disk: Disk, deviation: np.ndarray) -> Disk:
     """Full model whose blade i is 1 + deviation[i] times as stiff.
 
-    disk: the tuned Disk; deviation: (N,) [-]. Returns a Disk.
+    Parameters
+    ----------
+    disk : Disk
+        The tuned one.
+    deviation : ndarray (N,)
+        [-].
     """
     scale = np.asarray(deviation)[:, None, None]
     stiffness = disk.stiffness.copy()

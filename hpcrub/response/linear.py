@@ -169,7 +169,7 @@ def _refine(residues, omega, xi, w, low, high):
 
 
 def _response_and_slopes(residues, inverse, d1):
-    """u = sum r/d and its two derivatives by w, for d'' = -2."""
+    """Response u = sum r/d and its two derivatives by w, for d'' = -2."""
     term = residues * inverse
     term1 = -term * d1 * inverse
     term2 = 2 * (term - term1 * d1) * inverse

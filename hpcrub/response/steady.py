@@ -17,7 +17,7 @@ class SteadyCriteria(NamedTuple):
     confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
 
 
-def correlation(a, b):
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
     """Pearson correlation of two signals (n,); 1 if both are constant, 0 if one is."""
     a, b = _unit(a), _unit(b)
     if not (a.any() and b.any()):
@@ -38,36 +38,46 @@ def _unit(signal):
     return off / np.sqrt(off @ off)
 
 
-def is_constant(before, last, criteria):
+def is_constant(before: float, last: float, criteria: SteadyCriteria) -> bool:
     """Whether the amplitudes of two successive windows agree; False for NaN.
 
-    Args:
-        before, last: largest magnitude in both windows of the displacement that is largest [m].
-        criteria: SteadyCriteria.
+    Parameters
+    ----------
+    before, last : float
+        Largest magnitude in both windows of the displacement that is largest [m].
+    criteria : SteadyCriteria
     """
     return bool(abs(last - before) <= criteria.max_amplitude_change * last)
 
 
-def is_repeated(before, last, criteria):
+def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) -> bool:
     """Whether two successive windows show the same motion; False for NaN.
 
-    Args:
-        before, last: the displacement that is largest (n,) [m] in both windows.
-        criteria: SteadyCriteria.
+    Parameters
+    ----------
+    before, last : ndarray (n,)
+        The displacement that is largest in both windows [m].
+    criteria : SteadyCriteria
     """
     return correlation(before, last) > criteria.min_correlation
 
 
-def localisation(blade_amplitude):
+def localisation(blade_amplitude: np.ndarray) -> np.ndarray:
     """Localisation factor of a vibration, 0 if all blades move alike and 1 if one moves alone.
 
-    Args:
-        blade_amplitude: largest displacement of each blade (..., N) [m].
+    Parameters
+    ----------
+    blade_amplitude : ndarray (..., N)
+        Largest displacement of each blade [m].
 
-    Returns:
-        Factor (...) [-]; 0 where nothing moves.
+    Returns
+    -------
+    ndarray (...)
+        Factor [-]; 0 where nothing moves.
 
-    Source: Joachim, Nyssen, Batailly (2020), equations (8) to (10).
+    Notes
+    -----
+    Joachim, Nyssen, Batailly (2020), equations (8) to (10).
     """
     n = blade_amplitude.shape[-1]
     largest = blade_amplitude.max(axis=-1)

@@ -7,9 +7,11 @@ state takes the next waiting speed at the next block.
 """
 
 import math
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hpcrub.contact import bank, kernel, status
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
@@ -52,9 +54,10 @@ class Motion(NamedTuple):
     time: np.ndarray  # since the bumps began to grow (S,) [s]
 
     @classmethod
-    def at_rest(cls, n_speeds, n_modes):
+    def at_rest(cls, n_speeds: int, n_modes: int) -> "Motion":
         """At rest, before the bumps grow."""
-        return cls(*np.zeros((2, n_speeds, n_modes)), np.zeros(n_speeds))
+        still = np.zeros((n_speeds, n_modes))
+        return cls(still, still.copy(), np.zeros(n_speeds))
 
 
 class SweepResult(NamedTuple):
@@ -69,12 +72,12 @@ class SweepResult(NamedTuple):
     n_steps: int = 0  # time steps of all speeds
 
     @classmethod
-    def empty(cls, n):
+    def empty(cls, n: int) -> "SweepResult":
         """Result of n speeds, none of them integrated yet."""
         nan, zero = np.full(n, np.nan), np.zeros(n, dtype=np.uint8)
         return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy())
 
-    def continued(self, reason):
+    def continued(self, reason: np.ndarray) -> "SweepResult":
         """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
         return self._replace(
@@ -93,11 +96,12 @@ class Grid(NamedTuple):
     stride: int  # steps from one record to the next
 
     @property
-    def steps_per_block(self):
+    def steps_per_block(self) -> int:
+        """Time steps of a block."""
         return self.steps_per_revolution // self.blocks_per_revolution
 
 
-def speed_bands(speeds_hz):
+def speed_bands(speeds_hz: np.ndarray) -> list[np.ndarray]:
     """Split speeds (S,) [Hz] into index arrays of similar speeds, slowest first."""
     order = np.argsort(speeds_hz, kind="stable")
     bands, start = [], 0
@@ -108,15 +112,16 @@ def speed_bands(speeds_hz):
     return bands
 
 
-def cut_revolution(slowest_hz, scene):
+def cut_revolution(slowest_hz: float, scene: Scene) -> Grid:
     """Whole steps per block and blocks per revolution, no step longer than asked.
 
-    Args:
-        slowest_hz: lowest speed of the band [Hz].
-        scene: Scene.
+    A block turns the disk by a whole number of bump pitches.
 
-    Returns:
-        Grid. A block turns the disk by a whole number of bump pitches.
+    Parameters
+    ----------
+    slowest_hz : float
+        Lowest speed of the band [Hz].
+    scene : Scene
     """
     n_steps = math.ceil(1.0 / (slowest_hz * scene.step) * (1.0 - 1e-12))
     stride = max(1, min(int(RECORD_INTERVAL / scene.step), n_steps // scene.n_bumps))
@@ -126,22 +131,38 @@ def cut_revolution(slowest_hz, scene):
     return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
 
 
-def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, motion=None):
+def run_sweep(
+    modes: Modes,
+    scene: Scene,
+    speeds_hz: npt.ArrayLike,
+    poll: Callable[[], object] | None = None,
+    width: int = WIDTH,
+    selection: Iterable[int] | None = None,
+    motion: Motion | None = None,
+) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
-    Args:
-        modes: Modes of the sample.
-        scene: Scene.
-        speeds_hz: (S,) angular speeds [Hz].
-        poll: called without arguments after every PIECE of steps, some hundredths of a second; what
-            it raises ends the sweep.
-        width: speeds integrated together; changes the cost, not one bit of the result.
-        selection: indices of the speeds to integrate, all by default. The steps are those of the
-            whole sweep, so that parts of it computed apart are the same bits.
-        motion: Motion to start from, rest by default (modified: the motion at the end).
+    Parameters
+    ----------
+    modes : Modes
+        Of the sample.
+    scene : Scene
+    speeds_hz : array_like (S,)
+        Angular speeds [Hz].
+    poll : callable, optional
+        Called without arguments after every PIECE of steps, some hundredths of a second; what it
+        raises ends the sweep.
+    width : int
+        Speeds integrated together; changes the cost, not one bit of the result.
+    selection : iterable of int, optional
+        Indices of the speeds to integrate, all by default. The steps are those of the whole sweep,
+        so that parts of it computed apart are the same bits.
+    motion : Motion, optional
+        To start from, rest by default (modified: the motion at the end).
 
-    Returns:
-        SweepResult.
+    Returns
+    -------
+    SweepResult.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
@@ -160,13 +181,18 @@ def run_sweep(modes, scene, speeds_hz, poll=None, width=WIDTH, selection=None, m
     return out._replace(n_steps=n_steps)
 
 
-def find_peak(modes, scene, speeds_hz, poll=None):
+def find_peak(
+    modes: Modes,
+    scene: Scene,
+    speeds_hz: np.ndarray,
+    poll: Callable[[], object] | None = None,
+) -> SweepResult:
     """Integrate only some speeds, closer and closer to the largest amplitudes.
 
     Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
     until these and their neighbours have been integrated. A narrow peak may be missed.
 
-    Args and returns: as `run_sweep`; speeds that were left out have the status NO_POINT.
+    Parameters as of `run_sweep`; speeds that were left out have the status NO_POINT.
     """
     chosen = sorted({*range(0, len(speeds_hz), COARSE), len(speeds_hz) - 1})
     out = run_sweep(modes, scene, speeds_hz, poll, selection=chosen)
@@ -196,22 +222,28 @@ def _merge(first, second):
     return first._replace(n_steps=first.n_steps + second.n_steps)
 
 
-def can_touch(scene):
+def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
     return scene.bump_height > scene.clearance + scene.interface.clearance.min()
 
 
-def judge(lanes, lane, size, scene):
+def judge(lanes: bank.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
-    Args:
-        lanes: bank.Bank after some integration.
-        lane: index.
-        size: magnitudes of its observed displacements, of any shape [m].
-        scene: Scene.
+    Parameters
+    ----------
+    lanes : bank.Bank
+        After some integration.
+    lane : int
+        Index.
+    size : ndarray
+        Magnitudes of its observed displacements, of any shape [m].
+    scene : Scene
 
-    Returns:
-        code of ``status``.
+    Returns
+    -------
+    int
+        Code of ``status``.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
@@ -230,7 +262,15 @@ def judge(lanes, lane, size, scene):
 class _Band:
     """Lanes that integrate the speeds of one band."""
 
-    def __init__(self, modes, scene, grid, speeds_hz, width, motion=None):
+    def __init__(
+        self,
+        modes: Modes,
+        scene: Scene,
+        grid: Grid,
+        speeds_hz: np.ndarray,
+        width: int,
+        motion: Motion | None = None,
+    ) -> None:
         self.modes, self.scene, self.grid, self.speeds_hz = modes, scene, grid, speeds_hz
         self.motion = motion
         self.bank = bank.allocate(modes, scene, grid, width)
@@ -352,14 +392,14 @@ class _Band:
         return history[window, :, row, lane].ravel()
 
 
-def warm_up():
+def warm_up() -> None:
     """Compile the kernel, or load it from the cache; the first call of a machine takes a minute."""
     modes, scene = smallest_case()
     for width in (WIDTH, NARROWEST):
         run_sweep(modes, scene, [100.0], width=width)
 
 
-def smallest_case():
+def smallest_case() -> tuple[Modes, Scene]:
     """Modes and Scene of one mass and a few steps."""
     one = np.ones((1, 1))
     return Modes.planar(np.ones(1), one, one), Scene(
