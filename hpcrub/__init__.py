@@ -1,10 +1,24 @@
-"""hpcrub: blade-tip rubbing of mistuned bladed disks."""
+"""hpcrub: blade-tip rubbing of mistuned bladed disks.
+
+`hpcrub.open(FILE)` reads a result file, in a `with` statement.
+"""
+
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
+if TYPE_CHECKING:
+    from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
-def __getattr__(name):
-    """`hpcrub.plot`, imported when it is asked for: matplotlib takes a second."""
+__all__ = ["__version__", "open"]
+
+
+def __getattr__(name: str) -> Any:
+    """What a notebook needs, imported when it is asked for: `import hpcrub` takes no time."""
+    if name == "open":
+        from hpcrub.results.reader import open_file
+
+        return open_file
     if name == "plot":
         from importlib import import_module
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import settings
 
 from hpcrub.config import schema as config
-from hpcrub.results import storage
+from hpcrub.studies import files
 from tests.program import TINY
 
 # the same examples in every run; how long one takes is no result
@@ -30,5 +30,5 @@ def tiny_config():
 def path(tmp_path, tiny_config):
     """An empty result file."""
     path = tmp_path / "result.h5"
-    storage.lay_out(path, tiny_config)
+    files.lay_out(path, tiny_config)
     return path

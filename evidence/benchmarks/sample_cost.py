@@ -16,7 +16,7 @@ from hpcrub.config import schema as config
 from hpcrub.response import sweep
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import DONE
-from hpcrub.results.storage import ResultFile, lay_out
+from hpcrub.studies.files import lay_out, open_result
 from hpcrub.studies.problem import point_values
 from tests.program import ENVIRONMENT, ROOT
 
@@ -51,7 +51,7 @@ def writing(values):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "one.h5"
         lay_out(path, config.Config(mistuning={"samples": 1}))
-        file = ResultFile.open(path, mode="r+")
+        file = open_result(path, mode="r+")
         seconds = best(lambda: file.write_sample(0, 0, values))
         file.close()
     return seconds

@@ -19,7 +19,6 @@ from evidence.faults.job import (
     run,
     undisturbed,
 )
-from hpcrub import __version__
 
 
 @contextlib.contextmanager
@@ -48,7 +47,7 @@ def too_small(folder):
         job, code = run(disk, "study.yaml")
         left = [p.name for p in (disk / "results").glob("*")]
         problem = f"left behind: {left}" if left else ""
-        yield judged(job, code, [2], ["not enough disk", "core hours"], problem)
+        yield judged(job, code, [2], ["not enough disk", "GB of memory"], problem)
 
 
 def full_while_running(folder):
@@ -102,16 +101,14 @@ def log_full(folder):
 
 
 def removed(folder):
-    """The output folder goes while the study runs: the file is put back at the end, with a word."""
-    expected, _ = undisturbed()
+    """The output folder goes while the study runs: said in one line."""
     for ranks in (0, 2):
         job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
         job.until_done(1)
         gone = job.result.parent.rename(job.folder / "gone")  # in one step: a log may be written
         shutil.rmtree(gone)
         code = job.wait()
-        trial = judged(job, code, [0], ["and is put back"], damage(job.result, expected))
-        yield trial._replace(problem=trial.problem or carried_on(job, expected))
+        yield judged(job, code, [1], ["was removed or moved while this job ran"])
 
 
 def read_only_folder(folder):
@@ -160,14 +157,14 @@ def truncated(folder):
     yield from spoilt_file(folder, spoil, ["is truncated"])
 
 
-def other_version(folder):
+def other_layout(folder):
     """Of a later program."""
 
     def spoil(path):
-        content = path.read_bytes()
-        path.write_bytes(content.replace(__version__.encode(), b"9.9.9", 1))
+        with h5py.File(path, "r+", locking=False) as file:
+            file.attrs["layout"] = 99
 
-    yield from spoilt_file(folder, spoil, ["was written by hpcrub 9.9.9"])
+    yield from spoilt_file(folder, spoil, ["has layout 99"])
 
 
 def other_configuration(folder):
@@ -177,13 +174,14 @@ def other_configuration(folder):
 
 
 def changed_file(folder):
-    """Somebody has added an attribute."""
-
-    def spoil(path):
-        with h5py.File(path, "r+", locking=False) as file:
-            file.attrs["note"] = "mine"
-
-    yield from spoilt_file(folder, spoil, ["is damaged"])
+    """Somebody has added an attribute and a dataset: the study goes on."""
+    job, _ = run(folder, "study.yaml", *SMALLER)
+    with h5py.File(job.result, "r+", locking=False) as file:
+        file.attrs["note"] = "mine"
+        file["samples/mine"] = [1.0, 2.0]
+    for ranks in (0, 2):
+        job, code = run(folder, "study.yaml", "--resume", *SMALLER, ranks=ranks)
+        yield judged(job, code, [0])
 
 
 def two_jobs(folder):
@@ -208,7 +206,7 @@ FAULTS = {
     "disk mounted read-only": read_only_folder,
     "result file read-only": read_only_file,
     "file truncated": truncated,
-    "file of another version": other_version,
+    "file of another layout": other_layout,
     "file of another configuration": other_configuration,
     "file changed by another program": changed_file,
     "two jobs on one file": two_jobs,

@@ -26,7 +26,7 @@ OUTPUTS = {
     "somebody's HDF5 file": "foreign.h5",
     "the input itself": "study.yaml",
     "its own figure": "a.png",
-    "its own log": "a.log",
+    "its own log": "a.runs.jsonl",
 }
 ALLOWED = ("a path of 100 folders",)
 
@@ -78,12 +78,12 @@ SIZES = {
 
 
 def sizes(folder):
-    """Refused with disk, memory and time, before any work."""
+    """Refused with disk and memory, before any work."""
     for number, (name, keys) in enumerate(SIZES.items()):
         arguments = [word for key in keys for word in ("--set", key)]
         job, code = run(folder / f"{number}", "study.yaml", *arguments)
         problem = f"{name}: a folder was made" if job.result.parent.exists() else ""
-        trial = judged(job, code, [2], ["GB of disk", "GB of memory", "core hours"], problem)
+        trial = judged(job, code, [2], ["GB of disk", "GB of memory"], problem)
         yield trial._replace(problem=trial.problem and f"{name}: {trial.problem}")
 
 

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub import studies
-from hpcrub.results import storage
 from hpcrub.results.layout import DONE
+from hpcrub.studies import files
 from tests.program import ENVIRONMENT, ROOT, TINY
 
 STUDY = TINY.replace("samples: 2", "samples: 32")
-BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".log", ".runs.jsonl")}
+BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".runs.jsonl")}
 SMALLER = "--set", "mistuning.samples=2"
 PATIENCE = 600.0  # [s] for anything that must end by itself: compiling can take minutes
 
@@ -182,7 +182,7 @@ def n_done(path):
 
 def values(path):
     """{dataset: values} of a result file. Raises InputError when it is not sound."""
-    file = storage.ResultFile.open(path)
+    file = files.open_result(path)
     lines = studies.layout(file.config)
     found = {line.name: np.asarray(file.read(line.name)) for line in lines}
     file.close()

@@ -4,10 +4,10 @@ import numpy as np
 
 from evidence.reproduce.rows import MissingError, Row, bracket, claim_row, value_row, verdict, worst
 from hpcrub.config.text import flatten
-from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies import branches
+from hpcrub.studies.files import open_result
 
 CHAOS = (
     "The motion at this speed is not periodic: rounding alone moves amplitudes by several per "
@@ -107,7 +107,7 @@ def _stretches(speeds, several):
 
 def _responses(results, folder, key):
     """Values of the key of a sweep (V,), ascending, and the responses (V, speeds) [m]."""
-    files = [ResultFile.open(path) for path in sorted((results.folder / folder).glob("*.h5"))]
+    files = [open_result(path) for path in sorted((results.folder / folder).glob("*.h5"))]
     if not files:
         raise MissingError(f"no {folder}/*.h5")
     values = np.array([flatten(f.config.model_dump(mode="json"))[key] for f in files])

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.results.layout import DONE
-from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.studies.files import open_result
 
 
 class Row(NamedTuple):
@@ -39,7 +39,7 @@ class Results:
         paths = sorted(self.folder.glob(pattern))
         if not paths:
             raise MissingError(f"no {pattern}")
-        return ResultFile.open(paths[0])
+        return open_result(paths[0])
 
     def contact(self, n_d):
         """The contact study with n_d bumps."""

@@ -4,8 +4,8 @@ import numpy as np
 
 from evidence.reproduce.rows import bracket, done, percentile, tuned_amplitudes
 from hpcrub.config.text import flatten
-from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cross import share_interval
+from hpcrub.studies.files import open_result
 
 HEAD = """\
 A_nl of {samples} samples for n_d = 4 and σ = 2.3 %, over 32.5 to 36.5 Hz, when one unknown of the
@@ -24,7 +24,7 @@ def table(results):
     paths = sorted((results.folder / "sensitivity").glob("*.h5"))
     if not paths:
         return "Not run.\n"
-    files = [ResultFile.open(path) for path in paths]
+    files = [open_result(path) for path in paths]
     reference = next(f for f in files if "lean_deg=45.41" in f.path.name)
     base = flatten(reference.config.model_dump(mode="json"))
     mistuning = reference.config.mistuning

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from evidence.scaling import costs
-from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.results import storage
 from hpcrub.results.layout import DONE
 from hpcrub.run.parallel import Team
 from hpcrub.statistics import percentiles as statistics
-from hpcrub.studies import monte_carlo
+from hpcrub.studies import files, monte_carlo
 
 MANY = 1_000_000  # samples per level
 LOOKED = 100_000  # samples per level of a study that looks whether it has converged
@@ -73,7 +72,7 @@ def statistics_written(n_samples=MANY):
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.h5"
-        storage.lay_out(path, config)
+        files.lay_out(path, config)
         file = storage.ResultFile(path, mode="r+")
         shape = file.status().shape
         file.write({"samples/status": np.full(shape, DONE)}, ())
@@ -94,9 +93,9 @@ def laying_out(all_samples=(5_000, 50_000, 200_000)):
         with tempfile.TemporaryDirectory() as folder:
             for number in range(3):
                 start = time.perf_counter()
-                storage.lay_out(Path(folder) / f"{number}.h5", config)
+                files.lay_out(Path(folder) / f"{number}.h5", config)
                 seconds.append(time.perf_counter() - start)
-        rows.append((n_samples, studies.file_size(config), min(seconds)))
+        rows.append((n_samples, files.file_size(config), min(seconds)))
     return rows
 
 
@@ -145,7 +144,7 @@ def file_sizes():
         total = n_samples = 0
         for n_bumps in costs.CASES:
             config = costs.configuration(n_bumps, 5000 * factor)
-            total += studies.file_size(config)
+            total += files.file_size(config)
             n_samples += 4 * config.mistuning.samples
         rows.append((name, n_samples, total, total / n_samples))
     return rows

@@ -93,7 +93,8 @@ import sys, time
 import h5py, numpy as np
 from mpi4py import MPI
 from hpcrub.results.layout import SAMPLE
-from hpcrub.results.storage import ResultFile, lay_out
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.files import lay_out
 from evidence.scaling import costs
 
 comm, collective, n = MPI.COMM_WORLD, sys.argv[1] == "collective", 100

@@ -1,9 +1,9 @@
 """A study on any number of ranks in simulated time, with the program's own decisions.
 
-Rank 0's book is the program's `schedule.Desk`; ranks behave as in `parallel`: rank 0 looks at its
-messages at the polls of its own task, or every PAUSE when it has none; the others ask when they
-begin their last task. Messages take no time on the way, but rank 0 handles one after another. At
-the end it says good-bye to every rank and hears the same.
+Rank 0 assigns tasks by the program's `schedule.Assignments`; ranks behave as in `parallel`: rank 0
+looks at its messages at the polls of its own task, or every PAUSE when it has none; the others ask
+when they begin their last task. Messages take no time on the way, but rank 0 handles one after
+another. At the end it says good-bye to every rank and hears the same.
 """
 
 import heapq
@@ -83,7 +83,7 @@ class _Simulation:
         self.n_tuned = len(tuned)
         samples = ((0, number) for number in range(n_samples))
         self.tasks = schedule.StudyTasks(tuned, samples, n_samples, self.most)
-        self.desk = schedule.Desk(self.tasks, self.n_ranks)
+        self.assignments = schedule.Assignments(self.tasks, self.n_ranks)
         for rank in range(1, self.n_ranks):
             self._report(rank, 0.0)
         self._at(0.0, self._serve)
@@ -91,7 +91,7 @@ class _Simulation:
         while self.events:
             now, _, action, arguments = heapq.heappop(self.events)
             action(now, *arguments)
-        assert self.desk.finished(), "the ranks wait for each other"
+        assert self.assignments.finished(), "the ranks wait for each other"
         farewell = self.machine.send + self.machine.receive
         farewell *= (self.n_ranks - 1) * self.machine.slowdown
         seconds = max(now, self.free_at) + farewell
@@ -131,11 +131,11 @@ class _Simulation:
         began = now
         for rank, tasks, asks in self.inbox:
             now += self.machine.receive * self.machine.slowdown
-            now = self._collect(self.desk.done(rank, len(tasks)), now)
+            now = self._collect(self.assignments.done(rank, len(tasks)), now)
             if asks:
-                self.desk.ask(rank)
+                self.assignments.ask(rank)
         self.inbox = []
-        for rank, tasks in self.desk.answers():
+        for rank, tasks in self.assignments.answers():
             now += self.machine.send * self.machine.slowdown
             self.n_messages += 1
             self._at(now, self._receive, rank, tasks)
@@ -161,7 +161,7 @@ class _Simulation:
 
     def _go_on(self, now):
         if self.running[0] is None:
-            task = self.desk.own()
+            task = self.assignments.own()
             if task is None:
                 self.asleep = True
                 return
@@ -172,7 +172,7 @@ class _Simulation:
                 self._at(now + PAUSE, self._serve)
                 return
             self.running[0] = None
-            now = self._collect(self.desk.done(0, 1), now + self._finish(task))
+            now = self._collect(self.assignments.done(0, 1), now + self._finish(task))
             self._at(now, self._serve)
             return
         polls = self.costs.polls

@@ -10,8 +10,8 @@ import numpy as np
 
 from evidence import page
 from evidence.stress import histories, monte_carlo, steady_state
-from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import percentile_interval
+from hpcrub.studies.files import open_result
 
 PAGE = page.DOCS / "steady_state.md"
 SAMPLES = 64  # of every level, contact
@@ -38,7 +38,7 @@ def main():
 
 def groups_table(path):
     """Table of independent studies from a result file, failed samples left out."""
-    results = ResultFile.open(path)
+    results = open_result(path)
     values = results.read("samples/amplification")[-1]
     results.close()
     values = values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""`python -m hpcrub merge OUT.h5 PART.h5 ...`: files of parts of a study → the file of the study.
+"""`hpcrub merge OUT.h5 PART.h5 ...`: files of parts of a study become the file of the study.
 
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
@@ -10,29 +10,31 @@ larger one, and `main.py --resume` computes what is missing.
 
 import argparse
 import os
-import sys
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub import studies
 from hpcrub.config import parts
-from hpcrub.config.schema import differences
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.config.schema import Config, differences
+from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.results import ownership, storage
 from hpcrub.results.layout import PENDING
+from hpcrub.results.storage import ResultFile
 from hpcrub.run.parallel import Team
-from hpcrub.studies import size
+from hpcrub.studies import files, size
 from hpcrub.studies.monte_carlo import Study
 
 AT_ONCE = 2**26  # bytes read at once
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Merge and say how complete the result is; returns the exit code."""
     parser = argparse.ArgumentParser(
-        prog="python -m hpcrub merge", description="Merge files of parts of one study."
+        prog="hpcrub merge", description="Merge files of parts of one study."
     )
     parser.add_argument("out", metavar="OUT.h5", help="file of the whole study")
     parser.add_argument("parts", metavar="PART.h5", nargs="+", help="files of its parts")
@@ -40,85 +42,127 @@ def main(argv=None):
     parser.add_argument(
         "--samples", type=int, metavar="N", help="give OUT.h5 N samples a level, not the parts' own"
     )
+    parser.add_argument(
+        "--allow-mixed",
+        action="store_true",
+        help="merge what different states of the program have computed, and note which is whose",
+    )
     options = parser.parse_args(argv)
-    try:
-        n_done, n_all = merge(options.out, options.parts, options.overwrite, options.samples)
-    except HpcrubError as error:
-        print(f"hpcrub: error: {error}", file=sys.stderr)
-        return error.exit_code
-    print(f"{options.out}: {n_done} of {n_all} samples, from {len(options.parts)} files")
+    out = os.path.expanduser(options.out)
+    paths = [os.path.expanduser(path) for path in options.parts]
+    how = options.overwrite, options.samples, options.allow_mixed
+    n_done, n_all = merge(out, paths, *how)
+    print(f"{out}: {n_done} of {n_all} samples, from {len(paths)} files")
     if n_done < n_all:
         more = f" --set mistuning.samples={options.samples}" if options.samples else ""
-        print(f"main.py with --output {options.out}{more} --resume computes the others")
+        print(f"main.py with --output {out}{more} --resume computes the others")
     return 0
 
 
-def merge(out, paths, overwrite=False, samples=None):
+def merge(
+    out: str | Path,
+    paths: Sequence[str | Path],
+    overwrite: bool = False,
+    samples: int | None = None,
+    allow_mixed: bool = False,
+) -> tuple[int, int]:
     """Merge result files of parts of one study.
 
-    Args:
-        out: file of the whole study; it appears when it is whole.
-        paths: result files of parts, or of the whole study.
-        overwrite: replace an existing file.
-        samples: number of samples a level of the whole study, if not that of the parts' own.
+    Parameters
+    ----------
+    out
+        File of the whole study; it appears when it is whole.
+    paths
+        Result files of parts, or of the whole study.
+    overwrite
+        Replace an existing file.
+    samples
+        Number of samples a level of the whole study, if not that of the parts' own.
+    allow_mixed
+        Take parts that were computed by different program texts.
 
-    Returns:
-        number of finished samples, and of all.
+    Returns
+    -------
+    tuple
+        Number of finished samples, and of all.
 
-    Raises:
-        InputError: parts that are unsound, of different studies, or contradict each other.
+    Raises
+    ------
+    InputError
+        Parts that are unsound, of different studies or programs, or contradict each other.
     """
     unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
     lock = ownership.Lock(out)  # first: another job may just have finished the file
     try:
         if os.path.lexists(out) and not overwrite:
             raise InputError(f"{out} exists: --overwrite replaces it")
-        config, tuned, origin = _survey(out, paths, samples)
-        ownership.refuse_foreign(out)
-        size.check(config, out)
-        storage.lay_out(unfinished, config, origin)
-        whole = storage.ResultFile(unfinished, mode="r+")
-        if tuned:
-            whole.write_tuned(tuned)
-        for path in paths:
-            part = storage.ResultFile.open(path)
-            _copy(part, whole)
-            part.close()
-        Study(Team(), config, None, whole).update_statistics()
-        status = whole.status()
-        whole.close()
-        whole.put_back()
-        ownership.move(unfinished, os.path.realpath(out))
+        if unfinished in map(Path, map(os.path.realpath, paths)):
+            raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
+        found = _survey(out, paths, samples)
+        if len(texts(found.programs)) > 1 and not allow_mixed:
+            raise InputError(
+                f"the parts were computed by different programs ({'; '.join(found.programs)}): "
+                "--allow-mixed notes which samples each has computed"
+            )
+        storage.refuse_foreign(out)
+        size.check(found.config, out)
+        files.lay_out(unfinished, found.config, found.origin, found.programs)
+        try:
+            status = _fill(unfinished, paths, found)
+            ownership.move(unfinished, os.path.realpath(out))
+        finally:
+            unfinished.unlink(missing_ok=True)
     except OSError as error:
-        raise HpcrubError(f"cannot write {out}: {error.strerror}") from None
+        raise HpcrubError(f"cannot write {out}: {reason(error)}") from None
     finally:
-        unfinished.unlink(missing_ok=True)
         lock.release()
     return int(np.count_nonzero(status != PENDING)), status.size
 
 
-def _survey(out, paths, samples):
-    """What all parts agree on: Config of the whole, results of the tuned disk, and where from.
+class Survey(NamedTuple):
+    """What all parts agree on."""
 
-    Raises InputError for parts that do not belong together.
-    """
+    config: Config  # of the whole
+    tuned: dict[str, Any] | None  # results of the tuned disk
+    origin: dict[str, str]  # attributes that say with which libraries they were computed
+    programs: list[str]  # that have computed them, one for each text
+
+
+def texts(programs: Sequence[str]) -> list[str]:
+    """What tells one program from another: the checksum of its text, the revision if unknown."""
+    return [p if p.startswith("unknown") else p.split()[0] for p in programs]
+
+
+def _survey(out, paths, samples):
+    """Survey of the parts. Raises InputError for parts that do not belong together."""
     config = tuned = tuned_path = None
-    origin = defaultdict(set)
+    origin, programs = defaultdict(set), []
     for path in paths:
-        part = storage.ResultFile.open(path)
-        mine, found = _whole_config(part, out, samples), part.tuned()
-        if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
-            raise InputError(f"parts of different studies: {'; '.join(other)}")
-        config = config or mine
-        if found and tuned:
-            _same_tuned(tuned, tuned_path, found, path)
-        elif found:
-            tuned, tuned_path = found, path
-        for name, value in part.attributes().items():
-            if name.endswith(("_version", "_revision")) and name != "program_version":
-                origin[name].update(str(value).split(", "))
-        part.close()
-    return config, tuned, {name: ", ".join(sorted(values)) for name, values in origin.items()}
+        with files.open_result(path) as part:
+            mine, found = _whole_config(part, out, samples), part.tuned()
+            if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
+                raise InputError(f"parts of different studies: {'; '.join(other)}")
+            config = config or mine
+            own = part.programs()
+            known = texts(programs)
+            programs += [p for p, text in zip(own, texts(own), strict=True) if text not in known]
+            if found:
+                found["computed_by"] = _rows(part, programs)[found.get("computed_by", 0)]
+            if found and tuned:
+                _same_tuned(tuned, tuned_path, found, path)
+            elif found:
+                tuned, tuned_path = found, path
+            for name, value in part.attributes().items():
+                if name.endswith(("_version", "_revision")) and name != "program_version":
+                    origin[name].update(str(value).split(", "))
+    versions = {name: ", ".join(sorted(values)) for name, values in origin.items()}
+    return Survey(config, tuned, versions, programs)
+
+
+def _rows(part, programs):
+    """Rows of a part's programs among those of the whole."""
+    known = texts(programs)
+    return np.array([known.index(text) for text in texts(part.programs())], dtype=np.uint8)
 
 
 def _whole_config(part, out, samples):
@@ -133,7 +177,8 @@ def _whole_config(part, out, samples):
 
 
 def _same_tuned(tuned, path, found, other):
-    differ = [name for name in tuned if tuned[name].tobytes() != found[name].tobytes()]
+    names = tuned.keys() - {"computed_by"}
+    differ = [name for name in sorted(names) if tuned[name].tobytes() != found[name].tobytes()]
     if differ:
         raise InputError(
             f"the tuned disk of {path} and of {other} is not the same (tuned/{differ[0]}): they "
@@ -141,9 +186,22 @@ def _same_tuned(tuned, path, found, other):
         )
 
 
-def _copy(part, whole):
+def _fill(path, parts_paths, found):
+    """Write what the parts have into the laid-out file; returns the status of all samples."""
+    with ResultFile(path, mode="r+") as whole:
+        if found.tuned:
+            whole.write_tuned(found.tuned)
+        for part_path in parts_paths:
+            with files.open_result(part_path) as part:
+                _copy(part, whole, _rows(part, found.programs))
+        Study(Team(), found.config, None, whole).update_statistics()
+        return whole.status()
+
+
+def _copy(part, whole, program_rows):
     """Copy what is finished in a part into the whole file, a group of samples at a time."""
     names = [line.name for line in studies.layout(part.config) if line.name.startswith("samples/")]
+    names.remove("samples/computed_by")
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
     for mine, level in enumerate(part.config.levels):
@@ -152,7 +210,10 @@ def _copy(part, whole):
             source, target = (mine, slice(first, end)), (level, slice(start + first, start + end))
             new = part.read("samples/status", source) != PENDING
             there = whole.read("samples/status", target) != PENDING
-            for name in names if new.any() else ():
+            if not new.any():
+                continue
+            _copy_programs(part, whole, source, target, program_rows, new & ~there)
+            for name in names:
                 values, old = part.read(name, source), whole.read(name, target)
                 both = new & there
                 if values[both].tobytes() != old[both].tobytes():
@@ -162,3 +223,13 @@ def _copy(part, whole):
                     )
                 old[new] = values[new]
                 whole.write({name: old}, target)
+
+
+def _copy_programs(part, whole, source, target, program_rows, new):
+    """Note which program has computed the new samples."""
+    rows = whole.read("samples/computed_by", target)
+    mine = part.read("samples/computed_by", source)[new] if part.layout > 1 else 0
+    if np.max(mine, initial=0) >= len(program_rows):
+        raise InputError(f"{part.path} is damaged (samples/computed_by)")
+    rows[new] = program_rows[mine]
+    whole.write({"samples/computed_by": rows}, target)

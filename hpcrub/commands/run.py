@@ -8,7 +8,6 @@ os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "M
 
 import argparse
 import json
-import sys
 import time
 from pathlib import Path
 
@@ -17,7 +16,7 @@ import numpy as np
 from hpcrub import __version__, studies
 from hpcrub.config import parts
 from hpcrub.config import schema as config
-from hpcrub.errors import InputError, Interrupted, reason
+from hpcrub.errors import HpcrubError, InputError, Interrupted, reason
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import sweep
 from hpcrub.results import ownership, storage
@@ -25,7 +24,7 @@ from hpcrub.results.layout import PENDING
 from hpcrub.run import parallel, progress
 from hpcrub.run.runlog import RunLog, Work
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies import monte_carlo, size
+from hpcrub.studies import files, monte_carlo, size
 from hpcrub.studies import problem as study
 from hpcrub.studies.tasks import TaskStudy
 
@@ -91,6 +90,11 @@ def parse(argv):
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--resume", action="store_true", help="go on with an existing output")
     existing.add_argument("--overwrite", action="store_true", help="replace an existing output")
+    parser.add_argument(
+        "--allow-mixed",
+        action="store_true",
+        help="with --resume: go on with what another state of the program has begun",
+    )
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
     parser.add_argument("--part-by", choices=parts.BY, help="what --part cuts (samples)")
     parser.add_argument(
@@ -125,7 +129,7 @@ def status(runs):
             out.print(f"{cfg.output}: not there yet", soft_wrap=True)
             complete = False
             continue
-        file = storage.ResultFile.open(cfg.output, cfg)
+        file = files.open_result(cfg.output, cfg)
         done = file.status() != PENDING
         what = TaskStudy.what if studies.is_tasks(cfg) else monte_carlo.Study.what
         text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {what}"
@@ -179,10 +183,9 @@ def check_output(cfg, options):
     if not (options.resume or options.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
     if options.resume:
-        storage.check(path, cfg)
-        storage.check_sources(path, cfg)
+        files.check_resumable(path, cfg, options.allow_mixed)
     else:
-        ownership.refuse_foreign(path)
+        storage.refuse_foreign(path)
     return options.resume
 
 
@@ -195,7 +198,7 @@ def claim(cfg, options, holder):
     began = time.monotonic()
     if check_output(cfg, options):
         return "check", time.monotonic() - began
-    storage.lay_out(cfg.output, cfg)
+    files.lay_out(cfg.output, cfg)
     return "lay-out", time.monotonic() - began
 
 
@@ -226,6 +229,7 @@ def run(team, cfg, problem, log, figures):
     """Compute what the result file lacks, then print the summary and draw the figures."""
     began = time.monotonic()
     file = team.together(lambda: storage.ResultFile(cfg.output, team.comm, "r+"))
+    file.program = team.on_root(lambda: files.register(file))
     bar = progress.Progress(cfg) if team.rank == 0 else None
     kind = TaskStudy if studies.is_tasks(cfg) else monte_carlo.Study
     work = log.work = kind(team, cfg, problem, file, bar, log.phase)
@@ -250,12 +254,16 @@ def run(team, cfg, problem, log, figures):
 
 
 def close(team, file, log):
-    """Close the file; it gets its name again if somebody has taken it away, with a line."""
+    """Close the file, and say when somebody has taken it away while it was written."""
     log.phase("close")
     file.close()
-    if team.on_root(file.put_back) and team.rank == 0:
-        text = f"{file.path} was removed or moved while this job ran, and is put back"
-        print(f"hpcrub: {text}", file=sys.stderr, flush=True)
+    team.on_root(lambda: require_there(file.path))
+
+
+def require_there(path):
+    """Raises HpcrubError when a result file has lost its name."""
+    if not path.exists():
+        raise HpcrubError(f"{path} was removed or moved while this job ran")
 
 
 def announce(bar, cfg, n_ranks):
@@ -312,7 +320,7 @@ def dry_run(cfg, n_ranks):
         f"simulations:          {n_points:,} = ({levels} levels x {samples:,} samples + "
         f"{cfg.mistuning.tuned_runs} tuned) x {speeds.n_values} speeds"
     )
-    out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
+    out.print(f"output:               {files.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     out.print(f"measured:             {rate / 1e6:.3g} million steps per second and core")
     out.print(
         f"estimated run time:   {progress.duration(seconds / n_ranks)} on {n_ranks} "
@@ -342,7 +350,7 @@ def dry_run_tasks(cfg, n_ranks):
     if studies.STUDIES[cfg.study].has_disk:
         print_model(out, cfg, problem or study.build_model(cfg))
     out.print(f"tasks:                {module.n_tasks(cfg):,}")
-    out.print(f"output:               {studies.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
+    out.print(f"output:               {files.file_size(cfg) / 1e6:,.4g} MB in {cfg.output}")
     n_steps = module.cost(cfg)
     if n_steps:
         usual = cfg.model_copy(update={"speeds": config.Speeds()})  # enough for all lanes

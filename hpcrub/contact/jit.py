@@ -1,45 +1,46 @@
 """One compilation policy for every numba kernel of the project.
 
-Compiled code is cached in a folder named by the package's sources: numba itself only looks at the
-file of the function it compiles, and would run stale code after a change in ``lanes.py``.
+Compiled code is cached in a folder named by the package's place and sources: numba itself only
+looks at the file of the function it compiles, and would run stale code after a change in
+``lanes.py``. It also takes a file for another one when its path or its time has changed: with both
+in the name, a folder that is complete holds all that this program will look for.
 
-numba loads what it finds. A damaged entry would end the program, or run as other machine code, so
-every entry carries a checksum here, and one that does not fit is compiled anew.
+numba executes what it finds, so nobody else may be able to write there.
 """
 
 import hashlib
 import os
-import pickle
+import stat
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numba
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
-from numba.core.serialize import dumps
+from numba.core.caching import FunctionCache
 
 from hpcrub.errors import reason
 
-COMPILED_ROOMS = "contact", "model", "response", "statistics"  # all that numba compiles
+COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
-# What `warmup` has to say of this process's compiled code:
-# lost: why it cannot be kept, "" when it can; damaged: some that was kept was of no use
-cache = SimpleNamespace(lost="", damaged=False)
+cache = SimpleNamespace(lost="")  # why this process's compiled code cannot be kept, "" when it can
 
 
-def _cache_folder():
-    """A folder for compiled code; "" where none can be written, and `cache.lost` says why."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    package = Path(__file__).parents[1]
-    for room in COMPILED_ROOMS:
-        for source in sorted((package / room).glob("*.py")):
-            digest.update(source.read_bytes())
+def _cache_folder() -> str:
+    """A folder for compiled code; "" where there can be none, and `cache.lost` says why."""
     try:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        folder = base / "hpcrub" / "jit" / digest.hexdigest()[:16]
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
+        for folder in (base / "hpcrub", base / "hpcrub" / "jit"):
+            _make_ours(folder)
+        folder = base / "hpcrub" / "jit" / _name()
+        folder.mkdir(mode=0o700, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            cache.lost = f"{folder}: no right to write there"
+        elif not _is_ours(folder):
+            cache.lost = f"{folder}: others may write there"
+        else:
             return str(folder)
-        cache.lost = f"{folder}: no right to write there"
     except OSError as error:
         cache.lost = f"{error.filename}: {reason(error)}"
     except RuntimeError as error:  # no home at all
@@ -47,37 +48,43 @@ def _cache_folder():
     return ""
 
 
+def _name():
+    """Name of the cache of this copy of the sources: whatever numba asks for, and all texts."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    package = Path(os.path.abspath(__file__)).parents[1]
+    for room in COMPILED_ROOMS:
+        for source in sorted((package / room).glob("*.py")):
+            digest.update(f"{source} {source.stat().st_mtime_ns}\n".encode())
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _make_ours(folder):
+    """A folder into which only we can put others. Earlier versions left it to the umask."""
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if folder.stat().st_uid == os.geteuid():
+        folder.chmod(stat.S_IMODE(folder.stat().st_mode) & ~OTHERS_WRITE)
+
+
+def _is_ours(folder):
+    """Whether nobody else can write into a folder, or put another one in its place."""
+    found = [path.stat() for path in (folder, *list(folder.parents)[:2])]
+    return all(f.st_uid == os.geteuid() and not f.st_mode & OTHERS_WRITE for f in found)
+
+
 if not numba.config.CACHE_DIR:
     numba.config.CACHE_DIR = _cache_folder()
-
-
-class _Entry(CompileResultCacheImpl):
-    """Compiled code ↔ (checksum, bytes)."""
-
-    def reduce(self, cres):
-        content = dumps(super().reduce(cres))
-        return hashlib.sha256(content).digest(), content
-
-    def rebuild(self, target_context, payload):
-        checksum, content = payload
-        if hashlib.sha256(content).digest() != checksum:
-            raise ValueError("damaged")
-        return super().rebuild(target_context, pickle.loads(content))
 
 
 class _Cache(FunctionCache):
     """numba's cache of one function, without which the program runs too."""
 
-    _impl_class = _Entry
-
     def load_overload(self, sig, target_context):
         """The compiled code, None when there is none or it is damaged."""
         try:
-            found = super().load_overload(sig, target_context)
+            return super().load_overload(sig, target_context)
         except Exception:  # whatever garbled bytes make of pickle
-            cache.damaged = True
             return None
-        return found if found is not None and found.signature.args == tuple(sig) else None
 
     def save_overload(self, sig, data):
         """Keep compiled code, when the disk lets us."""
@@ -91,7 +98,7 @@ class _Cache(FunctionCache):
                 cache.lost = f"{numba.config.CACHE_DIR}: {reason(error)}"
 
 
-def compiled(function=None, *, inline=False):
+def compiled(function: Callable | None = None, *, inline: bool = False) -> Any:
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached."""
 
     def decorate(f):

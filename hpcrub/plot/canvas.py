@@ -18,6 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from hpcrub.errors import InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies.files import open_result
 
 Source = str | os.PathLike[str] | ResultFile
 Where = Axes | Sequence[Axes] | FigureBase | None
@@ -289,7 +290,7 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
     with contextlib.ExitStack() as stack:
         files = []
         for one in file if several else [file]:
-            found = ResultFile.open(one) if isinstance(one, str | os.PathLike) else one
+            found = open_result(one) if isinstance(one, str | os.PathLike) else one
             if found is not one:
                 stack.callback(found.close)
             files.append(found)

@@ -17,7 +17,7 @@ from PIL import Image
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.canvas import Drawing
-from hpcrub.results.storage import ResultFile
+from hpcrub.studies.files import open_result
 
 # What numbers that no study computes make of a drawing: nothing guards the data of a file, among
 # them numbers of nodes. All else is a fault of the program, and is to be seen as one.
@@ -46,7 +46,7 @@ def belonging(
     InputError
         A mode is given and none of the figures shows one.
     """
-    with contextlib.closing(ResultFile.open(paths[0])) as file:
+    with open_result(paths[0]) as file:
         study, random = file.config.study, file.config.pattern_deviation is None
     found = [
         figure

@@ -1,11 +1,19 @@
 """Names, dimensions and units of everything in the result file of a contact study.
 
 Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
+
+Every axis of every dataset has a dimension scale, so that xarray and netCDF know it by name: a
+dataset with the values along it where there is one (`SCALES`), else numbers from 0 (`index_scale`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hpcrub.contact import status
+
+# Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
+# meaning of a dataset raises it. Layout 1, without the attribute, lacks the lines with since = 2.
+NUMBER = 2
+READABLE = (1, 2)
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
 KINDS = ("contact", "linear")
@@ -15,10 +23,53 @@ class Dataset(NamedTuple):
     """One line of the file's layout."""
 
     name: str
-    dimensions: tuple
+    dimensions: tuple[str, ...]
     units: str
     description: str
     dtype: str = "f8"
+    since: int = 1  # the first layout that has it
+
+
+class Plan(NamedTuple):
+    """All that is known of a result file before anything is computed."""
+
+    config: Any  # Config
+    lines: tuple[Dataset, ...]
+    lengths: dict[str, int]  # of every dimension
+    scales: dict[str, str]  # dimension: dataset with the values along it, {group} its own group
+    values: dict[str, Any]  # datasets that are known now
+    attributes: dict[str, str]  # of the root, beside those that every file has
+
+
+PROGRAMS = Dataset(
+    "programs",
+    ("program",),
+    "1",
+    "programs that have computed this file: checksum of the text, version, revision",
+    "S160",
+    since=2,
+)
+MOST_PROGRAMS = 32  # in one file
+
+
+def computed_by(name: str, dimensions: tuple[str, ...]) -> Dataset:
+    """The line that says which of the `programs` has computed each sample or task."""
+    return Dataset(name, dimensions, "1", "row of `programs` that computed this", "u1", since=2)
+
+
+_INDEX = {
+    "sample": "number of the sample in the whole study",
+    "percentile": "percentile",
+    "task": "number of the task",
+}
+
+
+def index_scale(dimension: str) -> Dataset:
+    """The scale of a dimension that no dataset gives values."""
+    words = _INDEX.get(dimension, f"number of the {dimension.replace('_', ' ')}, from 0")
+    percentile = dimension == "percentile"
+    units, dtype = ("percent", "f8") if percentile else ("1", "i8")
+    return Dataset(dimension, (dimension,), units, words, dtype, since=2)
 
 
 POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
@@ -48,6 +99,7 @@ LAYOUT = (
     Dataset("tuned/run_peaks_m", ("run",), "m", _RUNS),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
+    computed_by("tuned/computed_by", ()),
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
@@ -61,6 +113,7 @@ LAYOUT = (
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
+    computed_by("samples/computed_by", _VN),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
     *(
         line

@@ -1,21 +1,47 @@
-"""Names of result files → who may write there: one job at a time, over nothing of somebody else."""
+"""Names of output files → who may write there: one job at a time, over nothing of somebody else."""
 
 import contextlib
 import errno
 import fcntl
 import os
-import shutil
 import stat
 from pathlib import Path
+from typing import IO
 
-from hpcrub.errors import HpcrubError, InputError, reason
-from hpcrub.results import seal
+from hpcrub.errors import InputError, reason
+
+
+def open_to_append(path: str | Path) -> IO[str]:
+    """Open a text file to append to, made when it is not there.
+
+    Never waits (for the other end of a FIFO), follows no link, and empties nothing, so that nothing
+    that somebody else has under this name is harmed.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened, or is no regular file.
+    """
+
+    def opener(name, flags):
+        number = os.open(name, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+        if not stat.S_ISREG(os.fstat(number).st_mode):
+            os.close(number)
+            raise OSError(errno.EINVAL, "not a regular file", str(name))
+        return number
+
+    return open(path, "a", encoding="utf-8", opener=opener)
 
 
 class Lock:
-    """Keeps a second job off the same result file, until release or the end of the process."""
+    """Keeps a second job off the same result file, until release or the end of the process.
 
-    def __init__(self, path):
+    Not by the library `filelock`: that one leaves its file beside every result, and where a file
+    system has no locks it makes do with the existence of the file, so that after kill -9 nobody
+    could go on.
+    """
+
+    def __init__(self, path: str | Path):
         """Raises InputError when another job holds it or the folder cannot be used."""
         self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
         try:
@@ -23,13 +49,11 @@ class Lock:
             while not self._locked(path):
                 self._file.close()
         except OSError as error:
-            raise InputError(f"cannot write {path}: {reason(error)}") from None
+            raise InputError(f"cannot write {path}: {_named(error)}") from None
 
     def _locked(self, path):
         """Lock the file; False when its name has meanwhile passed to another file."""
-        # neither emptied nor followed: nothing that somebody else has there is harmed
-        opener = lambda name, flags: os.open(name, flags | os.O_NOFOLLOW, 0o666)  # noqa: E731
-        self._file = open(self.path, "a", opener=opener)  # noqa: SIM115, stays open
+        self._file = open_to_append(self.path)
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -45,7 +69,7 @@ class Lock:
         except FileNotFoundError:
             return False
 
-    def release(self):
+    def release(self) -> None:
         """Let others have the file; a second time does nothing."""
         if self._file.closed:
             return
@@ -55,55 +79,13 @@ class Lock:
         self._file.close()
 
 
-def refuse_foreign(path):
-    """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
-    path = Path(os.path.realpath(path))
-    try:
-        kind = path.stat().st_mode if os.path.lexists(path) else None
-        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or seal.is_ours(path))):
-            return
-    except OSError as error:
-        raise InputError(f"cannot replace {path}: {reason(error)}") from None
-    raise InputError(
-        f"{path} is not a result file of this hpcrub and is not replaced; "
-        "move it away, or choose another output"
-    )
+def _named(error):
+    """What went wrong, with the name of the file that is in the way when it is no regular one."""
+    return f"{error.filename} is {reason(error)}" if error.errno == errno.EINVAL else reason(error)
 
 
-def move(path, to):
+def move(path: str | Path, to: str | Path) -> None:
     """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
     with open(path, "rb") as file:
         os.fsync(file.fileno())
     os.replace(path, to)
-
-
-def put_back(kept, path):
-    """Copy an open file to its name, if somebody has removed or moved it, and close it.
-
-    kept: descriptor to read it. Returns whether it was gone. Raises HpcrubError when another file
-    has taken the name, or it cannot be written.
-    """
-    with open(kept, "rb") as file:
-        try:
-            there = os.stat(path) if os.path.lexists(path) else None
-            if there and os.path.samestat(there, os.fstat(file.fileno())):
-                return False
-            target = _free_name(path) if there else path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with open(target, "xb") as copy:
-                shutil.copyfileobj(file, copy)
-                os.fsync(copy.fileno())
-        except OSError as error:
-            raise HpcrubError(f"cannot write {path}: {reason(error)}") from None
-    if there:
-        raise HpcrubError(
-            f"{path} was replaced by another file while this job ran; "
-            f"what it has computed is in {target}"
-        )
-    return True
-
-
-def _free_name(path):
-    """Where to rescue a file to: NAME.rescued.h5, NAME.rescued-2.h5 and so on."""
-    names = (Path(f"{path}.rescued{n}.h5") for n in ("", *(f"-{i}" for i in range(2, 1000))))
-    return next(name for name in names if not os.path.lexists(name))

@@ -1,10 +1,13 @@
 """Results ↔ HDF5. The only module that imports h5py.
 
+A result file is an ordinary HDF5 file, to which people may add attributes and datasets of their
+own. Damage of its metadata is found by HDF5's own checksums, which the format of HDF5 1.8 has for
+all but texts of variable length: hence `LIBVER`, and attributes of fixed length.
+
 How a file survives a kill at any moment:
 - Rank 0 alone lays the whole file out in `NAME.hpcrub-part`: every dataset contiguous, at its final
-  size, filled, sealed, flushed to the disk. Only then is it moved to its name. A half-made file
-  never bears the name of a result, the old file is replaced in one step, and a disk too small is
-  found at once.
+  size, filled, flushed to the disk. Only then is it moved to its name. A half-made file never bears
+  the name of a result, the old file is replaced in one step, and a disk too small is found at once.
 - All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
   open the file. With several ranks the `mpio` driver writes straight through; the serial driver
   buffers, hence its flushes.
@@ -13,30 +16,35 @@ How a file survives a kill at any moment:
 
 import contextlib
 import datetime
-import importlib.metadata
-import itertools
 import os
-import subprocess
+import stat
+from collections.abc import Sequence
 from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
 
 import h5py
 import numpy as np
 
-from hpcrub import __version__, studies
-from hpcrub.config import schema as configuration
+from hpcrub import __version__
+from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, reason
-from hpcrub.results import ownership, seal
-from hpcrub.results.layout import SAMPLE, TUNED
+from hpcrub.results import ownership, provenance
+from hpcrub.results.layout import NUMBER, READABLE, SAMPLE, TUNED, Dataset, Plan
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
-# `ownership.Lock` keeps a second writer off.
+# `ownership.Lock` keeps a second writer off. Reading is done with HDF5's default, as by xarray: one
+# process cannot open a file in both ways.
 SERIAL = {"locking": False}
-# in HDF5's superblock: set while the file is open to write
-OPEN_FLAG, OPEN_FLAG_SIZE = 20, 4
-LIBRARIES = ("numpy", "scipy", "numba", "h5py", "mpi4py")
+OTHER_LOCKING = "locking flag values don't match"
+LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
+MAGIC = b"\x89HDF\r\n\x1a\n"
+OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
+# what h5py raises on damage; a wrong index of ours (IndexError) is none
+DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
 
 
-def require_parallel():
+def require_parallel() -> None:
     """Raises InputError when this h5py cannot write from several ranks."""
     if not h5py.get_config().mpi:
         raise InputError(
@@ -45,37 +53,46 @@ def require_parallel():
         )
 
 
-def lay_out(path, config, origin=None):
+def lay_out(path: str | Path, plan: Plan) -> None:
     """Create the result file at its final size, replacing one of that name in a single step.
 
-    origin: attributes that say what computes its results, as `provenance`, by default this program.
-    For one rank only. Raises InputError when the folder cannot be written or the disk is too small,
-    and when the name is that of a file of somebody else.
+    For one rank only.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, the disk is too small, or the name is that of a file of
+        somebody else.
     """
     path = os.path.realpath(path)
     part = Path(f"{path}.hpcrub-part")
-    ownership.refuse_foreign(path)
+    refuse_foreign(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # of a job that was killed
-        _reserve(part, studies.file_size(config))
-        with h5py.File(part, "w", userblock_size=seal.BLOCK, **SERIAL) as file:
-            _write_attributes(file, config, provenance() if origin is None else origin)
-            for line in studies.layout(config):
-                _create_dataset(file, line, studies.sizes(config))
-            known = studies.find(config).constants(config)
-            for name, values in known.items():
+        _reserve(part, file_size(plan.lines, plan.lengths))
+        with h5py.File(part, "w", **LIBVER, **SERIAL) as file:
+            _write_attributes(file, plan)
+            for line in plan.lines:
+                _create_dataset(file, line, plan.lengths)
+            for name, values in plan.values.items():
                 file[name][...] = values
-            _attach_scales(file, config)
-            data = [file[line.name].id for line in studies.layout(config) if line.name not in known]
-            data = [(d.get_offset(), d.get_storage_size()) for d in data if d.get_storage_size()]
-            data.append((seal.BLOCK + OPEN_FLAG, OPEN_FLAG_SIZE))
-        seal.write(part, __version__, data)
+            _attach_scales(file, plan)
         ownership.move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {reason(error)}") from None
+
+
+def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
+    """Bytes that a result file of these datasets takes."""
+    items = (
+        int(np.prod([lengths[d] for d in line.dimensions], dtype=object))
+        * np.dtype(line.dtype).itemsize
+        for line in lines
+    )
+    return sum(items) + OVERHEAD * len(lines)
 
 
 def _reserve(path, size):
@@ -86,40 +103,27 @@ def _reserve(path, size):
             os.posix_fallocate(file.fileno(), 0, size)
 
 
-def _write_attributes(file, config, origin):
+def _text(words):
+    """A text as an attribute of fixed length, which HDF5's checksums cover."""
+    content = words.encode()
+    return np.array(content, h5py.string_dtype("utf-8", max(1, len(content))))
+
+
+def _write_attributes(file, plan):
     now = datetime.datetime.now(datetime.UTC)
-    file.attrs["program"] = "hpcrub"
-    file.attrs["program_version"] = __version__
-    file.attrs["created"] = now.isoformat(timespec="seconds")
-    file.attrs["config"] = config.to_yaml()
-    file.attrs["seed"] = np.uint64(config.mistuning.seed)
-    if found := studies.fingerprints(config):
-        file.attrs["sources_sha256"] = " ".join(found.values())
-    file.attrs.update(origin)
-
-
-def provenance():
-    """Commit and library versions, as attributes of the file."""
-    found = {"hdf5_version": h5py.version.hdf5_version}
-    if revision := _git_revision():
-        found["git_revision"] = revision
-    for library in LIBRARIES:
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            found[f"{library}_version"] = importlib.metadata.version(library)
-    return found
-
-
-def _git_revision():
-    """Commit of a source checkout, with -dirty for changed files; None elsewhere."""
-    folder = Path(__file__).resolve().parents[2]
-    if not (folder / ".git").exists():
-        return None
-    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
-    try:
-        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return found.stdout.strip()
+    texts = {
+        "program": "hpcrub",
+        "program_version": __version__,
+        "created": now.isoformat(timespec="seconds"),
+        "config": plan.config.to_yaml(),
+        "hdf5_version": h5py.version.hdf5_version,
+        **provenance.libraries(),
+        **plan.attributes,
+    }
+    for name, words in texts.items():
+        file.attrs[name] = _text(words)
+    file.attrs["layout"] = NUMBER
+    file.attrs["seed"] = np.uint64(plan.config.mistuning.seed)
 
 
 def _create_dataset(file, line, length):
@@ -128,191 +132,247 @@ def _create_dataset(file, line, length):
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     creation.set_layout(h5py.h5d.CONTIGUOUS)
     creation.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    creation.set_fill_value(np.array(np.nan if dtype.kind == "f" else 0, dtype))
+    if dtype.kind != "S":
+        creation.set_fill_value(np.array(np.nan if dtype.kind == "f" else 0, dtype))
     shape = tuple(length[d] for d in line.dimensions)
     space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
     links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
     links.set_create_intermediate_group(True)
-    name, kind = line.name.encode(), h5py.h5t.py_create(dtype)
+    name, kind = line.name.encode(), h5py.h5t.py_create(dtype, logical=True)
     dataset = h5py.Dataset(h5py.h5d.create(file.id, name, kind, space, creation, lcpl=links))
-    dataset.attrs["units"] = line.units
-    dataset.attrs["description"] = line.description
-    for axis, dimension in enumerate(line.dimensions):
-        dataset.dims[axis].label = dimension
+    dataset.attrs["units"] = _text(line.units)
+    dataset.attrs["long_name"] = _text(line.description)
 
 
-def _attach_scales(file, config):
-    scales = studies.find(config).SCALES
-    for line in studies.layout(config):
-        dataset = file[line.name]
+def _attach_scales(file, plan):
+    """Give every axis of every dataset its scale, the name of its dimension for netCDF."""
+    for line in plan.lines:
         for axis, dimension in enumerate(line.dimensions):
             # {group}: a scale of its own in every group, such as the blocks of the statistics
-            name = scales.get(dimension, "").format(group=line.name.rpartition("/")[0])
-            if name and name != line.name:
-                if not file[name].is_scale:
-                    file[name].make_scale(name.rpartition("/")[2])
-                dataset.dims[axis].attach_scale(file[name])
-            if dimension == "percentile":
-                dataset.attrs["percentiles"] = config.convergence.percentiles
+            name = plan.scales[dimension].format(group=line.name.rpartition("/")[0])
+            if not file[name].is_scale:
+                file[name].make_scale(name.rpartition("/")[2])
+            if name != line.name:
+                file[line.name].dims[axis].attach_scale(file[name])
 
 
-def check(path, config=None):
-    """Refuse what is not a sound result file of this version, and of `config` when given.
+def is_ours(path: str | Path) -> bool:
+    """Whether HDF5 reads a file, and hpcrub has written it."""
+    with contextlib.suppress(*DAMAGE), _open_to_read(path) as file:
+        return str(_words(file.attrs["program"])) == "hpcrub"
+    return False
 
-    Raises InputError that says what is wrong.
-    """
-    path = Path(path)
+
+def refuse_foreign(path: str | Path) -> None:
+    """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
+    path = Path(os.path.realpath(path))
     try:
-        if not path.is_file():
-            raise InputError(f"{path} is no file" if path.exists() else f"{path} does not exist")
-        seal.check(path, __version__)
-        with h5py.File(path, "r", **SERIAL) as file:
-            stored = _stored_config(path, file)
-            if config is not None:
-                _check_config(path, stored, config)
-            _check_layout(path, file, stored)
-    except HpcrubError:
-        raise
+        kind = path.stat().st_mode if os.path.lexists(path) else None
+        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or is_ours(path))):
+            return
     except OSError as error:
-        raise InputError(f"cannot read {path}: {reason(error)}") from None
-    except Exception as error:  # whatever h5py raises on what only a forger can have sealed
-        raise InputError(f"{path} is damaged ({reason(error)})") from None
-
-
-def check_sources(path, config):
-    """Refuse to go on with a sound result file whose sources have changed since it was begun.
-
-    Raises InputError that names the source.
-    """
-    found = studies.fingerprints(config)
-    with h5py.File(path, "r", **SERIAL) as file:
-        stored = str(file.attrs.get("sources_sha256", "")).split()
-    for source, before in itertools.zip_longest(found, stored):
-        if before != found.get(source):
-            raise InputError(
-                f"sources: {source} has changed since {path} was begun; --overwrite begins anew"
-            )
-
-
-def _check_config(path, stored, config):
-    differences = configuration.differences(stored, config)
-    if differences:
-        more = f" (and {len(differences) - 1} more)" if len(differences) > 1 else ""
-        n_samples = config.mistuning.samples
-        if len(differences) == 1 and stored.mistuning.samples < n_samples:
-            program = f"python -m hpcrub merge --samples {n_samples}"
-            more = f"; {program} NEW.h5 {path} makes room for them"
-        raise InputError(f"{path} has another configuration: {differences[0]}{more}")
-
-
-def _stored_config(path, file):
-    try:
-        return configuration.Config.from_yaml(str(file.attrs["config"]))
-    except (InputError, KeyError) as error:
-        raise _other_state(path, file, f"its configuration cannot be read: {error}") from None
-
-
-def _check_layout(path, file, config):
-    length = studies.known_sizes(config)
-    for line in studies.layout(config):
-        dataset = _dataset(file, line.name)
-        if dataset is None:
-            raise _other_state(path, file, f"it has no dataset {line.name}")
-        # what only the sources told is here the same in all datasets
-        length = dict(zip(line.dimensions, dataset.shape, strict=False)) | length
-        shape = tuple(length.get(d) for d in line.dimensions)
-        plist = dataset.id.get_create_plist()
-        plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
-        if dataset.shape != shape or dataset.dtype != np.dtype(line.dtype) or not plain:
-            raise _other_state(
-                path,
-                file,
-                f"{line.name} is {dataset.dtype}{list(dataset.shape)}, "
-                f"not {np.dtype(line.dtype)}{list(shape)}",
-            )
-
-
-def _dataset(file, name):
-    """A dataset of this file itself, None when the name leads elsewhere or nowhere."""
-    parts = name.split("/")
-    for end in range(1, len(parts) + 1):
-        if not isinstance(file.get("/".join(parts[:end]), getlink=True), h5py.HardLink):
-            return None
-    return found if isinstance(found := file[name], h5py.Dataset) else None
-
-
-def _other_state(path, file, difference):
-    """The error of a file that is as it was written, but not as this program writes it."""
-    revision = str(file.attrs.get("git_revision", "unknown"))[:50]
-    return InputError(
-        f"{path} was written by another state of hpcrub (revision {revision}): {difference}"
+        raise InputError(f"cannot replace {path}: {reason(error)}") from None
+    raise InputError(
+        f"{path} is not a result file of hpcrub, or damaged, and is not replaced; "
+        "move it away, or choose another output"
     )
 
 
-def _is_root(comm):
-    return comm is None or comm.rank == 0
-
-
 class ResultFile:
-    """An open result file. Reads and writes are independent: any rank, any time."""
+    """An open result file. Reads and writes are independent: any rank, any time.
 
-    def __init__(self, path, comm=None, mode="r"):
-        """Open a file that `check` has found sound; collective with several ranks."""
+    What is read is what the file itself holds; `studies.files.open_result` also checks that it
+    holds all that its study needs. A file of any version opens whose layout this program knows.
+    """
+
+    def __init__(self, path: str | Path, comm: Any = None, mode: str = "r"):
+        """Open a file; collective with several ranks.
+
+        Parameters
+        ----------
+        path
+            Result file.
+        comm
+            MPI communicator of the ranks that open it, None for one process.
+        mode
+            "r" to read, "r+" to write too.
+
+        Raises
+        ------
+        InputError
+            It cannot be opened, or is no result file of a layout that this program knows.
+        """
         self.path = Path(path)
+        self.program = 0  # row of `programs`, written with every sample
         parallel = comm is not None and comm.size > 1
+        _require_file(self.path)
         try:
             if parallel:
-                self._file = h5py.File(path, mode, driver="mpio", comm=comm)
+                self._file = h5py.File(path, mode, driver="mpio", comm=comm, **LIBVER)
+            elif mode == "r":
+                self._file = _open_to_read(path)
             else:
-                self._file = h5py.File(path, mode, **SERIAL)
+                self._file = h5py.File(path, mode, **LIBVER, **SERIAL)
         except OSError as error:
-            raise InputError(f"cannot open {path}: {reason(error)}") from None
-        # to find the file again, should somebody take its name away
-        self._kept = os.open(path, os.O_RDONLY) if mode != "r" and _is_root(comm) else None
+            raise InputError(_unreadable(self.path, error)) from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
-        self.config = _stored_config(path, self._file)
-        lines = studies.layout(self.config)
-        self._datasets = {line.name: self._file[line.name] for line in lines}
+        self._datasets: dict[str, h5py.Dataset] = {}
+        try:
+            self.layout = self._layout()
+            self.config = self._config()
+        except BaseException:
+            self._file.close()
+            raise
 
-    @classmethod
-    def open(cls, path, config=None, comm=None, mode="r"):
-        """Check a file and open it. Raises InputError as `check`."""
-        check(path, config)
-        return cls(path, comm, mode)
+    def __enter__(self) -> Self:
+        return self
 
-    def read(self, name, where=()):
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _layout(self):
+        attributes = self.attributes()
+        if str(attributes.get("program")) != "hpcrub":
+            raise InputError(f"{self.path} is not a result file of hpcrub")
+        number = attributes.get("layout", 1)
+        if str(number) not in map(str, READABLE):
+            raise InputError(
+                f"{self.path} has layout {number!s:.20} (hpcrub "
+                f"{attributes.get('program_version')!s:.20}), this hpcrub {__version__} reads "
+                f"{', '.join(map(str, READABLE))}"
+            )
+        return int(number)
+
+    def _config(self):
+        try:
+            return Config.from_yaml(str(self.attributes()["config"]))
+        except (InputError, KeyError) as error:
+            raise InputError(
+                f"{self.path} was written by {self.written_by()}: its configuration cannot be "
+                f"read: {error}"
+            ) from None
+
+    def written_by(self) -> str:
+        """Version and revision of the program that laid the file out, for messages."""
+        found = self.attributes()
+        version, revision = (found.get(name, "?") for name in ("program_version", "git_revision"))
+        return f"hpcrub {version!s:.20} (revision {revision!s:.50})"
+
+    def names(self) -> list[str]:
+        """Names of all datasets that the file holds, those of its user included."""
+        found: list[str] = []
+        with self._damage():
+            self._file.visititems(
+                lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None
+            )
+        return found
+
+    def __contains__(self, name: str) -> bool:
+        try:
+            self._dataset(name)
+        except InputError:
+            return False
+        return True
+
+    @contextlib.contextmanager
+    def _damage(self):
+        """Whatever HDF5 finds wrong with the file is one line. Raises InputError."""
+        try:
+            yield
+        except HpcrubError:
+            raise
+        except MemoryError:
+            raise InputError(f"{self.path} holds more than this machine's memory") from None
+        except DAMAGE as error:
+            raise InputError(f"{self.path} is damaged ({reason(error)})") from None
+
+    def _dataset(self, name):
+        """A dataset of this file itself, allocated within it; nothing else is read or written."""
+        if name not in self._datasets:
+            with self._damage():
+                self._datasets[name] = self._found(name)
+        return self._datasets[name]
+
+    def _found(self, name):
+        parts = name.split("/")
+        for end in range(1, len(parts) + 1):
+            link = self._file.get("/".join(parts[:end]), getlink=True)
+            if not isinstance(link, h5py.HardLink):
+                raise InputError(f"{self.path} has no dataset {name}")
+        dataset = self._file[name]
+        if not isinstance(dataset, h5py.Dataset):
+            raise InputError(f"{self.path} has no dataset {name}")
+        plist = dataset.id.get_create_plist()
+        plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
+        empty = dataset.shape is not None and 0 in dataset.shape
+        if not plain or not (empty or dataset.id.get_offset() is not None):
+            raise InputError(f"{self.path}: {name} is not as hpcrub writes it")
+        return dataset
+
+    def read(self, name: str, where: Any = ()) -> Any:
         """Values of a dataset, or of the part `where`, as a numpy array or scalar."""
-        return self._datasets[name][where]
+        dataset = self._dataset(name)
+        with self._damage():
+            return dataset[where]
 
-    def shape(self, name):
+    def shape(self, name: str) -> tuple[int, ...]:
         """Length of every dimension of a dataset."""
-        return self._datasets[name].shape
+        return self._dataset(name).shape
 
-    def status(self):
+    def dtype(self, name: str) -> np.dtype:
+        """Type of the values of a dataset."""
+        return self._dataset(name).dtype
+
+    def dimensions(self, name: str) -> tuple[str, ...]:
+        """Name of each axis of a dataset: its scale's, or its label, or that of nothing known."""
+        dataset = self._dataset(name)
+        with self._damage():
+            if dataset.is_scale:
+                return (name,)
+            return tuple(
+                axis[0].name.lstrip("/") if len(axis) else axis.label or f"axis_{number}"
+                for number, axis in enumerate(dataset.dims)
+            )
+
+    def attributes(self, name: str = "/") -> dict[str, Any]:
+        """Attributes of the root (configuration, versions, time), or of a dataset."""
+        item = self._file if name == "/" else self._dataset(name)
+        with self._damage():
+            hidden = "DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"
+            return {key: _words(item.attrs[key]) for key in item.attrs if key not in hidden}
+
+    def status(self) -> np.ndarray:
         """Status of every sample, (V, n) uint8, or of every task, (T,)."""
-        return self.read("status" if studies.is_tasks(self.config) else "samples/status")
+        return self.read("samples/status" if self.config.study == "contact" else "status")
 
-    def attributes(self):
-        """Attributes of the root: configuration, versions, time."""
-        return dict(self._file.attrs)
+    def programs(self) -> list[str]:
+        """Programs that have computed this file, as `provenance.program`; unknown of layout 1."""
+        if self.layout < 2:
+            return [f"unknown {self.written_by()}"]
+        return [row.decode(errors="replace") for row in self.read("programs") if row]
 
-    def tuned(self):
+    def tuned(self) -> dict[str, Any] | None:
         """Results of the tuned disk by name, None when they are not complete."""
         names = {name: f"tuned/{name}" for name in TUNED}
-        values = {name: self.read(at) for name, at in names.items() if at in self._datasets}
+        values = {name: self.read(at) for name, at in names.items() if at in self}
         return values if np.isfinite(values["linear_amplitude_m"]) else None
 
-    def write_tuned(self, values):
+    def write_tuned(self, values: dict[str, Any]) -> None:
         """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
-        self.write(self._present("tuned", TUNED, values), ())
+        self.write(self._present("tuned", TUNED, {"computed_by": self.program} | values), ())
 
-    def write_sample(self, level, sample, values):
+    def write_sample(self, level: int, sample: int, values: dict[str, Any]) -> None:
         """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
         missing in a failed one); one rank. The status goes last.
 
         Raises HpcrubError when the file cannot be written.
         """
-        present = self._present("samples", SAMPLE, values)
+        present = self._present("samples", SAMPLE, {"computed_by": self.program} | values)
         status = {"samples/status": present.pop("samples/status")}
         self.write(present, (level, sample))
         self.write(status, (level, sample))
@@ -320,39 +380,64 @@ class ResultFile:
     def _present(self, group, names, values):
         """{dataset: value} of those that this file has, in the order of names."""
         pairs = ((f"{group}/{name}", values[name]) for name in names if name in values)
-        return {name: value for name, value in pairs if name in self._datasets}
+        return {name: value for name, value in pairs if name in self}
 
-    def write_statistics(self, kind, level, running, intervals):
+    def write_statistics(self, kind: str, level: int, running: Any, intervals: Any) -> None:
         """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;
         one rank."""
         lines = running._asdict() | intervals._asdict()
         lines.pop("samples_seen")  # known since the file was laid out
         for name, values in lines.items():
             dataset = f"statistics/{kind}/{name}"
-            padded = np.full(self._datasets[dataset].shape[1:], np.nan)
+            padded = np.full(self.shape(dataset)[1:], np.nan)
             padded[:, : values.shape[1]] = values
             self.write({dataset: padded}, (level,))
 
-    def write(self, values, where):
+    def write(self, values: dict[str, Any], where: Any) -> None:
         """Write {dataset: values} at one place, in this order; one rank.
 
         Raises HpcrubError when the file cannot be written.
         """
         try:
             for name, value in values.items():
-                self._datasets[name][where] = value
+                self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
             raise HpcrubError(f"cannot write {self.path}: {reason(error)}") from None
 
-    def close(self):
+    def close(self) -> None:
         """Close the file; collective with several ranks."""
         self._file.close()
 
-    def put_back(self):
-        """Copy a file just written to its name, if somebody has removed or moved it; one rank.
 
-        Returns whether somebody has. Raises HpcrubError when another file has taken the name, or it
-        cannot be written.
-        """
-        return ownership.put_back(self._kept, self.path)
+def _require_file(path):
+    try:
+        if not path.is_file():
+            raise InputError(f"{path} is no file" if path.exists() else f"{path} does not exist")
+        with open(path, "rb") as file:
+            start = file.read(4096)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {reason(error)}") from None
+    ours = start.startswith(b'{"program": "hpcrub"')  # a user block, of layout 1
+    if not (start.startswith(MAGIC) or ours):
+        raise InputError(f"{path} is not an HDF5 file" + (", it is empty" if not start else ""))
+
+
+def _open_to_read(path):
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        if OTHER_LOCKING in str(error):  # this process has it open to write
+            return h5py.File(path, "r", **SERIAL)
+        raise
+
+
+def _unreadable(path, error):
+    if error.errno is None and "truncated" in str(error):
+        return f"{path} is truncated"
+    what = f"cannot open {path}" if error.errno else f"{path} is damaged"
+    return f"{what}: {reason(error)}" if error.errno else f"{what} ({reason(error)})"
+
+
+def _words(value):
+    return value.decode(errors="replace") if isinstance(value, bytes) else value

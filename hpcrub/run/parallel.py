@@ -18,9 +18,10 @@ import sys
 import time
 import traceback
 from collections import deque
+from collections.abc import Callable
 
 from hpcrub.errors import HpcrubError, InputError, Interrupted
-from hpcrub.run.schedule import Desk
+from hpcrub.run.schedule import Assignments
 
 PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
 TO_ROOT, FROM_ROOT = 1, 2  # message tags
@@ -79,6 +80,26 @@ def run(program):
         if team is not None:
             team.abort(1)
         return 1
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
+
+
+def alone(program: Callable[[], int]) -> int:
+    """Run a command of one process; returns its exit code.
+
+    An error is one line, a stop signal too: it ends the command where it is, in good order.
+    """
+
+    def stop(number, frame):
+        raise Interrupted(f"{_name(number)} came")
+
+    handlers = {number: signal.signal(number, stop) for number in STOP_SIGNALS}
+    try:
+        return program()
+    except HpcrubError as error:
+        _print_error(error, 0)
+        return error.exit_code
     finally:
         for number, handler in handlers.items():
             signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
@@ -229,7 +250,7 @@ class Team:
         """
         self.shared = shared
         if self.rank == 0:
-            stopped_by = _Dispatcher(self, Desk(tasks, self.size), compute, on_result).run()
+            stopped_by = _Dispatcher(self, Assignments(tasks, self.size), compute, on_result).run()
         else:
             stopped_by = None  # rank 0 knows
             _Worker(self, compute).run()
@@ -252,17 +273,18 @@ def _result_or_raise(result, error):
 
 
 class _Dispatcher:
-    """Rank 0's side of `run_tasks`: messages; the desk decides."""
+    """Rank 0's side of `run_tasks`: messages; `Assignments` decides."""
 
-    def __init__(self, team, desk, compute, on_result):
-        self.team, self.desk, self.compute, self.on_result = team, desk, compute, on_result
+    def __init__(self, team, assignments, compute, on_result):
+        self.team, self.assignments = team, assignments
+        self.compute, self.on_result = compute, on_result
         self.present = team.size - 1  # ranks that have not said good-bye
         self.stopped_by = None
 
     def run(self):
         self._serve()
-        while not self.stopped_by and not self.desk.finished():
-            task = self.desk.own()
+        while not self.stopped_by and not self.assignments.finished():
+            task = self.assignments.own()
             if task is None:
                 time.sleep(PAUSE)
             else:
@@ -283,7 +305,7 @@ class _Dispatcher:
             self.stopped_by = self.team.signal
         self._receive()
         if not self.stopped_by:
-            for rank, tasks in self.desk.answers():
+            for rank, tasks in self.assignments.answers():
                 self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
 
     def _receive(self):
@@ -296,13 +318,13 @@ class _Dispatcher:
                 continue
             self._collect(rank, content)
             if kind == "ask":
-                self.desk.ask(rank)
+                self.assignments.ask(rank)
             self.present -= kind == "bye"
 
     def _collect(self, rank, results):
-        for task, result in zip(self.desk.done(rank, len(results)), results, strict=True):
+        for task, result in zip(self.assignments.done(rank, len(results)), results, strict=True):
             if self.on_result(task, result):
-                self.desk.closed = True
+                self.assignments.closed = True
 
     def _dismiss(self):
         """Tell all ranks that it is over, and take what they have sent until they knew."""

@@ -87,8 +87,8 @@ class StudyTasks(Tasks):
         return first
 
 
-class Desk:
-    """Rank 0's book: which rank has which tasks, and which rank asks for more."""
+class Assignments:
+    """Which rank has which tasks, and which rank asks for more."""
 
     def __init__(self, tasks, n_ranks):
         """tasks: Tasks, or any iterable of tasks; n_ranks: all of them, rank 0 included."""

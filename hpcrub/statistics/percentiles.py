@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
-
-from hpcrub.contact.jit import compiled
+from scipy.stats import binom
 
 MIN_VALUES = 10
 """The fewest percentile values on which convergence may be declared (two may agree by chance)."""
@@ -98,37 +97,14 @@ def _percentile_ranks(n, percentiles):
 
 def _interval_ranks(n, percentiles, z):
     """Positions (2 P, K) of the intervals' lower, then upper ends among n (K,) sorted values; NaN
-    for none."""
-    low, high = np.empty((2, len(percentiles), len(n)))
-    tail = ndtr(-z)
-    for p, percentile in enumerate(percentiles):
-        _binomial_quantiles(n, percentile / 100.0, tail, low[p])
-        _binomial_quantiles(n, percentile / 100.0, 1.0 - tail, high[p])
-    low, high = np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
-    return np.concatenate([low, high])
+    for none.
 
-
-@compiled
-def _binomial_quantiles(n, q, probability, found):
-    """Fill found (K,) (modified) with the least k at which the distribution of a binomial (n, q)
-    variable reaches a probability; n (K,) not decreasing. From n to n + 1 the distribution F and
-    its terms f change by a factor, so that the whole takes a time proportional to the last n.
+    Both are quantiles of the binomial distribution, each by its own small tail: 1 - tail would be 1
+    for large z.
     """
-    k, f, total = 0, 1.0, 1.0  # f(k) and F(k) of no trial at all
-    trials = 0
-    for i in range(len(n)):
-        if q <= 0.0 or q >= 1.0:
-            found[i] = n[i] if q >= 1.0 else 0
-            continue
-        while trials < n[i]:
-            total -= q * f
-            trials += 1
-            f *= (1.0 - q) * trials / (trials - k)
-            while total < probability and k < trials:
-                f *= (trials - k) / (k + 1.0) * q / (1.0 - q)
-                k += 1
-                total += f
-        found[i] = k
+    q, tail = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0, ndtr(-z)
+    low, high = binom.ppf(tail, n, q), binom.isf(tail, n, q)
+    return np.concatenate([np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)])
 
 
 def _n_valid(values, step):
@@ -138,15 +114,27 @@ def _n_valid(values, step):
 
 
 def _order_statistics(values, step, rank):
-    """Values at the positions rank (R, K) among the first step, 2 step, ... sorted ones."""
-    values = np.ascontiguousarray(values, dtype=np.float64)[: rank.shape[1] * step]
-    order = np.argsort(values)  # NaN last
-    n_valid = len(values) - int(np.count_nonzero(np.isnan(values)))
-    place = np.empty(len(values), dtype=np.int32)  # small: the walk jumps about in it
-    place[order] = np.arange(len(values), dtype=np.int32)
+    """Values at the positions rank (R, K) among the first step, 2 step, ... sorted ones.
+
+    Positions between two values are interpolated, NaN for none. NaN values are left out.
+    """
     found = np.full(rank.shape, np.nan)
-    _walk_backwards(values[order], place, n_valid, np.ascontiguousarray(rank), step, found)
+    present = np.empty(0)  # all values so far, sorted
+    for block in range(rank.shape[1]):
+        new = values[block * step : (block + 1) * step]
+        new = np.sort(new[~np.isnan(new)])
+        present = np.insert(present, np.searchsorted(present, new), new)
+        known = np.isfinite(rank[:, block]) & (len(present) > 0)
+        found[known, block] = _at(present, rank[known, block])
     return found
+
+
+def _at(ordered, rank):
+    """Values at positions between those of sorted ones, rounded as numpy.percentile rounds them."""
+    first = rank.astype(np.int64)
+    t = rank - first
+    a, b = ordered[first], ordered[np.minimum(first + 1, len(ordered) - 1)]
+    return np.where(t >= 0.5, b - (b - a) * (1.0 - t), a + (b - a) * t)
 
 
 def judged_error(criterion, read):
@@ -186,69 +174,3 @@ def _mean_and_error(percentile, z):
         variance = np.maximum(squares - total * total / count, 0.0) / (count - 1)  # (7)
         error = np.where(count > 1, z * np.sqrt(variance / count), np.nan)  # (6)
     return mean, error
-
-
-@compiled
-def _walk_backwards(ordered, place, n_valid, rank, step, found):
-    """Fill found (P, K) (modified) by taking samples away from the last to the first.
-
-    ordered (n,): all values sorted, NaN last. place (n,): position of sample i in `ordered`. rank
-    (P, K): positions among the values present, between two of them when fractional, NaN for none.
-    The values still present form a linked list, so a percentile's place moves by a few links per
-    block: the whole takes a time proportional to n.
-    """
-    before = np.arange(-1, n_valid - 1).astype(np.int32)
-    after = np.arange(1, n_valid + 1).astype(np.int32)
-    at = np.zeros(len(rank), dtype=np.int64)  # position in `ordered`, per percentile
-    index = np.zeros(len(rank), dtype=np.int64)  # its number among the values present
-    present = n_valid
-    for block in range(found.shape[1] - 1, -1, -1):
-        if present == 0:
-            return
-        for p in range(len(rank)):
-            virtual = rank[p, block]
-            if np.isnan(virtual):
-                continue
-            _walk(p, int(virtual), before, after, at, index)
-            a = ordered[at[p]]
-            b = ordered[after[at[p]]] if index[p] + 1 < present else a
-            found[p, block] = _interpolate(a, b, virtual - index[p])
-        for sample in range(block * step, (block + 1) * step):
-            if place[sample] < n_valid:
-                _take_away(place[sample], before, after, at, index)
-                present -= 1
-
-
-@compiled
-def _walk(p, target, before, after, at, index):
-    """Move percentile p along the links to the value of number `target` (at, index modified)."""
-    while index[p] > target:
-        at[p] = before[at[p]]
-        index[p] -= 1
-    while index[p] < target:
-        at[p] = after[at[p]]
-        index[p] += 1
-
-
-@compiled
-def _take_away(gone, before, after, at, index):
-    """Unlink the value at position `gone` (all arrays modified)."""
-    last = after[gone] == len(after)
-    if before[gone] >= 0:
-        after[before[gone]] = after[gone]
-    if not last:
-        before[after[gone]] = before[gone]
-    for p in range(len(at)):
-        if gone < at[p]:
-            index[p] -= 1
-        elif gone == at[p] and last:
-            at[p] = before[gone]
-            index[p] -= 1
-        elif gone == at[p]:
-            at[p] = after[gone]
-
-
-@compiled
-def _interpolate(a, b, t):
-    """Point t of the way from a to b, rounded as numpy.percentile rounds it."""
-    return b - (b - a) * (1.0 - t) if t >= 0.5 else a + (b - a) * t

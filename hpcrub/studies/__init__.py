@@ -1,6 +1,6 @@
 """Every study in one place. `STUDIES` names them; each is a module with the same few members.
 
-- LAYOUT, SCALES: datasets of its result file and the scales of their dimensions, as data
+- LAYOUT, SCALES: datasets of its result file, and which of them give a dimension its values
 - sizes(config): length of every dimension, as far as the configuration tells it
 - source_sizes(config): of the others, which `cross` and `damping` have from their sources
 - constants(config): {dataset: values} known before any computation
@@ -20,9 +20,7 @@ and, all but `contact`, whose samples have an order and a statistic of their own
 from importlib import import_module
 from typing import NamedTuple
 
-import numpy as np
-
-from hpcrub.results.layout import Dataset
+from hpcrub.results.layout import MOST_PROGRAMS, PROGRAMS, Dataset, computed_by
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 
@@ -68,10 +66,18 @@ def is_tasks(config):
 
 
 def layout(config):
-    """Datasets of the result file."""
+    """Datasets of the result file, the index scales of its dimensions aside."""
     if is_tasks(config):
-        return (*find(config).LAYOUT, STATUS)
-    return find(config).LAYOUT
+        own = (*find(config).LAYOUT, computed_by("computed_by", ("task",)), STATUS)
+    else:
+        own = find(config).LAYOUT
+    return (*own, PROGRAMS)
+
+
+def scales(config):
+    """{dimension: name of its scale}; {group}: a scale of its own in every group."""
+    dimensions = {d: d for line in layout(config) for d in line.dimensions}
+    return dimensions | find(config).SCALES
 
 
 def sizes(config):
@@ -84,7 +90,8 @@ def sizes(config):
 def known_sizes(config):
     """Length of every dimension that the configuration alone tells."""
     module = find(config)
-    return module.sizes(config) | ({"task": module.n_tasks(config)} if is_tasks(config) else {})
+    tasks = {"task": module.n_tasks(config)} if is_tasks(config) else {}
+    return module.sizes(config) | tasks | {"program": MOST_PROGRAMS}
 
 
 def fingerprints(config):
@@ -93,14 +100,3 @@ def fingerprints(config):
         return {}
     fingerprint = import_module("hpcrub.studies.sources").fingerprint
     return {path: fingerprint(path) for path in config.sources}
-
-
-def file_size(config):
-    """Bytes that the result file takes."""
-    length = sizes(config)
-    items = (
-        int(np.prod([length[d] for d in line.dimensions], dtype=object))
-        * np.dtype(line.dtype).itemsize
-        for line in layout(config)
-    )
-    return sum(items) + 65536  # names, attributes

@@ -31,4 +31,5 @@ def constants(config):
         "speeds_hz": config.speeds.values_hz,
         "half_range": config.mistuning.half_range[list(config.levels)],
         "sigma": sigma_of(config),
+        "sample": np.array(config.samples),
     } | {f"statistics/{kind}/samples_seen": seen for kind in KINDS}

@@ -16,7 +16,6 @@ import numpy as np
 from hpcrub.errors import Interrupted
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, KINDS, PENDING
-from hpcrub.run import progress as progress_text
 from hpcrub.run import schedule
 from hpcrub.run.parallel import PAUSE
 from hpcrub.run.runlog import Work
@@ -28,6 +27,7 @@ from hpcrub.statistics.percentiles import (
     running_statistics,
 )
 from hpcrub.studies.problem import deviation, linear_amplitude, modes_of, peak, point_values
+from hpcrub.studies.summary import print_summary
 from hpcrub.studies.tuned import Marched, TunedDisk, join, modes_of_tuned
 from hpcrub.studies.warmup import warm_up
 
@@ -98,7 +98,7 @@ class Study:
 
     def summary(self, seconds):
         """Print what was found (rank 0); seconds: wall time of this run."""
-        progress_text.summary(self.file, self, seconds)
+        print_summary(self.file, self, seconds)
 
     def _take_stock(self):
         """Take up the results that are there (rank 0).

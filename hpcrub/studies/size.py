@@ -1,4 +1,4 @@
-"""`Config` → disk, memory and time that its study takes; refuses what this machine has not."""
+"""What a study takes of disk and memory; refuses what this machine has not."""
 
 import os
 import shutil
@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hpcrub import studies
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.sweep import WIDTH, cut_revolution
+from hpcrub.studies import files
 from hpcrub.studies.sources import time_grid
 
-RATE = 1e7  # time steps per second and core, roughly
 DENSE = 8  # matrices of the full model in memory at once
 SAMPLE = 64  # bytes of rank 0 for every sample
 NUMBER = 8  # bytes
@@ -23,34 +24,38 @@ class Size(NamedTuple):
 
     disk: int  # of its result file [bytes]
     memory: int  # of the rank that needs most [bytes]
-    time: float  # on one core [s]
 
 
-def size(config):
+def size(config: Config) -> Size:
     """Size of a study, estimated without any work.
 
     Raises InputError for unusable `sources`, and for numbers of steps that overflow.
     """
     try:
-        return Size(studies.file_size(config), _memory(config), _time(config))
+        return Size(files.file_size(config), _memory(config))
     except OverflowError:
         raise InputError(
             f"time.step_s: {config.time.step_s:g} is too short for a revolution at "
-            f"{config.speeds.from_hz:g} Hz: no memory, disk or time would suffice"
+            f"{config.speeds.from_hz:g} Hz: no memory or disk would suffice"
         ) from None
 
 
-def check(config, path=None):
+def check(config: Config, path: str | Path | None = None) -> None:
     """Refuse a study that this machine cannot hold.
 
-    Args:
-        config: Config.
-        path: where its result file will be made; None when it is there already.
+    Parameters
+    ----------
+    config
+        Configuration of the study.
+    path
+        Where its result file will be made; None when it is there already.
 
-    Raises:
-        InputError: says what it takes, in disk, memory and time.
+    Raises
+    ------
+    InputError
+        Says what it takes of disk and memory.
     """
-    disk, memory, time = size(config)
+    disk, memory = size(config)
     there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     free = _free(path) if path is not None else disk
     if memory <= there and disk <= free:
@@ -59,8 +64,7 @@ def check(config, path=None):
     raise InputError(
         f"not enough {what}: this study needs {_amount(disk / 1e9)} GB of disk"
         + (f" ({_amount(free / 1e9)} GB are free)" if path is not None else "")
-        + f", {_amount(memory / 1e9)} GB of memory ({_amount(there / 1e9)} GB are there) and "
-        f"about {_amount(time / 3600)} core hours"
+        + f" and {_amount(memory / 1e9)} GB of memory ({_amount(there / 1e9)} GB are there)"
     )
 
 
@@ -100,11 +104,3 @@ def _memory(config):
         coordinates = 2 * blades + config.reduction.n_modes
         march += NUMBER * records * coordinates * len(history.LANES)
     return model + rows + march
-
-
-def _time(config):
-    if studies.is_tasks(config):
-        return studies.find(config).cost(config) / RATE
-    n_sweeps = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
-    n_points = n_sweeps * config.speeds.n_values
-    return n_points * config.steady_state.first_check_s / config.time.step_s / RATE

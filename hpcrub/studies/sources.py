@@ -11,7 +11,7 @@ from hpcrub.errors import InputError
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import Scene
 from hpcrub.results.layout import DONE, PENDING
-from hpcrub.results.storage import ResultFile
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem, modes_of
 
 PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
@@ -83,7 +83,7 @@ def complete(path, config=None):
 
     Raises InputError, naming what is wrong with it.
     """
-    file = ResultFile.open(path)
+    file = open_result(path)
     if file.config.study != "contact":
         raise InputError(f"sources: {path} is of the study {file.config.study}, not contact")
     if file.config.is_part:

@@ -56,7 +56,7 @@ class TaskStudy:
         start = time.perf_counter()
         for name, where, values in self.module.compute(self.problem, task, poll):
             self.file.write({name: values}, where)
-        self.file.write({"status": DONE}, task)
+        self.file.write({"computed_by": self.file.program, "status": DONE}, task)
         return time.perf_counter() - start
 
     def _collect(self, task, seconds):

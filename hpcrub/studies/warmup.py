@@ -1,36 +1,41 @@
-"""Compiled code → every rank, compiled by one of them only."""
+"""What a study needs is compiled by one rank, and loaded by all."""
 
 import sys
 from pathlib import Path
 
 import numba
-import numpy as np
 
+from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.errors import reason
 from hpcrub.response import history, sweep
-from hpcrub.statistics.percentiles import running_statistics
+from hpcrub.run.parallel import Team
+from hpcrub.run.progress import Progress
 
 MARK = "complete"  # begin of the names of files that say what the cache holds
 WITH_HISTORIES = "time_response", "interaction_map", "energy", "branches"  # studies
 
 
-def warm_up(team, config, progress=None):
+def warm_up(team: Team, config: Config, progress: Progress | None = None) -> None:
     """Load what a study will need on all ranks, so that from now on they can stop promptly.
 
-    team: Team; config: Config; progress: Progress on rank 0.
     Without a cache of compiled code rank 0 goes first; then the others find what it compiled.
     What is wrong with the cache is said once, for all ranks.
+
+    Parameters
+    ----------
+    team
+        All ranks.
+    config
+        Configuration of the study.
+    progress
+        Where to say that something is compiled (rank 0).
     """
     lost = team.gather(jit.cache.lost)
-    if team.rank == 0 and any(lost):
+    if lost and any(lost):
         _say_lost(next(filter(None, lost)), f" on {sum(map(bool, lost))} of {team.size} ranks")
     team.on_root(lambda: _compile_once(config, progress))
     _load(config)
-    if team.rank == 0:
-        _warm_statistics()
-        if jit.cache.damaged:
-            _say(f"damaged compiled code in {numba.config.CACHE_DIR} was compiled anew")
 
 
 def _compile_once(config, progress):
@@ -43,7 +48,6 @@ def _compile_once(config, progress):
     if not numba.config.CACHE_DIR:  # the others would find nothing: all compile at once
         return
     _load(config)
-    _warm_statistics()
     try:
         if not jit.cache.lost:
             mark.touch()
@@ -76,8 +80,3 @@ def _load(config):
     if "history" in more:
         modes, scene = sweep.smallest_case()
         list(history.integrate(modes, scene, [100.0], scene.steady.first_check))
-
-
-def _warm_statistics():
-    """A stop leaves little time for them."""
-    running_statistics(np.ones(1), [50.0], 1, 1.0)

@@ -1,19 +1,24 @@
 """Parts of a study, put together again: the bits of the whole study, and never a false mixture."""
 
+import os
 import shutil
+import signal
 
 import h5py
 import numpy as np
 import pytest
 
-from hpcrub.commands import merge
+from hpcrub.__main__ import main as program
+from hpcrub.commands import inspect, merge
 from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.results import ownership, storage
+from hpcrub.results import ownership, provenance
 from hpcrub.results.layout import DONE, PENDING
+from hpcrub.studies import files
 from hpcrub.studies import problem as study
+from hpcrub.studies.files import open_result
 from tests.program import TINY, datasets, error_lines, load
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
@@ -66,7 +71,7 @@ CASES = [f"whole.part-{k}-of-4.h5" for k in (1, 2, 3, 4)]
 def test_parts_hold_their_share_and_draw_no_figures(made):
     shapes = []
     for name in (*THREE, *CASES):
-        file = storage.ResultFile.open(made / name)
+        file = open_result(made / name)
         assert (file.status() == DONE).all()
         shapes.append(file.status().shape)
         file.close()
@@ -97,7 +102,7 @@ def test_a_group_of_samples_at_a_time(folder, monkeypatch):
 def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
     assert "6 of 10 samples" in capsys.readouterr().out
-    file = storage.ResultFile.open("whole.h5")
+    file = open_result("whole.h5")
     np.testing.assert_array_equal(file.status() == PENDING, [[False, True, True, False, False]] * 2)
     known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
     np.testing.assert_array_equal(known, [True, False, False, False, False])
@@ -142,16 +147,16 @@ def test_an_unfinished_sample_is_not_taken(folder):
         file["samples/status"][0, 0] = PENDING
         file["samples/amplitude_m"][0, 0] = -1.0
     assert merge.merge("whole.h5", THREE) == (9, 10)
-    file = storage.ResultFile.open("whole.h5")
+    file = open_result("whole.h5")
     assert np.isnan(file.read("samples/amplitude_m", (0, 1))).all()
     file.close()
 
 
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
-        storage.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
+        files.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
     assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
-    file = storage.ResultFile.open("whole.h5")
+    file = open_result("whole.h5")
     assert file.tuned() is None
     file.close()
     assert run("study.yaml", "--resume") == 0
@@ -159,11 +164,76 @@ def test_parts_that_have_not_begun(folder):
 
 
 def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
-    other = storage.provenance() | {"numpy_version": "0.0.1"}
-    monkeypatch.setattr(storage, "provenance", lambda: other)
+    other = provenance.libraries() | {"numpy_version": "0.0.1"}
+    monkeypatch.setattr(provenance, "libraries", lambda: other)
     assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
     merge.merge("whole.h5", THREE)
     assert attributes("whole.h5")[""]["numpy_version"] == f"0.0.1, {np.__version__}"
+
+
+@pytest.fixture
+def another_program(monkeypatch):
+    """From now on another program text runs."""
+    monkeypatch.setattr(provenance, "program_text", lambda: "f" * 16)
+    monkeypatch.setattr(provenance, "program", lambda: f"{'f' * 16} hpcrub 9.9 revision other")
+
+
+def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsys, another_program):
+    """And then the file knows which samples come from which of them."""
+    assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
+    line = refused(capsys, "whole.h5", *THREE)
+    assert "computed by different programs" in line
+    assert "--allow-mixed" in line
+    assert not (folder / "whole.h5").exists()
+    assert merge.main(["whole.h5", *THREE, "--allow-mixed"]) == 0
+    with open_result("whole.h5") as file:
+        assert len(file.programs()) == 2
+        assert file.programs()[1].startswith("f" * 16)
+        np.testing.assert_array_equal(file.read("samples/computed_by"), [[0, 1, 1, 0, 0]] * 2)
+    values = datasets("whole.h5")
+    single = datasets("single.h5")
+    assert {n for n in values if values[n] != single[n]} == {"samples/computed_by"}
+    lines = "\n".join(inspect.description("whole.h5"))
+    assert "level 0, samples 1 to 2" in lines.partition("ffff")[2]
+    assert "level 1, samples 0, 3 to 4" in lines.partition("ffff")[0]
+
+
+def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_program):
+    assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
+    assert run("study.yaml", "--resume") == 2
+    (line,) = error_lines(capfd.readouterr().err)
+    assert "was computed by another program" in line
+    assert "--allow-mixed" in line
+    assert run("study.yaml", "--status") == 75  # reading never refuses
+    assert run("study.yaml", "--resume", "--allow-mixed") == 0
+    with open_result("whole.h5") as file:
+        np.testing.assert_array_equal(file.read("samples/computed_by"), [[0, 1, 1, 0, 0]] * 2)
+    assert run("study.yaml", "--resume") == 0  # complete: nothing is computed
+
+
+def test_a_merge_harms_none_of_its_parts(folder, capsys):
+    """Not even one that a killed merge has left."""
+    name = "whole.h5.hpcrub-merge"
+    shutil.copy(THREE[0], name)
+    before = (folder / name).read_bytes()
+    assert "rename it to use it" in refused(capsys, "whole.h5", name, *THREE[1:])
+    assert (folder / name).read_bytes() == before
+    (folder / name).write_text("mine")
+    assert "is not replaced" in refused(capsys, "whole.h5", *THREE)
+    assert (folder / name).read_text() == "mine"
+
+
+def test_an_interrupted_merge_is_one_line_and_leaves_nothing(folder, capsys, monkeypatch):
+    monkeypatch.setattr(merge, "_copy", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    assert program(["merge", "whole.h5", *THREE]) == 75
+    assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
+    assert not list(folder.glob("whole.h5*"))
+
+
+def test_a_home_folder_is_meant(folder, monkeypatch):
+    monkeypatch.setenv("HOME", str(folder))
+    assert merge.main(["~/whole.h5", *[f"~/{name}" for name in THREE]]) == 0
+    assert (folder / "whole.h5").exists()
 
 
 def test_a_file_of_somebody_else_is_not_replaced(folder, capsys):
@@ -182,7 +252,7 @@ def test_a_link_to_the_result_stays_one(folder):
 
 
 def refused(capsys, *arguments):
-    assert merge.main(list(arguments)) == 2
+    assert program(["merge", *arguments]) == 2
     (line,) = error_lines(capsys.readouterr().err)
     return line
 
@@ -241,8 +311,8 @@ def test_a_file_that_another_job_has_just_finished_is_kept(folder, capsys, monke
     ],
 )
 def test_no_part_of_anything(folder, capsys, name, message):
-    storage.lay_out("casing.h5", config.Config.from_yaml("study: casing"))
-    storage.lay_out("short.h5", config.Config.from_yaml("convergence: {stop_when_converged: true}"))
+    files.lay_out("casing.h5", config.Config.from_yaml("study: casing"))
+    files.lay_out("short.h5", config.Config.from_yaml("convergence: {stop_when_converged: true}"))
     assert message in refused(capsys, "whole.h5", name)
 
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
-from hpcrub.errors import InputError
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.run.parallel import Team
 from hpcrub.studies import casing, warmup
 from tests.program import ROOT
@@ -46,12 +47,13 @@ def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatc
     assert not (tmp_path / "a.h5").exists()
 
 
-def test_a_file_that_was_put_back_is_told(capfd):
-    for gone, n_lines in ((False, 0), (True, 1)):
-        file = SimpleNamespace(path="a.h5", close=lambda: None, put_back=lambda gone=gone: gone)
-        cli.close(Team(), file, SimpleNamespace(phase=lambda name: None))
-        err = capfd.readouterr().err
-        assert err.count("hpcrub: a.h5 was removed") == err.count("\n") == n_lines
+def test_a_file_that_was_taken_away_is_told(tmp_path):
+    team, log = Team(), SimpleNamespace(phase=lambda name: None)
+    file = SimpleNamespace(path=tmp_path / "a.h5", close=lambda: None)
+    with pytest.raises(HpcrubError, match=r"a\.h5 was removed or moved while this job ran"):
+        cli.close(team, file, log)
+    file.path.touch()
+    cli.close(team, file, log)
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +74,8 @@ def test_files_that_lie_are_refused(made):
     assert sound(files.lies(*made, readers=("inspect",))) == []
 
 
-def test_files_without_a_seal_are_refused(made):
-    assert sound(files.seals(*made, readers=("inspect",))) == []
+def test_files_that_are_no_hdf5_are_refused(made):
+    assert sound(files.forged(*made, readers=("inspect",))) == []
 
 
 @pytest.mark.parametrize("reader", files.READERS)
@@ -125,13 +127,14 @@ def test_a_full_disk_behind_the_log_ends_no_study(tmp_path):
     assert (tmp_path / "a.h5").exists()
 
 
-def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
-    """The second time it comes from the cache; with any of its two files damaged it does not, but
-    the numbers are right, and the time after that it does again."""
+@pytest.fixture
+def small(tmp_path, monkeypatch):
+    """Function: load and call a compiled function anew; whether it came from the cache."""
     source = tmp_path / "small.py"
     source.write_text(
         "from hpcrub.contact.jit import compiled\n@compiled\ndef f(x):\n    return x + 1.5\n"
     )
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost=""))
 
     def comes_from_cache():
         # every time: numba reads its settings anew when the environment has changed
@@ -142,38 +145,65 @@ def test_damaged_compiled_code_is_compiled_anew(tmp_path, monkeypatch):
         assert module.f(1.0) == 2.5
         return sum(module.f.stats.cache_hits.values()) == 1
 
-    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
-    assert [comes_from_cache(), comes_from_cache()] == [False, True]
-    assert not jit.cache.damaged
+    return comes_from_cache
+
+
+def test_a_damaged_cache_is_compiled_anew(tmp_path, small):
+    """With any of its two files cut the code does not come from the cache, but the numbers are
+    right, and the time after that it does again."""
+    assert [small(), small()] == [False, True]
     for pattern in ("*.nbc", "*.nbi"):
         (entry,) = (tmp_path / "cache").rglob(pattern)
         content = entry.read_bytes()
-        middle = len(content) // 2
-        for harmed in (
-            content[:middle],
-            content[:middle] + b"\x00\xff" + content[middle + 2 :],
-            b"",
-        ):
+        for harmed in (content[: len(content) // 2], b""):
             entry.write_bytes(harmed)
-            assert [comes_from_cache(), comes_from_cache()] == [False, True], pattern
-            assert jit.cache.damaged, pattern
-            jit.cache.damaged = False
-    (entry,) = (tmp_path / "cache").rglob("*.nbi")
+            assert [small(), small()] == [False, True], pattern
 
+
+def test_a_full_disk_of_compiled_code_is_told(tmp_path, small, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", full)
-    entry.unlink()
-    assert not comes_from_cache()  # and it cannot be kept
+    assert not small()
     assert jit.cache.lost.endswith("No space left on device")
+
+
+def cache_of(tmp_path, monkeypatch):
+    """(folder of compiled code, why there is none) with this place for it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost=""))
+    return jit._cache_folder(), jit.cache.lost
+
+
+def test_compiled_code_of_others_is_refused(tmp_path, monkeypatch):
+    """numba executes what it finds: a folder into which others can write is no cache."""
+    found, _ = cache_of(tmp_path, monkeypatch)
+    assert os.stat(found).st_mode & 0o777 == 0o700
+    os.chmod(found, 0o777)
+    assert cache_of(tmp_path, monkeypatch) == ("", f"{found}: others may write there")
+    os.chmod(found, 0o700)
+    monkeypatch.setattr(os, "geteuid", lambda: 4711)
+    assert cache_of(tmp_path, monkeypatch)[0] == ""
+
+
+def test_a_copy_of_the_program_has_its_own_compiled_code(tmp_path, monkeypatch):
+    """numba looks for code by the path and the time of its source: a mark that says that all is
+    compiled must not be found by another clone, whose ranks would then all compile at once."""
+    mine, _ = cache_of(tmp_path, monkeypatch)
+    shutil.copytree(ROOT / "hpcrub", tmp_path / "clone" / "hpcrub")
+    monkeypatch.setattr(jit, "__file__", str(tmp_path / "clone" / "hpcrub" / "contact" / "jit.py"))
+    other, _ = cache_of(tmp_path, monkeypatch)
+    assert other != mine
+    os.utime(tmp_path / "clone" / "hpcrub" / "contact" / "kernel.py", (1, 1))
+    assert cache_of(tmp_path, monkeypatch)[0] not in (mine, other)
 
 
 def test_a_folder_of_compiled_code_that_cannot_be_written_is_told_once(
     tmp_path, monkeypatch, capfd
 ):
     """For all ranks by rank 0, whichever of them it is that cannot."""
-    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=False))
+    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost=""))
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setattr(warmup, "_load", lambda config: None)
     (tmp_path / "file").write_text("")
@@ -193,10 +223,3 @@ def test_a_folder_of_compiled_code_that_cannot_be_written_is_told_once(
     team.gather = team.on_root = lambda *_: None
     warmup.warm_up(team, Config())
     assert capfd.readouterr().err == ""
-
-
-def test_damaged_compiled_code_is_told(monkeypatch, capfd):
-    monkeypatch.setattr(jit, "cache", SimpleNamespace(lost="", damaged=True))
-    monkeypatch.setattr(warmup, "_load", lambda config: None)
-    warmup.warm_up(Team(), Config())
-    assert capfd.readouterr().err.count("damaged compiled code in") == 1

@@ -16,8 +16,8 @@ from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.storage import ResultFile
 from hpcrub.studies import branches
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY
 
@@ -28,7 +28,7 @@ def test_branches(tmp_path, monkeypatch):
     text = f"study: branches\nbranches: {{perturbed: 1}}\noutput: branches.h5\n{TINY}"
     Path("branches.yaml").write_text(text)
     assert cli.main(["branches.yaml"]) == 0
-    file = ResultFile.open("branches.h5")
+    file = open_result("branches.h5")
     amplitude = file.read("amplitude_m")
     assert amplitude.shape == (4, 3)
     assert np.isfinite(amplitude).all()

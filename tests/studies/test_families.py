@@ -24,11 +24,10 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.plot.pictures import draw
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
-from hpcrub.results import storage
 from hpcrub.results.layout import DONE
-from hpcrub.results.storage import ResultFile
 from hpcrub.run.runlog import RunLog, Work
-from hpcrub.studies import cross, energy
+from hpcrub.studies import cross, energy, files
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY, error_lines
 
@@ -56,7 +55,7 @@ def folder(family, monkeypatch):
 def compute(text, name):
     Path(f"{name}.yaml").write_text(f"{text}\noutput: {name}.h5\n")
     assert cli.main([f"{name}.yaml", "--overwrite"]) == 0
-    return ResultFile.open(f"{name}.h5")
+    return open_result(f"{name}.h5")
 
 
 PHYSICS = "\n".join(line for line in TINY.splitlines() if "mistuning" not in line)
@@ -66,7 +65,7 @@ HIGH = "results/input/damping_ratio=0.005.h5"
 def test_a_sweep_is_one_file_each(folder):
     for name in ("family", "percentiles", "amplitudes", "running", "errors"):
         assert (folder / "results" / "input" / f"{name}.png").exists()
-    a, b = ResultFile.open(HIGH), ResultFile.open("low.h5")
+    a, b = open_result(HIGH), open_result("low.h5")
     assert config.differences(a.config, b.config) == [
         "material.damping_ratio: 0.005 in the file, 0.004 asked for"
     ]
@@ -124,7 +123,7 @@ def test_all_runs_of_a_sweep_are_checked_before_the_first(
 ):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{casing.n_bumps: 3}}, {second}]")
-    storage.lay_out("there.h5", config.Config.from_yaml(TINY))
+    files.lay_out("there.h5", config.Config.from_yaml(TINY))
     assert cli.main(["a.yaml"]) == 2
     assert message in capfd.readouterr().err
     assert not (tmp_path / "results").exists()
@@ -135,7 +134,7 @@ def test_a_run_of_a_sweep_may_start_from_the_one_before(tmp_path, monkeypatch):
     second = "{study: cross, sources: [first.h5], output: second.h5}"
     (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{output: first.h5}}, {second}]")
     assert cli.main(["a.yaml", "--no-figures"]) == 0
-    ResultFile.open("second.h5").close()
+    open_result("second.h5").close()
 
 
 def test_cross(folder):
@@ -181,7 +180,7 @@ def test_rank_interval_covers_as_often_as_it_says():
 def test_damping(folder):
     file = compute(f"study: damping\nsources: [{HIGH}, low.h5]", "damping")
     np.testing.assert_array_equal(file.read("damping_ratio"), [0.005, 0.004])
-    low = ResultFile.open("low.h5")
+    low = open_result("low.h5")
     values = low.read("samples/amplification", 1)
     expected, ends = np.percentile(values, 50), [values.min(), values.max()]
     low.close()
@@ -203,7 +202,7 @@ def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, messa
     data = yaml.safe_load(TINY) | {"study": "contact", "output": "other.h5"}
     for section, values in yaml.safe_load(keys).items():
         data[section] = data.get(section, {}) | values
-    storage.lay_out("other.h5", config.Config.model_validate(data))
+    files.lay_out("other.h5", config.Config.model_validate(data))
     with h5py.File("other.h5", "r+") as file:
         file["samples/status"][...] = DONE
     (folder / "wrong.yaml").write_text(f"study: damping\nsources: [{HIGH}, other.h5]\n")
@@ -257,7 +256,7 @@ def test_a_source_of_other_physics_is_refused(folder, capfd, change):
 
 def test_energy(folder):
     file = compute(f"study: energy\nsources: [{HIGH}]\nenergy: {{samples: 3}}\n{PHYSICS}", "energy")
-    source = ResultFile.open(HIGH)
+    source = open_result(HIGH)
     values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
     source.close()
     np.testing.assert_array_equal(file.read("amplification"), values[:3])
@@ -272,7 +271,7 @@ def test_energy(folder):
     assert (folder / "energy.png").exists()
     file.close()
 
-    file = ResultFile.open("energy.h5", mode="r+")
+    file = open_result("energy.h5", mode="r+")
     before = energy.amplification(file)
     file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
     np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
@@ -333,15 +332,14 @@ def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
     beside, sweeps = [], []
     for name in ("r_0.25", "r_0.50.h5"):
         cfg = config.Config.from_yaml(TINY + f"output: {tmp_path / name}")
-        storage.lay_out(cfg.output, cfg)
-        log = RunLog(cfg.output, 1)
-        log.end(Work(), 0)
+        files.lay_out(cfg.output, cfg)
+        RunLog(cfg.output, 1).end(Work(), 0)
         part = parts.cut(cfg, 1, 2).output
         (tmp_path / "a.yaml").write_text(f"output: {name}\nsweep: [{{casing.n_bumps: 3}}]")
         sweeps += [run.output for run in config.load_runs(tmp_path / "a.yaml")]
         (picture,) = draw(plot.summary, [cfg.output])
-        beside.append({log.path, Path(part), picture})
-    assert beside[0] == {tmp_path / f"r_0.25{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
-    assert beside[1] == {tmp_path / f"r_0.50{end}" for end in (".log", ".part-1-of-2.h5", ".png")}
+        beside.append({Path(part), picture})
+    assert beside[0] == {tmp_path / f"r_0.25{end}" for end in (".part-1-of-2.h5", ".png")}
+    assert beside[1] == {tmp_path / f"r_0.50{end}" for end in (".part-1-of-2.h5", ".png")}
     assert sweeps == ["r_0.25/n_bumps=3.h5", "r_0.50/n_bumps=3.h5"]
     assert (tmp_path / "r_0.25.runs.jsonl").exists()

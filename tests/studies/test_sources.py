@@ -20,8 +20,8 @@ from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
-from hpcrub.results.storage import ResultFile
 from hpcrub.studies import energy
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY
 
@@ -109,7 +109,7 @@ def change(path, dataset, where, value):
 def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
     assert run("energy", "--dry-run", energy={"samples": 12}) == 0
     assert "stability limit" in capfd.readouterr().out
-    largest = ResultFile.open("source.h5").read("samples/amplification").argmax()
+    largest = open_result("source.h5").read("samples/amplification").argmax()
     where = tuple(map(int, np.unravel_index(largest, (2, 6))))
     change("source.h5", "samples/status", where, FAILED)
     for samples in (12, 100):

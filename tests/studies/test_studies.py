@@ -19,9 +19,8 @@ from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import run_sweep
-from hpcrub.results import storage
-from hpcrub.results.storage import ResultFile
-from hpcrub.studies import time_response
+from hpcrub.studies import files, time_response
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_model, build_problem
 from tests.program import ROOT, load, run
 
@@ -38,7 +37,7 @@ def compute(name, *overrides):
     for override in overrides:
         arguments += ["--set", override]
     assert cli.main(arguments) == 0
-    return ResultFile.open(f"{name}.h5")
+    return open_result(f"{name}.h5")
 
 
 def test_every_study_has_an_input_and_a_figure():
@@ -168,7 +167,7 @@ QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
 
 def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
     pattern = "mistuning: {pattern_gpa: [" + "210, " * 11 + "211]}"
-    storage.lay_out("pattern.h5", config.Config.from_yaml(pattern))
+    files.lay_out("pattern.h5", config.Config.from_yaml(pattern))
     assert inspect.main(["pattern.h5"]) == 0
     assert "statistics/contact/percentile (level 1 x percentile 3 x block 0) [1] :" in (
         capsys.readouterr().out

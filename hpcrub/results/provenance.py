@@ -1,0 +1,61 @@
+"""Which program computed a result: its text, its version, its libraries."""
+
+import contextlib
+import hashlib
+import importlib.metadata
+import subprocess
+from functools import cache
+from pathlib import Path
+
+from hpcrub import __version__
+
+# the rooms whose text decides about numbers; a change in a figure or a command does not
+COMPUTING = "model", "contact", "response", "statistics", "config", "results", "run", "studies"
+LIBRARIES = "numpy", "scipy", "numba", "h5py", "mpi4py"
+PACKAGE = Path(__file__).resolve().parents[1]
+
+
+@cache
+def program() -> str:
+    """The program that runs: "TEXT hpcrub VERSION revision REVISION".
+
+    TEXT is a checksum of the sources of all rooms that compute (hexadecimal digits): two programs
+    of the same text compute the same numbers.
+    """
+    return f"{program_text()} hpcrub {__version__} revision {git_revision() or 'unknown'}"
+
+
+@cache
+def program_text() -> str:
+    """Checksum of the sources of all rooms that compute, 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    for room in COMPUTING:
+        for source in sorted((PACKAGE / room).rglob("*.py")):
+            digest.update(f"{source.relative_to(PACKAGE)}\n".encode())
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def libraries() -> dict[str, str]:
+    """{name_version: version} of the libraries that compute, and the source revision if known."""
+    found = {}
+    if revision := git_revision():
+        found["git_revision"] = revision
+    for library in LIBRARIES:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found[f"{library}_version"] = importlib.metadata.version(library)
+    return found
+
+
+@cache
+def git_revision() -> str | None:
+    """Commit of a source checkout, with -dirty for changed files; None elsewhere."""
+    folder = PACKAGE.parent
+    if not (folder / ".git").exists():
+        return None
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return found.stdout.strip()

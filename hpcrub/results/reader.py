@@ -1,0 +1,227 @@
+"""A result file for a notebook: arrays by their names, xarray trees, pandas tables.
+
+Needs neither MPI nor the models; xarray and pandas only where they are asked for.
+"""
+
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.results.storage import ResultFile
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
+
+
+def open_file(path: str | Path) -> "Results":
+    """Open a result file of any study, finished or still running, to read it.
+
+    Parameters
+    ----------
+    path
+        Result file of any version of hpcrub whose layout this one knows.
+
+    Returns
+    -------
+    Results
+        To be used in a `with` statement, or closed by its `close`.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is damaged, or no result of hpcrub.
+
+    Examples
+    --------
+    >>> import hpcrub
+    >>> with hpcrub.open("results/quickstart.h5") as file:
+    ...     amplification = file["samples/amplification"]
+    ...     table = file.to_dataframe("samples")
+    """
+    return Results(path)
+
+
+class Results:
+    """A result file that is open to be read: a mapping of dataset names to arrays.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    config : Config
+        The effective configuration of its study, every key.
+    """
+
+    def __init__(self, path: str | Path):
+        self._file = ResultFile(path)
+        self.path: Path = self._file.path
+        self.config: Config = self._file.config
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what has been read stays."""
+        self._file.close()
+
+    def __getitem__(self, name: str) -> Any:
+        """Values of a dataset, in SI units: an array, or a number when it has no axes."""
+        try:
+            return self._file.read(name)
+        except InputError as error:
+            if name in self._file.names():
+                raise
+            raise KeyError(str(error)) from None
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._file
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._file.names())
+
+    def __len__(self) -> int:
+        return len(self._file.names())
+
+    def __repr__(self) -> str:
+        return f"<hpcrub {self.config.study} study {str(self.path)!r}>"
+
+    @property
+    def status(self) -> np.ndarray:
+        """0 pending, 1 done, 2 failed: of every sample (V, n), of other studies every task (T,)."""
+        return self._file.status()
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of the file: versions of the program and its libraries, seed, time."""
+        return self._file.attributes()
+
+    @property
+    def programs(self) -> list[str]:
+        """The programs that have computed this file, one unless it was told to mix them."""
+        return self._file.programs()
+
+    def units(self, name: str) -> str:
+        """Unit of a dataset, "1" when it has none."""
+        return str(self._file.attributes(name).get("units", "1"))
+
+    def description(self, name: str) -> str:
+        """What a dataset holds."""
+        attributes = self._file.attributes(name)
+        return str(attributes.get("long_name", attributes.get("description", "")))
+
+    def dimensions(self, name: str) -> tuple[str, ...]:
+        """Name of each axis of a dataset, that of the dataset with the values along it."""
+        return self._file.dimensions(name)
+
+    def tables(self) -> dict[str, tuple[str, ...]]:
+        """{name: dimensions} of the tables that `to_dataframe` makes of this file.
+
+        Each is named by its dimensions, such as "half_range,sample". "samples" and "points" (one
+        speed of one sample) are other names of the two that most questions are about.
+        """
+        found = {",".join(d): d for name in self if (d := self._rows(name)) and d != (name,)}
+        shortest = sorted(found.values(), key=len)
+        rows = [d for d in shortest if d[-1] == "sample"]
+        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1]
+        return found | {
+            name: some[0] for name, some in (("samples", rows), ("points", points)) if some
+        }
+
+    def _rows(self, name):
+        """Dimensions of the table in which a dataset is a column, or some, one for each blade."""
+        found = self.dimensions(name)
+        return found[:-1] if len(found) > 1 and found[-1] == BESIDE else found
+
+    def to_dataframe(self, table: str = "samples") -> "pandas.DataFrame":
+        """One row for each sample, or each point, or another of the `tables`.
+
+        Parameters
+        ----------
+        table
+            A name of `tables`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns as the datasets are called; one column for each blade where they have values
+            by blade. The rows are indexed by the table's dimensions.
+
+        Raises
+        ------
+        InputError
+            There is no such table, or pandas is not installed.
+        """
+        pandas = _library("pandas")
+        tables = self.tables()
+        if table not in tables:
+            raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(tables)}")
+        dimensions = tables[table]
+        names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
+        columns = {}
+        for name in names:
+            short = name.rpartition("/")[2]
+            alone = sum(short == other.rpartition("/")[2] for other in names) == 1
+            values = np.asarray(self[name])
+            label = short if alone else name
+            if values.ndim == len(dimensions):
+                columns[label] = values.ravel()
+            else:
+                by_blade = values.reshape(-1, values.shape[-1]).T
+                columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade)}
+        axes = [self._axis(names[0], dimension, axis) for axis, dimension in enumerate(dimensions)]
+        index = pandas.MultiIndex.from_product(axes, names=dimensions)
+        return pandas.DataFrame(columns, index)
+
+    def _axis(self, name, dimension, axis):
+        """Values along one axis of a dataset."""
+        here = dimension in self and self._file.shape(dimension) == (self._file.shape(name)[axis],)
+        return self[dimension] if here else np.arange(self._file.shape(name)[axis])
+
+    def to_xarray(self) -> "xarray.DataTree":
+        """All of the file as a tree of named arrays, in memory.
+
+        Returns
+        -------
+        xarray.DataTree
+            Groups as in the file, with units and descriptions. The same as
+            `xarray.open_datatree(path)`, which reads only what is asked for.
+
+        Raises
+        ------
+        InputError
+            xarray is not installed.
+        """
+        xarray = _library("xarray")
+        groups: dict[str, dict[str, Any]] = {"/": {}}
+        for name in self:
+            group, _, short = name.rpartition("/")
+            dimensions = [d.rpartition("/")[2] for d in self.dimensions(name)]
+            attributes = {"units": self.units(name), "long_name": self.description(name)}
+            groups.setdefault(f"/{group}", {})[short] = dimensions, self[name], attributes
+        tree = {group: xarray.Dataset(arrays) for group, arrays in groups.items()}
+        tree["/"].attrs = self.attributes
+        return xarray.DataTree.from_dict(tree)
+
+
+def _library(name):
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(f"{name} is not installed: pip install 'hpcrub[tables]'") from None

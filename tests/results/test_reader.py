@@ -1,0 +1,190 @@
+"""Result files among people's tools: xarray, netCDF, pandas, and hpcrub's own reader."""
+
+import subprocess
+import sys
+
+import h5py
+import netCDF4
+import numpy as np
+import pandas
+import pytest
+import xarray
+
+import hpcrub
+from hpcrub.commands import export
+from hpcrub.config import schema as config
+from hpcrub.errors import InputError
+from hpcrub.results import layout
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies import STUDIES, files
+from tests.program import ROOT, TINY
+
+LENGTHS = {"level": 2, "sample": 3}  # of those studies that have them from their sources
+
+
+@pytest.fixture(params=STUDIES)
+def any_study(request, tmp_path, monkeypatch):
+    """Path of a result file of every study, nothing computed yet."""
+    text = f"study: {request.param}\n"
+    text += TINY.replace("to_hz: 34.4", "to_hz: 34.0") if "time_response" in text else TINY
+    text += "history: {duration_s: 0.6}\nspectrum: {window_s: 0.2}\nenergy: {samples: 2}\n"
+    if STUDIES[request.param].has_sources:
+        source = tmp_path / "source.h5"
+        files.lay_out(source, config.Config.from_yaml(TINY))
+        with ResultFile(source, mode="r+") as file:
+            file.write_tuned({name: 1.0 for name in layout.TUNED if name[0] != "c"})
+            for level, sample in np.ndindex(2, 2):
+                numbers = {"deviation": np.zeros(12), "amplification": 1.0, "status": layout.DONE}
+                file.write_sample(level, sample, numbers)
+        other = tmp_path / "other.h5"
+        other.write_bytes(source.read_bytes())
+        with h5py.File(other, "r+") as file:
+            changed = file.attrs["config"].replace(b"damping_ratio: 0.002", b"damping_ratio: 0.003")
+            file.attrs["config"] = changed
+        both = [str(source), str(other)] if request.param == "damping" else [str(source)]
+        text += f"sources: {both}\n"
+    path = tmp_path / "a.h5"
+    files.lay_out(path, config.Config.from_yaml(text))
+    return path
+
+
+def groups(path):
+    """{group: {name: shape}} of all datasets."""
+    found = {}
+
+    def note(name, item):
+        if isinstance(item, h5py.Dataset):
+            group, _, short = name.rpartition("/")
+            found.setdefault(f"/{group}", {})[short] = item.shape
+
+    with h5py.File(path) as file:
+        file.visititems(note)
+    return found
+
+
+def test_xarray_opens_the_file_of_every_study(any_study):
+    expected = groups(any_study)
+    with xarray.open_datatree(any_study, engine="h5netcdf") as tree:
+        for group, datasets in expected.items():
+            assert set(datasets) <= set(tree[group].variables), group
+            for name, shape in datasets.items():
+                array = tree[group][name]
+                assert array.shape == shape
+                assert {"units", "long_name"} <= set(array.attrs), name
+                assert not [d for d in array.dims if d.startswith(("phony", "axis_", "dim_"))]
+    for group, datasets in expected.items():
+        with xarray.open_dataset(any_study, group=group, engine="h5netcdf") as dataset:
+            assert set(datasets) <= set(dataset.variables)
+
+
+def test_netcdf_opens_the_file_of_every_study(any_study):
+    with netCDF4.Dataset(any_study) as file:
+        for group, datasets in groups(any_study).items():
+            for name, shape in datasets.items():
+                variable = file[f"{group}/{name}"]
+                assert variable.shape == shape
+                assert len(variable.dimensions) == len(shape)
+                assert not [d for d in variable.dimensions if d.startswith("phony")]
+                assert variable.units
+
+
+def test_the_reader_has_the_tree_that_xarray_reads(any_study):
+    with hpcrub.open(any_study) as file:
+        mine = file.to_xarray()
+        with xarray.open_datatree(any_study, engine="h5netcdf") as tree:
+            xarray.testing.assert_equal(mine, tree)
+            for group in tree.groups:
+                for name, array in tree[group].variables.items():
+                    assert mine[group][name].attrs == array.attrs
+
+
+@pytest.fixture
+def done(path):
+    """A contact file of two levels, two samples, three speeds, of which one sample is done."""
+    with files.open_result(path, mode="r+") as file:
+        numbers = {"deviation": np.arange(12.0), "amplification": 1.5, "status": layout.DONE}
+        file.write_sample(1, 0, numbers | {"amplitude_m": np.array([1.0, 2.0, 3.0])})
+    return path
+
+
+def test_tables_have_a_row_for_each_sample_and_each_point(done):
+    with hpcrub.open(done) as file:
+        samples, points = file.to_dataframe(), file.to_dataframe("points")
+        assert {"samples", "points"} <= set(file.tables())
+        with pytest.raises(InputError, match="no table 'nothing'; there are"):
+            file.to_dataframe("nothing")
+    assert samples.index.names == ["half_range", "sample"]
+    assert len(samples) == 4
+    row = samples.loc[(0.04, 0)]
+    assert (row["amplification"], row["status"]) == (1.5, layout.DONE)
+    assert row["deviation_11"] == 11.0
+    assert points.index.names == ["half_range", "sample", "speeds_hz"]
+    np.testing.assert_array_equal(points.loc[(0.04, 0), "amplitude_m"], [1.0, 2.0, 3.0])
+    assert samples.index.equals(points.groupby(level=[0, 1]).first().index)
+
+
+def test_what_people_want_of_an_open_file(done):
+    with hpcrub.open(done) as file:
+        assert file.config.mistuning.samples == 2
+        np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
+        assert file["samples/amplification"][1, 0] == 1.5
+        assert "samples/amplification" in file
+        assert "nothing" not in file
+        with pytest.raises(KeyError, match="no dataset nothing"):
+            file["nothing"]
+        assert file.units("samples/time_s") == "s"
+        assert file.dimensions("samples/deviation") == ("half_range", "sample", "blade")
+        assert len(file.programs) == 1
+        assert file.attributes["seed"] == 2020
+        assert set(file) > {"samples/amplitude_m", "tuned/amplitude_m"}
+        with xarray.open_datatree(done, engine="h5netcdf"):  # at the same time
+            assert file["tuned/peak_amplitude_m"] != 0.0
+    with xarray.open_datatree(done, engine="h5netcdf"), hpcrub.open(done):
+        pass
+
+
+def test_a_file_that_is_being_written_is_read(done):
+    with files.open_result(done, mode="r+") as writer, hpcrub.open(done) as file:
+        writer.write_sample(0, 0, {"status": layout.DONE})
+        assert file["samples/amplification"][1, 0] == 1.5
+
+
+@pytest.mark.parametrize("kind", export.KINDS)
+def test_exported_tables_are_those_of_the_file(done, tmp_path, kind, capsys):
+    out = tmp_path / "tables"
+    assert export.main([str(done), "--to", kind, "--out", str(out)]) == 0
+    told = [line.removeprefix("written: ") for line in capsys.readouterr().out.splitlines()]
+    assert sorted(map(str, out.iterdir())) == sorted(told)
+    with hpcrub.open(done) as file:
+        samples, points, tree = file.to_dataframe(), file.to_dataframe("points"), file.to_xarray()
+    if kind == "netcdf":
+        with xarray.open_datatree(out / "result.nc", engine="h5netcdf") as found:
+            xarray.testing.assert_equal(found, tree)
+        return
+    read = pandas.read_parquet if kind == "parquet" else pandas.read_csv
+    for name, frame in (("samples", samples), ("points", points)):
+        found = read(out / f"result.{name}.{kind}")
+        if kind == "csv":
+            found = found.set_index(frame.index.names)
+        pandas.testing.assert_frame_equal(found, frame, check_dtype=False)
+
+
+def test_export_replaces_nothing_unless_told(done):
+    export.export(done)
+    with pytest.raises(InputError, match=r"result\.samples\.csv exists: --overwrite replaces it"):
+        export.export(done)
+    assert len(export.export(done, overwrite=True)) == 2
+
+
+def test_import_is_fast_and_needs_no_mpi():
+    """Nothing heavy is loaded before it is asked for, and mpi4py never."""
+    program = (
+        "import sys, hpcrub\n"
+        "early = set(sys.modules)\n"
+        "hpcrub.open\n"
+        "print(sorted(early & {'numpy', 'h5py', 'numba', 'pandas', 'xarray', 'matplotlib'}))\n"
+        "print(sorted({'mpi4py', 'numba', 'matplotlib', 'pandas'} & set(sys.modules)))"
+    )
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout == "[]\n[]\n"
