@@ -166,7 +166,7 @@ def point_lines(file: ResultFile) -> Iterator[str]:
         status = file.read("samples/point_status", part)
         n_points += np.count_nonzero(status)
         n_not_steady += np.count_nonzero(status == NOT_STEADY)
-    yield from point_status.lines(counts, n_points)
+    yield from point_status.lines(counts, int(n_points))
     if n_not_steady:
         yield (
             f"not steady: {n_not_steady} of {n_points} points had not settled at "
