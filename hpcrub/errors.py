@@ -7,6 +7,14 @@ class HpcrubError(Exception):
     exit_code = 1
 
 
+class WriteError(HpcrubError):
+    """A result file cannot be written any more.
+
+    HDF5 would try again when the file is closed, and end the process with a crash: nothing must
+    touch the file after this, not even the end of Python.
+    """
+
+
 class InputError(HpcrubError):
     """Bad input, found before any work starts."""
 

@@ -115,12 +115,12 @@ build_h5py() {  # $1: folder for the wheel
         export HDF5_PKGCONFIG_NAME="$HDF5_PKG"
     fi
     pip wheel --no-cache-dir --no-deps --no-binary=h5py --no-build-isolation \
-        --wheel-dir "$1.part" "h5py==$H5PY_VERSION"
+        --wheel-dir "$1" "h5py==$H5PY_VERSION"
     rm -f "$config"
 }
 
 install_h5py() {
-    local made_with key folder
+    local made_with key folder part
     made_with=$(toolchain)
     key=$(sha256sum <<<"$made_with" | cut -c1-12)
     if has_parallel_h5py && [ "$(cat .venv/h5py-key 2>/dev/null || echo "$key")" = "$key" ]; then
@@ -130,12 +130,16 @@ install_h5py() {
     folder=${XDG_CACHE_HOME:-$HOME/.cache}/hpcrub/wheels/h5py-$H5PY_VERSION-$key
     pip install numpy 'mpi4py>=4.0.1' 'setuptools>=77.0.1'
     if ! ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
-        rm -rf "$folder.part"
-        mkdir -p "$folder.part"
-        echo "$made_with" >"$folder.part/made-with.txt"
-        (build_h5py "$folder")
-        rm -rf "$folder"
-        mv "$folder.part" "$folder"  # whole or not at all
+        mkdir -p "$(dirname "$folder")"
+        part=$(mktemp -d "$folder.part-XXXXXX")  # of its own: two set-ups may build at once
+        echo "$made_with" >"$part/made-with.txt"
+        (build_h5py "$part") || { rm -rf "$part"; return 1; }
+        if ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
+            rm -rf "$part"  # another set-up was faster
+        else
+            rm -rf "$folder"
+            mv "$part" "$folder"  # whole or not at all
+        fi
     else
         say "using the h5py wheel in $folder"
     fi

@@ -100,6 +100,40 @@ def log_full(folder):
     yield judged(job, code, [0], ["on without it"], damage(job.result, expected))
 
 
+FAILING = """\
+import os, sys
+sys.path.insert(0, ROOT)
+from hpcrub.__main__ import main
+from hpcrub.results.storage import ResultFile
+
+write, n_written = ResultFile.write_sample, 0
+
+def failing(file, *arguments):
+    # from the second sample on, the descriptor is one of a disk without room
+    global n_written
+    n_written += 1
+    if n_written == 2:
+        for number in os.listdir("/proc/self/fd"):
+            if os.path.realpath(f"/proc/self/fd/{number}").endswith(".h5"):
+                os.dup2(os.open("/dev/full", os.O_RDWR), int(number))
+    write(file, *arguments)
+
+ResultFile.write_sample = failing
+sys.exit(main())
+""".replace("ROOT", repr(str(ROOT)))
+
+
+def write_error(folder):
+    """The disk fails while samples are written: one line, no traceback, no crash at the end."""
+    folder.mkdir()
+    (folder / "failing.py").write_text(FAILING)
+    for ranks in (0, 2):
+        job, code = run(
+            folder / f"{ranks}", "study.yaml", script=folder / "failing.py", ranks=ranks
+        )
+        yield judged(job, code, [1], ["cannot write", "No space left on device"])
+
+
 def removed(folder):
     """The output folder goes while the study runs: said in one line."""
     for ranks in (0, 2):
@@ -201,6 +235,7 @@ FAULTS = {
     "disk too small": too_small,
     "disk full while running": full_while_running,
     "limit of a file's size (RLIMIT_FSIZE; as a quota would) while the file is laid out": quota,
+    "disk fails while samples are written": write_error,
     "no place for the log": log_full,
     "output folder removed while running": removed,
     "disk mounted read-only": read_only_folder,

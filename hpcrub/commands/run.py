@@ -118,7 +118,15 @@ def parse(argv):
         runs = [parts.cut(cfg, number, count, options.part_by or parts.BY[0]) for cfg in runs]
     elif options.part_by:
         raise InputError(f"--part-by {options.part_by}: without --part nothing is cut")
-    return options, runs
+    return options, [placed(cfg) for cfg in runs]
+
+
+def placed(cfg):
+    """A Config whose output and sources do not depend on the working folder, which may be removed
+    or left while a study runs; ~ is the home folder."""
+    output = os.path.abspath(os.path.expanduser(cfg.output.strip()))
+    sources = tuple(os.path.expanduser(path) for path in cfg.sources)
+    return cfg.model_copy(update={"output": output, "sources": sources})
 
 
 def status(runs):
@@ -248,6 +256,7 @@ def run(team, cfg, problem, log, figures):
     team.on_root(lambda: stop(bar, work))
     team.on_root(lambda: work.summary(time.monotonic() - began))
     close(team, file, log)
+    team.on_root(work.require_results)
     if figures and not cfg.is_part:
         log.phase("figures")
         team.on_root(lambda: draw([cfg.output]))

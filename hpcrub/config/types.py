@@ -46,7 +46,7 @@ FileName = Annotated[
     str,
     Strict(),
     AfterValidator(_file_name),
-    Field(max_length=999, json_schema_extra={"format": "a file name"}),
+    Field(max_length=4000, json_schema_extra={"format": "a file name"}),
 ]
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
 

@@ -17,6 +17,7 @@ How a file survives a kill at any moment:
 import contextlib
 import datetime
 import os
+import re
 import stat
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,7 +29,7 @@ import numpy as np
 
 from hpcrub import __version__
 from hpcrub.config.schema import Config
-from hpcrub.errors import HpcrubError, InputError, reason
+from hpcrub.errors import HpcrubError, InputError, WriteError, reason
 from hpcrub.results import ownership, provenance
 from hpcrub.results.layout import NUMBER, READABLE, SAMPLE, TUNED, Dataset, Plan
 
@@ -396,14 +397,14 @@ class ResultFile:
     def write(self, values: dict[str, Any], where: Any) -> None:
         """Write {dataset: values} at one place, in this order; one rank.
 
-        Raises HpcrubError when the file cannot be written.
+        Raises WriteError when the file cannot be written.
         """
         try:
             for name, value in values.items():
                 self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            raise HpcrubError(f"cannot write {self.path}: {reason(error)}") from None
+            raise WriteError(f"cannot write {self.path}: {_cause(error)}") from None
 
     def close(self) -> None:
         """Close the file; collective with several ranks."""
@@ -437,6 +438,12 @@ def _unreadable(path, error):
         return f"{path} is truncated"
     what = f"cannot open {path}" if error.errno else f"{path} is damaged"
     return f"{what}: {reason(error)}" if error.errno else f"{what} ({reason(error)})"
+
+
+def _cause(error):
+    """What went wrong: HDF5 buries the system's own words in the middle of its line."""
+    found = re.search(r"error message = '([^']*)'", str(error))
+    return found[1] if found else reason(error)
 
 
 def _words(value):

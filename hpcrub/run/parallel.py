@@ -20,7 +20,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable
 
-from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.run.schedule import Assignments
 
 PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
@@ -67,6 +67,8 @@ def run(program):
         shared = getattr(error, "shared", False)
         if not shared or team.rank == 0:
             _print_error(error, launched_rank() if team is None else 0)
+        if isinstance(error, WriteError) and (team is None or team.size == 1):
+            leave(error.exit_code)
         if team is not None and not shared:
             team.abort(error.exit_code)
         return error.exit_code
@@ -85,6 +87,13 @@ def run(program):
             signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
 
 
+def leave(code: int) -> None:
+    """End this process now, without what Python and the libraries do at their end."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 def alone(program: Callable[[], int]) -> int:
     """Run a command of one process; returns its exit code.
 
@@ -99,6 +108,8 @@ def alone(program: Callable[[], int]) -> int:
         return program()
     except HpcrubError as error:
         _print_error(error, 0)
+        if isinstance(error, WriteError):
+            leave(error.exit_code)
         return error.exit_code
     finally:
         for number, handler in handlers.items():

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.errors import Interrupted
+from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, KINDS, PENDING
 from hpcrub.run import schedule
@@ -67,6 +67,7 @@ class Study:
         self.looked_at = 0  # so many of them when convergence was checked last
         self.status = self.amplification = None  # (V, n), (2, V, n) on rank 0
         self.tasks, self.parts = (), {}  # on rank 0
+        self.failure = ""  # what the last sample that failed has said (rank 0)
 
     def run(self):
         """Compute what is missing and write it, with the statistics of what is there.
@@ -85,6 +86,12 @@ class Study:
             self.team.on_root(self._write_statistics)
             raise
         self.team.on_root(self._write_statistics)
+
+    def require_results(self):
+        """Raises HpcrubError when every sample has failed (rank 0)."""
+        if (self.status == FAILED).all():
+            why = f", the last one: {self.failure}" if self.failure else ""
+            raise HpcrubError(f"all {self.status.size} samples have failed{why}")
 
     def update_statistics(self):
         """Write the statistics of the samples that are there (rank 0)."""
@@ -213,6 +220,7 @@ class Study:
         self.work += Work(1, result.n_steps, result.seconds, result.writing)
         where = task.level, task.sample
         self.status[where] = result.status
+        self.failure = result.message or self.failure
         if result.status == DONE:
             self.amplification[:, *where] = result.amplification, result.linear_amplification
         if self.progress:

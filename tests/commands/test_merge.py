@@ -1,6 +1,7 @@
 """Parts of a study, put together again: the bits of the whole study, and never a false mixture."""
 
 import os
+import re
 import shutil
 import signal
 
@@ -29,11 +30,12 @@ def run(*arguments):
 
 
 def attributes(path):
-    """Attributes of the root and of all datasets, less the time."""
+    """Attributes of the root and of all datasets, less the time and the file's own place."""
     with h5py.File(path, "r") as file:
         found = {"": dict(file.attrs)}
         file.visititems(lambda name, item: found.update({name: dict(item.attrs)}))
     found[""].pop("created")
+    found[""]["config"] = re.sub(rb"output: \S*", b"", found[""]["config"])
     for values in found.values():  # references to other datasets differ from file to file
         for name in ("DIMENSION_LIST", "REFERENCE_LIST"):
             values.pop(name, None)

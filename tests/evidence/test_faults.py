@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numba
 import pytest
 
-from evidence.faults import files, inputs, job
+from evidence.faults import disks, files, inputs, job
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
@@ -19,7 +19,8 @@ from hpcrub.contact import jit
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.run.parallel import Team
 from hpcrub.studies import casing, warmup
-from tests.program import ROOT
+from hpcrub.studies.files import open_result
+from tests.program import ROOT, TINY
 
 
 def sound(trials):
@@ -115,6 +116,33 @@ def test_no_text_grows_or_runs(tmp_path, monkeypatch, name):
         config.load_runs("study.yaml")
     assert len(str(caught.value)) < 500
     assert not (tmp_path / "harmed").exists()
+
+
+def test_a_disk_that_fails_is_one_line(tmp_path):
+    """HDF5 used to try again at the end of the process, with tracebacks and a crash."""
+    (trial, *_) = disks.write_error(tmp_path / "job")
+    assert trial.problem == ""
+    assert (tmp_path / "job" / "0" / "err").read_text().count("\n") == 1
+
+
+@pytest.mark.parametrize("closed", ["1", "2", "0"])
+def test_a_closed_stream_ends_no_study(tmp_path, closed):
+    """And nothing is printed into the result file, which would else get the stream's number."""
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    command = f"exec {sys.executable} {ROOT / 'main.py'} a.yaml --no-figures {closed}>&-"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    open_result(tmp_path / "a.h5").close()
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "iso8859-2"])
+def test_an_output_without_our_characters_ends_no_study(tmp_path, encoding):
+    (tmp_path / "a.yaml").write_text(TINY.replace("samples: 2", "samples: 1") + "output: a.h5\n")
+    arguments = [sys.executable, ROOT / "main.py", "a.yaml", "--no-figures"]
+    environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, env=environment)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"+-2 %" in done.stdout
 
 
 def test_a_full_disk_behind_the_log_ends_no_study(tmp_path):

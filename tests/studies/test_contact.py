@@ -15,7 +15,7 @@ from hpcrub.run.parallel import Team
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import problem as study
 from hpcrub.studies.files import lay_out, open_result
-from hpcrub.studies.summary import level_table, point_lines
+from hpcrub.studies.summary import interval_table, level_table, point_lines
 from tests.program import TINY, datasets, error_lines, load
 
 
@@ -61,11 +61,11 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
             for key in set(expected) - {"samples_seen"}:
                 stored = file.read(f"statistics/{kind}/{key}", level)
                 np.testing.assert_array_equal(stored, expected[key])
-    cells = [list(column.cells) for column in level_table(file).columns]
+    columns = cells(level_table(file))
     for level in range(2):
         for column, name in ((3, "amplification"), (4, "linear_amplification")):
             percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
-            assert [float(word) for word in cells[column][level].split("/")] == pytest.approx(
+            assert [float(word) for word in columns[column][level].split("/")] == pytest.approx(
                 percentiles, abs=5.1e-4
             )
     file.close()
@@ -123,6 +123,10 @@ def test_without_mistuning_nothing_is_amplified(tiny, folder):
     assert (file.read("samples/amplification") == expected).all()
     assert (file.read("samples/linear_amplification") == 1.0).all()
     file.close()
+
+
+def cells(table):
+    return [list(column.cells) for column in table.columns]
 
 
 def lines_of_points(file):
@@ -209,6 +213,47 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     assert main(tiny, *few, "--status") == 0
     assert main(tiny, *few, "--resume") == 0
     assert datasets("results/tiny.h5") == before
+    with open_result("results/tiny.h5", mode="r+") as file:  # as more ranks would have computed it
+        tables = [cells(level_table(file)), cells(interval_table(file)), list(point_lines(file))]
+        more = {"amplification": 9.0, "linear_amplification": 9.0, "status": DONE}
+        file.write_sample(0, n, more | {"point_status": np.full(3, status.DIVERGED)})
+        again = [cells(level_table(file)), cells(interval_table(file)), list(point_lines(file))]
+    assert again == tables
+
+
+def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, capfd):
+    assert main(tiny, "--set=forcing.amplitude_n=1e-320") == 1
+    (line,) = error_lines(capfd.readouterr().err)
+    assert line.startswith("hpcrub: error: all 4 samples have failed")
+    with open_result("results/tiny.h5") as file:
+        assert (file.status() == FAILED).all()
+
+
+def test_a_working_folder_that_is_removed_takes_nothing_with_it(tiny, folder, monkeypatch):
+    """Names are made absolute before anything begins."""
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    check = cli.check_output
+
+    def removing(cfg, options):
+        if elsewhere.exists():
+            elsewhere.rmdir()
+        return check(cfg, options)
+
+    monkeypatch.setattr(cli, "check_output", removing)
+    assert main(tiny, "--output", "../there.h5") == 0
+    assert sorted(p.name for p in folder.glob("there.*")) == [
+        "there.h5",
+        "there.png",
+        "there.runs.jsonl",
+    ]
+
+
+def test_the_home_folder_and_spaces_are_understood(tiny, folder, monkeypatch):
+    monkeypatch.setenv("HOME", str(folder / "home"))
+    assert main(tiny, "--set=study=casing", "--output", "~/x.h5 ") == 0
+    assert (folder / "home" / "x.h5").exists()
 
 
 def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):

@@ -57,7 +57,7 @@ def test_strain_energy_is_that_of_the_full_model(basis):
 
 def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     """At every speed, whatever its neighbours: a longer look would find a larger energy."""
-    spans, march = [], history.march
+    spans, march = [], history.integrate
 
     def watched(modes, scene, speeds_hz, *arguments):
         pieces = list(march(modes, scene, speeds_hz, *arguments))
@@ -65,7 +65,7 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
         spans.append((pieces[-1].time[-1] - pieces[0].time[0] + step) * speeds_hz)
         return pieces
 
-    monkeypatch.setattr(history, "march", watched)
+    monkeypatch.setattr(history, "integrate", watched)
     cfg = config.replaced(
         config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
     )
