@@ -59,7 +59,7 @@ def datasets():
             head,
             [
                 (f"`{d.name}`", ", ".join(d.dimensions) or "one value", d.units, d.description)
-                for d in studies.layout(example(name))
+                for d in studies.STUDIES[name].lines(example(name))
             ],
         )
         for name in studies.STUDIES

@@ -1,26 +1,51 @@
-"""The program, as `python main.py`, `python -m hpcrub` or the command `hpcrub`."""
+"""The program, as the command `hpcrub`, `python -m hpcrub` or `python main.py`."""
 
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from hpcrub import __version__
 from hpcrub.run import parallel
 
-COMMANDS = {name: name for name in ("run", "merge", "inspect", "plot", "export")} | {
-    "import": "import_model"
+COMMANDS = {
+    "run": "compute the study of an input file, and draw its figures",
+    "plot": "draw figures from result files",
+    "merge": "put the files of parts of one study together",
+    "inspect": "say what a result file holds, how far it is, and whether it is sound",
+    "import": "read the matrices of a finite-element program into a model file",
+    "export": "write one table of a result file as CSV, netCDF or Parquet",
+    "keys": "list the keys of an input file",
 }
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command, `run` when none is named; returns the exit code."""
     open_standard_streams()
-    parallel.listen()  # the libraries that the next line loads take a second
-    argv = sys.argv[1:] if argv is None else argv
+    parallel.listen()  # the libraries that a command loads take a second
+    argv = list(sys.argv[1:] if argv is None else argv)
+    if argv[:1] in (["-h"], ["--help"]):
+        print(usage())
+        return 0
     name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
+    module = f"hpcrub.commands.{'import_model' if name == 'import' else name}"
     if name == "run":  # on all ranks
-        return import_module("hpcrub.commands.run").main(rest)
-    return parallel.alone(lambda: import_module(f"hpcrub.commands.{COMMANDS[name]}").main(rest))
+        return import_module(module).main(rest)
+    return parallel.alone(lambda: import_module(module).main(rest))
+
+
+def usage() -> str:
+    """What the program can do: commands, studies, one example."""
+    from hpcrub.commands.run import EXAMPLE
+    from hpcrub.studies import STUDIES
+
+    commands = "\n".join(f"  hpcrub {name:8} {what}" for name, what in COMMANDS.items())
+    names = "\n".join(f"  {study.name:15} {study.what}" for study in STUDIES.values())
+    return (
+        f"hpcrub {__version__}: blade-tip rubbing of mistuned bladed disks\n\n"
+        f"commands (each has --help):\n{commands}\n\n"
+        f"studies, as the key `study` of an input file names them:\n{names}\n\n{EXAMPLE}"
+    )
 
 
 def open_standard_streams() -> None:

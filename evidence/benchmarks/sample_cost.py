@@ -16,8 +16,8 @@ from hpcrub.config import schema as config
 from hpcrub.response import sweep
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import DONE
+from hpcrub.studies.amplification import point_values
 from hpcrub.studies.files import lay_out, open_result
-from hpcrub.studies.problem import point_values
 from tests.program import ENVIRONMENT, ROOT
 
 N_BLADES = (6, 12, 24, 48, 96)

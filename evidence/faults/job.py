@@ -183,7 +183,7 @@ def n_done(path):
 def values(path):
     """{dataset: values} of a result file. Raises InputError when it is not sound."""
     file = files.open_result(path)
-    lines = studies.layout(file.config)
+    lines = studies.find(file.config).lines(file.config)
     found = {line.name: np.asarray(file.read(line.name)) for line in lines}
     file.close()
     return found

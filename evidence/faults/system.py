@@ -152,13 +152,13 @@ def sample_fails(folder):
     """An eigenproblem without solution in one sample: it is marked, all others are as ever."""
     expected, _ = undisturbed()
     text = (
-        "import numpy as np\nfrom hpcrub.studies import problem as study\n"
-        "from hpcrub.model.mistuning import stiffness_deviation\nsolve = study.mistuned_modes\n"
+        "import numpy as np\nfrom hpcrub.studies import samples\n"
+        "from hpcrub.model.mistuning import stiffness_deviation\nsolve = samples.mistuned_modes\n"
         "bad = stiffness_deviation(2020, 1, 3, 12, 0.04)\n"
         "def failing(reduced, deviation):\n"
         "    if np.array_equal(deviation, bad):\n"
         "        raise np.linalg.LinAlgError('Eigenvalues did not converge')\n"
-        "    return solve(reduced, deviation)\nstudy.mistuned_modes = failing\n"
+        "    return solve(reduced, deviation)\nsamples.mistuned_modes = failing\n"
     )
     for ranks in (0, 2):
         place = folder / f"{ranks}"

@@ -15,7 +15,8 @@ from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import WIDTH, run_sweep
-from hpcrub.studies.problem import build_problem, peak
+from hpcrub.studies.amplification import peak
+from hpcrub.studies.problem import build_problem
 
 SEED = 14
 N_BLADES = len(paper.PATTERN)

@@ -11,10 +11,9 @@ import time
 from pathlib import Path
 
 from evidence.reproduce import plan, report
-from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.run.progress import duration
-from hpcrub.studies import linear
+from hpcrub.studies import cost, linear
 from hpcrub.studies import problem as study
 
 FEW = 20  # samples that tell what a linear one costs
@@ -54,7 +53,7 @@ def parse(argv):
 def announce(folder, options):
     """Print how long every step will take on this machine, and all together."""
     cfg = config.Config()
-    rate, _ = cli.measure(cfg, study.build_problem(cfg))
+    rate = cost.trial(cfg, study.build_problem(cfg)).steps_per_second
     total = 0.0
     for step in plan.STEPS:
         if options.only and step.name not in options.only:
@@ -79,9 +78,10 @@ def announce(folder, options):
 
 def linear_seconds(n_samples):
     """What linear samples take on a core."""
-    problem = linear.prepare(config.Config(study="linear", mistuning={"samples": FEW}))
+    cfg = config.Config(study="linear", mistuning={"samples": FEW})
+    problem = linear.prepare(cfg)
     began = time.perf_counter()
-    list(linear.compute(problem, 0, lambda: None))
+    list(linear.compute(cfg, problem, 0, lambda: None))
     return (time.perf_counter() - began) * n_samples / FEW
 
 

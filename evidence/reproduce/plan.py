@@ -82,8 +82,6 @@ def time_steps(step, folder, scale):
 
 
 def _steps(cfg):
-    if studies.is_tasks(cfg):
-        return studies.find(cfg).cost(cfg)
-    n_disks = len(cfg.mistuning.half_range) * cfg.mistuning.samples + cfg.mistuning.tuned_runs
+    cost = studies.find(cfg).cost(cfg, USUAL_TIME)
     slow = 6 if cfg.contact.kinematics == "polar" else 1  # a step costs several times more
-    return slow * n_disks * cfg.speeds.n_values * USUAL_TIME / cfg.time.step
+    return slow * (cost.sweeps + cost.histories) / cfg.time.step

@@ -11,8 +11,9 @@ from hpcrub.response import sweep
 from hpcrub.results.layout import DONE
 from hpcrub.run.parallel import Team
 from hpcrub.run.schedule import Sample, most_parts
-from hpcrub.studies import monte_carlo
-from hpcrub.studies.problem import build_problem, deviation, modes_of
+from hpcrub.studies import contact
+from hpcrub.studies.problem import build_problem
+from hpcrub.studies.samples import deviation, modes_of
 
 CASES = {  # n_d: speeds, as in the paper
     3: {"from_hz": 44.5, "to_hz": 47.5, "step_hz": 0.05},
@@ -53,7 +54,7 @@ def measure(n_bumps, n_samples):
         blades = deviation(config, number % 4, number // 4)
         start = time.process_time()
         modes = modes_of(config, problem, blades)
-        monte_carlo.linear_amplitude(config, problem, modes)
+        contact.linear_amplitude(config, problem, modes)
         finish.append(time.process_time() - start)
         ticks = [time.process_time()]
 
@@ -83,10 +84,10 @@ def _seconds(modes, scene, speeds, selection):
 
 def noting(n=4000):
     """Seconds that rank 0 needs to take note of one finished sample."""
-    study = monte_carlo.Study(Team(), configuration(4), None, None)
+    study = contact.MonteCarlo(contact.STUDY, Team(), configuration(4), None, None)
     study.status = np.zeros(study.shape, np.uint8)
     study.amplification = np.full((2, *study.shape), np.nan)
-    outcome = monte_carlo.Outcome(DONE, 1.0, 1.0, 10**6, 0.3, 1e-3)
+    outcome = contact.Outcome(DONE, 1.0, 1.0, 10**6, 0.3, 1e-3)
     start = time.process_time()
     for number in range(n):
         study._collect(Sample(number % 4, number // 4), outcome)
@@ -95,6 +96,6 @@ def noting(n=4000):
 
 def sizes():
     """Bytes of a message with one task, and with one result."""
-    outcome = monte_carlo.Outcome(DONE, 1.0, 1.0, 10**6, 0.3, 1e-3)
+    outcome = contact.Outcome(DONE, 1.0, 1.0, 10**6, 0.3, 1e-3)
     messages = ("tasks", [Sample(1, 1000)]), (500, "ask", [outcome])
     return [len(pickle.dumps(message)) for message in messages]

@@ -13,7 +13,7 @@ from hpcrub.results import storage
 from hpcrub.results.layout import DONE
 from hpcrub.run.parallel import Team
 from hpcrub.statistics import percentiles as statistics
-from hpcrub.studies import files, monte_carlo
+from hpcrub.studies import contact, files
 
 MANY = 1_000_000  # samples per level
 LOOKED = 100_000  # samples per level of a study that looks whether it has converged
@@ -41,7 +41,7 @@ def memory(all_samples=(10_000, 100_000, 1_000_000)):
     for n_samples in all_samples:
         config = costs.configuration(4, n_samples)
         tracemalloc.start()
-        study = monte_carlo.Study(Team(), config, None, _EmptyFile(config))
+        study = contact.MonteCarlo(contact.STUDY, Team(), config, None, _EmptyFile(config))
         study._take_stock()
         kept, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
@@ -78,7 +78,7 @@ def statistics_written(n_samples=MANY):
         file.write({"samples/status": np.full(shape, DONE)}, ())
         for name in ("samples/amplification", "samples/linear_amplification"):
             file.write({name: _amplifications(shape)}, ())
-        study = monte_carlo.Study(Team(), config, None, file)
+        study = contact.MonteCarlo(contact.STUDY, Team(), config, None, file)
         start = time.process_time()
         study.update_statistics()
         return time.process_time() - start
@@ -108,7 +108,7 @@ def looks(n_samples=LOOKED):
         rule = {"stop_when_converged": True, "target_error": 1e-9, "criterion": criterion}
         rule = config.convergence.model_copy(update=rule)
         config = config.model_copy(update={"convergence": rule})
-        study = monte_carlo.Study(Team(), config, None, None)
+        study = contact.MonteCarlo(contact.STUDY, Team(), config, None, None)
         study.status = np.full(study.shape, DONE, np.uint8)
         study.amplification = _amplifications((2, *study.shape))
         study._converged_at()  # compiled
@@ -121,7 +121,7 @@ def _all_looks(study):
     done, values, n_looks, spent = study.status.copy(), study.amplification, 0, 0.0
     step = study.config.convergence.step
     while study.finished < study.shape[1]:
-        n = int(max(study.looked_at + step, np.ceil(study.looked_at * monte_carlo.LOOK_AGAIN)))
+        n = int(max(study.looked_at + step, np.ceil(study.looked_at * contact.LOOK_AGAIN)))
         n = min(n, study.shape[1])
         study.status = np.where(np.arange(study.shape[1]) < n, done, 0).astype(np.uint8)
         study.amplification = np.where(study.status == DONE, values, np.nan)

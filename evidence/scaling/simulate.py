@@ -144,7 +144,7 @@ class _Simulation:
         self._go_on(now)
 
     def _collect(self, tasks, now):
-        """As `monte_carlo.Study._collect`: the tuned disk and parts of samples."""
+        """As `contact.MonteCarlo._collect`: the tuned disk and parts of samples."""
         for task in tasks:
             if isinstance(task, schedule.Tuned):
                 self.n_tuned -= 1

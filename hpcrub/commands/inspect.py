@@ -53,12 +53,12 @@ def description(path: str) -> Iterator[str]:
         yield from (f"    {key}: {printable(show(here[key]))}" for key in changed)
         status = file.status()
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
-        what = "tasks" if studies.is_tasks(config) else "samples"
+        what = studies.find(config).unit
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {what}{failed}"
         yield from _program_lines(file, status)
         yield "  datasets (length, unit, known values, smallest to largest):"
-        for line in studies.layout(config):
+        for line in studies.find(config).lines(config):
             if line.since <= file.layout:
                 yield "    " + _dataset_line(file, line)
 
@@ -75,7 +75,7 @@ def _program_lines(file: ResultFile, status: np.ndarray) -> Iterator[str]:
     if not programs:
         return
     yield "  computed by:"
-    tasks = studies.is_tasks(file.config)
+    tasks = studies.find(file.config).unit == "tasks"
     row = np.atleast_2d(file.read("computed_by" if tasks else "samples/computed_by"))
     done = np.atleast_2d(status) != PENDING
     for number, program in enumerate(programs):

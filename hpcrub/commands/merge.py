@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub import studies
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import HpcrubError, InputError, reason
@@ -26,7 +25,7 @@ from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.run.parallel import Team
 from hpcrub.studies import files, size
-from hpcrub.studies.monte_carlo import Study
+from hpcrub.studies.contact import STUDY, MonteCarlo
 
 AT_ONCE = 2**26  # bytes read at once
 
@@ -166,7 +165,7 @@ def _rows(part, programs):
 
 
 def _whole_config(part, out, samples):
-    if part.config.study != "contact":
+    if part.config.study != STUDY.name:
         raise InputError(f"{part.path} is of the study {part.config.study}; only contact has parts")
     if part.config.convergence.stop_when_converged:
         raise InputError(f"{part.path} stops when it has converged: it cannot be part of another")
@@ -194,13 +193,13 @@ def _fill(path, parts_paths, found):
         for part_path in parts_paths:
             with files.open_result(part_path) as part:
                 _copy(part, whole, _rows(part, found.programs))
-        Study(Team(), found.config, None, whole).update_statistics()
+        MonteCarlo(STUDY, Team(), found.config, None, whole).update_statistics()
         return whole.status()
 
 
 def _copy(part, whole, program_rows):
     """Copy what is finished in a part into the whole file, a group of samples at a time."""
-    names = [line.name for line in studies.layout(part.config) if line.name.startswith("samples/")]
+    names = [line.name for line in STUDY.lines(part.config) if line.name.startswith("samples/")]
     names.remove("samples/computed_by")
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))

@@ -75,19 +75,6 @@ def _run_problems(c):
             f"steady_state.max_time_s: {steady.max_time_s} is below "
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
-    wanted = {"energy": 1, "cross": 1, "damping": 2}.get(c.study)
-    if wanted is not None and len(c.sources) != wanted:
-        yield f"sources: {len(c.sources)} result files given, {c.study} needs {wanted}"
-    if c.study == "time_response" and s.n_values != 1:
-        yield (
-            f"speeds.to_hz: {s.to_hz} is not speeds.from_hz, {s.from_hz}; a time_response is of "
-            "one speed"
-        )
-    if c.study == "interaction_map" and c.spectrum.window_s > c.history.duration_s:
-        yield (
-            f"spectrum.window_s: {c.spectrum.window_s} is more than "
-            f"history.duration_s, {c.history.duration_s}"
-        )
     p = c.convergence.percentiles
     if any(low >= high for low, high in pairwise(p)):
         yield f"convergence.percentiles: {show(p)} are not increasing"
@@ -121,8 +108,6 @@ def _part_problems(c):
     if levels is None and samples is None:
         return
     key = "part.samples" if levels is None else "part.levels"
-    if c.study != "contact":
-        yield f"{key}: only a contact study can be computed in parts, not {c.study}"
     if c.convergence.stop_when_converged:
         yield (
             f"{key}: a part cannot know when the whole study has converged; leave out "

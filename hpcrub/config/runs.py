@@ -1,6 +1,6 @@
-"""One input with a `sweep` → the inputs of several runs, one result file each.
+"""One input with `runs`: the inputs of several runs, one result file each.
 
-    sweep:
+    runs:
       - {casing.clearance_mm: 0.20}
       - {casing.clearance_mm: 0.25, casing.n_bumps: 3}
 
@@ -9,6 +9,8 @@ folder named like the input's output, each under the keys that it replaces.
 """
 
 import copy
+import os
+from typing import Any
 
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import names_a_file, without_suffix
@@ -17,37 +19,43 @@ from hpcrub.errors import InputError
 MOST = 1000  # runs
 
 
-def expand(data):
+def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
     """Inputs of all runs.
 
-    Args:
-        data: input as a dict, `output` given; not yet validated.
+    Parameters
+    ----------
+    data
+        Input as a dict, `output` given; not yet validated.
 
-    Returns:
-        list of dicts without `sweep`.
+    Returns
+    -------
+    list of dict
+        Without `runs`.
 
-    Raises:
-        InputError: `sweep` is not a list of mappings, or two runs have the same output.
+    Raises
+    ------
+    InputError
+        `runs` is not a list of mappings, or two runs have the same output.
     """
     data = dict(data)
-    if "sweep" not in data:
+    if "runs" not in data:
         return [data]
-    entries = data.pop("sweep")
+    entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
-        raise InputError(f"sweep: {show(entries)} is not a list of 1 to {MOST} runs")
+        raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
     runs = [_run(data, entry) for entry in entries]
-    outputs = [str(run["output"]) for run in runs]
+    outputs = [os.path.normpath(str(run["output"])) for run in runs]
     twice = next((o for o in outputs if outputs.count(o) > 1), None)
     if twice is not None:
-        raise InputError(f"sweep: two runs have the output {twice}")
+        raise InputError(f"runs: two runs have the output {twice}")
     return runs
 
 
 def _run(data, entry):
     if not isinstance(entry, dict) or not entry:
-        raise InputError(f"sweep: {show(entry)} does not replace keys, as {{key.path: value}}")
+        raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
     run = copy.deepcopy(data)
-    replaced = flatten(entry)
+    replaced = _replaced(entry)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
         output = str(data["output"])
@@ -59,11 +67,22 @@ def _run(data, entry):
     return run
 
 
+def _replaced(entry):
+    """{path: value} of one run. Raises InputError for a key that is given twice."""
+    found: dict[str, Any] = {}
+    for key, value in entry.items():
+        for path, leaf in flatten({key: value}).items():
+            if path in found:
+                raise InputError(f"runs: {path} is given twice in {show(entry)}")
+            found[path] = leaf
+    return found
+
+
 def _short(value):
     return show(value).strip("'").replace("/", "-").replace(" ", "")
 
 
-def set_key(data, path, value):
+def set_key(data: dict[str, Any], path: str, value: Any) -> None:
     """Set a key of an input, by its path (data is modified).
 
     Raises InputError when the path leads through something that is not a section.

@@ -5,6 +5,7 @@ Every key has a default, a range and a description here and nowhere else: error 
 tables in docs/reference/ are made from them.
 """
 
+import sys
 from math import pi
 from pathlib import Path
 from typing import Literal
@@ -42,6 +43,7 @@ from hpcrub.errors import InputError
 from hpcrub.response.steady import SteadyCriteria
 
 CRITERIA = SteadyCriteria()
+RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
 
 
 class Blade(Section):
@@ -356,7 +358,7 @@ def load_runs(path, overrides=()):
         overrides: texts "key.path=value" that replace keys of the file.
 
     Returns:
-        list of Config: one, or all those of its `sweep`.
+        list of Config: one, or all those of its `runs`.
 
     Raises:
         InputError: unreadable file, or the first wrong key, its value and what is allowed.
@@ -417,6 +419,22 @@ def _mapping(text):
     data = yaml_text.parse(text)
     if not isinstance(data, dict):
         raise InputError("no keys found; a line such as 'study: contact' is expected")
+    return _renamed(data)
+
+
+def _renamed(data):
+    """An input with the present names of keys that had others in the last version."""
+    for old, new in RENAMED.items():
+        if old in data:
+            if new in data:
+                raise InputError(f"{old}: the former name of {new}, which is given, too")
+            data = {new if key == old else key: value for key, value in data.items()}
+            print(
+                f"hpcrub: warning: the key {old} is called {new} now; the next version will not "
+                f"read {old} any more",
+                file=sys.stderr,
+                flush=True,
+            )
     return data
 
 

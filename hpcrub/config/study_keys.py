@@ -1,22 +1,14 @@
 """Keys of the input that only one study reads, or two."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, Strict
 
 from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
 
-StudyName = Literal[
-    "contact",
-    "modal",
-    "casing",
-    "linear",
-    "time_response",
-    "interaction_map",
-    "energy",
-    "cross",
-    "damping",
-    "branches",
+# which there are, `hpcrub.studies.STUDIES` says
+StudyName = Annotated[
+    str, Strict(), Field(max_length=50, json_schema_extra={"format": "the name of a study"})
 ]
 Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)

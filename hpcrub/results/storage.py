@@ -98,7 +98,8 @@ def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
 
 def _reserve(path, size):
     """Raises OSError when a new file of this size has no place, as by a quota: HDF5, when it cannot
-    write, leaves objects behind that crash the process."""
+    write, leaves objects behind that crash the process.
+    """
     with open(path, "xb") as file:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
@@ -349,7 +350,7 @@ class ResultFile:
 
     def status(self) -> np.ndarray:
         """Status of every sample, (V, n) uint8, or of every task, (T,)."""
-        return self.read("samples/status" if self.config.study == "contact" else "status")
+        return self.read("status" if "status" in self else "samples/status")
 
     def programs(self) -> list[str]:
         """Programs that have computed this file, as `provenance.program`; unknown of layout 1."""
@@ -385,7 +386,8 @@ class ResultFile:
 
     def write_statistics(self, kind: str, level: int, running: Any, intervals: Any) -> None:
         """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;
-        one rank."""
+        one rank.
+        """
         lines = running._asdict() | intervals._asdict()
         lines.pop("samples_seen")  # known since the file was laid out
         for name, values in lines.items():

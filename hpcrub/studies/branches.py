@@ -9,7 +9,8 @@ for N_WINDOWS windows more, and `coexistence` tells from these which motions dif
 - perturbed: from a random deflection of the blades; several of them
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -17,15 +18,16 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model import mistuning
-from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
-from hpcrub.response.sweep import Motion, Scene, run_sweep
+from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import coexistence
-from hpcrub.studies.problem import build_problem, modes_of
-from hpcrub.studies.sources import disks
+from hpcrub.studies.cost import Cost
+from hpcrub.studies.problem import build_problem
+from hpcrub.studies.samples import Disks, disks, modes_of
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = True
 _SS = ("start", "speed")
 LAYOUT = (
     Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
@@ -42,20 +44,12 @@ SCALES = {"speed": "speeds_hz"}
 N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
 
 
-class Problem(NamedTuple):
-    """What the simulations need."""
-
-    config: Config
-    scene: Scene
-    modes: Modes
-
-
 def starts(config):
     """Names of the initial states."""
     return ["rest", "up", "down", *(f"perturbed {i + 1}" for i in range(config.branches.perturbed))]
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
         "start": len(starts(config)),
@@ -65,33 +59,34 @@ def sizes(config):
     }
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """Speeds and disk."""
     return {"speeds_hz": config.speeds.values_hz, "deviation": disks(config)[-1]}
 
 
-def n_tasks(config):
+def n_tasks(config: Config) -> int:
     """One for every initial state."""
     return len(starts(config))
 
 
-def cost(config):
-    """Time steps, two seconds for every speed until steady; a continuation has seven idle lanes."""
-    until_steady = 2 * (2 * 8 + n_tasks(config) - 2) * config.speeds.n_values
+def cost(config: Config, until_steady: float) -> Cost:
+    """Every start at every speed; a continuation has seven idle lanes."""
+    before = (2 * 8 + n_tasks(config) - 2) * config.speeds.n_values * until_steady
     revolutions = N_WINDOWS * config.steady_state.window_revolutions
-    after = n_tasks(config) * revolutions * np.sum(1.0 / config.speeds.values_hz)
-    return int((until_steady + after) / config.time.step)
+    lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
+    after = n_tasks(config) * revolutions * lanes / config.speeds.from_hz
+    return Cost(before, after, 1)
 
 
-def prepare(config):
-    """Problem of a configuration. Raises InputError as `build_problem`."""
+def prepare(config: Config) -> Disks:
+    """The disk of a configuration. Raises InputError as `build_problem`."""
     problem = build_problem(config)
-    return Problem(config, problem.scene, modes_of(config, problem, disks(config)[-1]))
+    return Disks(problem.scene, [modes_of(config, problem, disks(config)[-1])])
 
 
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """All speeds from one initial state."""
-    config, scene, modes = problem
+    scene, (modes,) = problem
     speeds = config.speeds.values_hz
     name = starts(config)[task]
     motion = Motion.at_rest(len(speeds), len(modes.omega))
@@ -171,7 +166,7 @@ def label_file(file):
     return coexistence.label(*map(file.read, names))
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """Where several branches coexist, and what went wrong."""
     found = label_file(file)
     several = coexistence.coexisting(found) > 1
@@ -192,3 +187,21 @@ def report(file):
             f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
             f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
         )
+
+
+STUDY = Study(
+    name="branches",
+    figures="17",
+    what="coexisting stable motions, from several initial states",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=prepare,
+    n_tasks=n_tasks,
+    cost=cost,
+    integrates=True,
+    histories=True,
+    compute=compute,
+    report=report,
+)

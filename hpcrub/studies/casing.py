@@ -1,11 +1,16 @@
 """The casing: its radius around the circumference, and how its bumps grow."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
+from hpcrub.config.schema import Config
 from hpcrub.model.casing import bump_height, ramp
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = False
 N_ANGLES, N_TIMES = 2401, 201
 LAYOUT = (
     Dataset("angle_rad", ("angle",), "rad", "angle around the casing"),
@@ -17,12 +22,12 @@ LAYOUT = (
 SCALES = {"angle": "angle_rad", "time": "growth_time_s"}
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {"angle": N_ANGLES, "time": N_TIMES}
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The scales."""
     longest = 1.2 * config.casing.growth_time
     return {
@@ -31,22 +36,7 @@ def constants(config):
     }
 
 
-def n_tasks(config):
-    """All at once."""
-    return 1
-
-
-def cost(config):
-    """No time steps."""
-    return 0
-
-
-def prepare(config):
-    """The configuration itself."""
-    return config
-
-
-def compute(config, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Casing and growth."""
     casing, scales = config.casing, constants(config)
     inward = bump_height(scales["angle_rad"], casing.n_bumps, casing.bump_height)
@@ -55,7 +45,22 @@ def compute(config, task, poll):
     yield "growth", (), [ramp(t, casing.growth_time) for t in scales["growth_time_s"]]
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """The smallest gap."""
     gap = 1e3 * file.read("gap_m").min()
     yield f"{file.config.casing.n_bumps} bumps, smallest gap at rest {gap:.3f} mm"
+
+
+STUDY = Study(
+    name="casing",
+    figures="1, 3",
+    what="casing, clearance and bumps",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    prepare=lambda config: None,
+    constants=constants,
+    has_disk=False,
+    compute=compute,
+    report=report,
+)

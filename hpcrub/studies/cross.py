@@ -1,12 +1,17 @@
 """Contact beside linear amplification, sample by sample, of an earlier contact study."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 from scipy.stats import gaussian_kde, norm, rankdata
 
+from hpcrub.config.schema import Config
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies.sources import amplifications, complete
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = False
 N_GRID = 80  # points of the density along each axis
 _LEVEL, _BOUNDS = ("level",), ("level", "bound")
 LAYOUT = (
@@ -28,12 +33,12 @@ def _source(config):
     return config.sources[0]
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension that the source does not tell."""
     return {"bound": 2, "x": N_GRID, "y": N_GRID}
 
 
-def source_sizes(config):
+def source_sizes(config: Config) -> dict[str, int]:
     """Length of the others, as in the source."""
     file = complete(_source(config))
     n_levels, n_samples = file.status().shape
@@ -41,7 +46,7 @@ def source_sizes(config):
     return {"level": n_levels, "sample": n_samples}
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The levels of the source."""
     file = complete(_source(config))
     sigma = file.read("sigma")
@@ -49,22 +54,12 @@ def constants(config):
     return {"sigma": sigma}
 
 
-def n_tasks(config):
-    """All at once."""
-    return 1
-
-
-def cost(config):
-    """No time steps."""
-    return 0
-
-
 def prepare(config):
     """Amplifications of the source. Raises InputError when it is not complete."""
     return amplifications(_source(config))
 
 
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Shares, correlations and densities of every level."""
     yield "contact", (), problem[0]
     yield "linear", (), problem[1]
@@ -114,7 +109,7 @@ def _density(level, contact, linear):
         yield "density", level, density / density.max()
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """Share and correlation of every level."""
     for level, sigma in enumerate(file.read("sigma")):
         low, high = 100 * file.read("share_interval", level)
@@ -125,3 +120,20 @@ def report(file):
         low, high = file.read("rank_correlation_interval", level)
         r = file.read("rank_correlation", level)
         yield f"    rank correlation {r:.3f} [{low:.3f}, {high:.3f}]"
+
+
+STUDY = Study(
+    name="cross",
+    figures="15",
+    what="contact beside linear amplification, sample by sample",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    source_sizes=source_sizes,
+    prepare=prepare,
+    n_sources=1,
+    has_disk=False,
+    compute=compute,
+    report=report,
+)

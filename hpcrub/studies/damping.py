@@ -1,14 +1,18 @@
 """Percentiles of several contact studies that differ in their damping, with intervals."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
-from hpcrub.config.schema import differences
+from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.sources import PHYSICS, amplifications, complete
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = False
 KINDS = ("contact", "linear")
 FREE = "material.damping_ratio"
 # what, besides the physics, sets one population of disks apart from another
@@ -30,13 +34,13 @@ LAYOUT = (
 SCALES = {"case": "damping_ratio", "level": "sigma"}
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension that the sources do not tell."""
     n_percentiles = len(config.convergence.percentiles)
     return {"case": len(config.sources), "percentile": n_percentiles, "bound": 2}
 
 
-def source_sizes(config):
+def source_sizes(config: Config) -> dict[str, int]:
     """Length of the other one."""
     file = complete(config.sources[0])
     n_levels = len(file.read("sigma"))
@@ -44,7 +48,7 @@ def source_sizes(config):
     return {"level": n_levels}
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """Damping of the sources and their levels.
 
     Raises InputError when they differ in their levels or in other physics than the damping; they
@@ -75,23 +79,13 @@ def _compare(first, other):
         raise InputError(f"sources: {first.path} and {other.path} differ in {'; '.join(wrong)}")
 
 
-def n_tasks(config):
-    """All at once."""
-    return 1
-
-
-def cost(config):
-    """No time steps."""
-    return 0
-
-
 def prepare(config):
     """Configuration and amplifications of all sources. Raises InputError as `constants`."""
     constants(config)
     return config, [amplifications(path) for path in config.sources]
 
 
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Percentiles with their intervals."""
     config, sources = problem
     for case, source in enumerate(sources):
@@ -105,7 +99,7 @@ def compute(problem, task, poll):
                 yield f"{kind}/interval", (case, level), interval
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """The last percentile at the widest level."""
     percentile = file.config.convergence.percentiles[-1]
     for case, damping in enumerate(file.read("damping_ratio")):
@@ -116,3 +110,20 @@ def report(file):
                 f"damping {damping:g}, {kind}, percentile {percentile:g} at the widest level: "
                 f"{value:.3f} [{low:.3f}, {high:.3f}]"
             )
+
+
+STUDY = Study(
+    name="damping",
+    figures="16",
+    what="percentiles of contact studies with different damping",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    source_sizes=source_sizes,
+    prepare=prepare,
+    n_sources=2,
+    has_disk=False,
+    compute=compute,
+    report=report,
+)

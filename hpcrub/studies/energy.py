@@ -4,7 +4,8 @@ Every speed is marched to its steady state as in the contact study, and then, fr
 over the revolutions of one more window, in which the energy is taken.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,11 +17,13 @@ from hpcrub.model.reduction import blade_stiffness, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
-from hpcrub.studies.problem import Problem as Model
-from hpcrub.studies.problem import basis_of, build_problem
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.cost import Cost
+from hpcrub.studies.problem import Problem, build_problem
+from hpcrub.studies.samples import basis_of
 from hpcrub.studies.sources import complete
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = True
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
     Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
@@ -39,15 +42,14 @@ LAYOUT = (
 SCALES = {"speed": "speeds_hz"}
 
 
-class Problem(NamedTuple):
-    """Model and samples."""
+class Chosen(NamedTuple):
+    """The tuned disk, and the samples that were chosen."""
 
-    config: Config
-    model: Model
+    problem: Problem
     deviation: np.ndarray  # (n, N)
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
         "speed": config.speeds.n_values,
@@ -56,7 +58,7 @@ def sizes(config):
     }
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The samples with the largest A_nl of the source.
 
     Raises InputError when it has too few finished samples or other physics.
@@ -82,29 +84,32 @@ def constants(config):
     return found
 
 
-def n_tasks(config):
+def n_tasks(config: Config) -> int:
     """The tuned disk, then the samples."""
     return 1 + config.energy.samples
 
 
-def cost(config):
-    """Time steps, with a second for every speed, which is about usual."""
-    return int(n_tasks(config) * config.speeds.n_values / config.time.step)
+def cost(config: Config, until_steady: float) -> Cost:
+    """Every disk at every speed until it is steady, and over one more window."""
+    lanes = history.LANES, history.groups(config.speeds.values_hz)
+    window = config.steady_state.window_revolutions / config.speeds.from_hz
+    before = n_tasks(config) * config.speeds.n_values * until_steady
+    return Cost(before, n_tasks(config) * window * len(lanes[0]) * len(lanes[1]), n_tasks(config))
 
 
-def prepare(config):
-    """Problem of a configuration. Raises InputError as `build_problem` and `constants`."""
-    return Problem(config, build_problem(config), constants(config)["deviation"])
+def prepare(config: Config) -> Chosen:
+    """The samples of a configuration. Raises InputError as `build_problem` and `constants`."""
+    return Chosen(build_problem(config), constants(config)["deviation"])
 
 
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Energies of one disk."""
-    config, model = problem.config, problem.model
-    deviation = problem.deviation[task - 1] if task else np.zeros(config.disk.n_blades)
-    reduced, left = basis_of(config, model, deviation)
+    tuned, samples = problem
+    deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
+    reduced, left = basis_of(config, tuned, deviation)
     modes = mistuned_modes(reduced, left)
     stiffness = blade_stiffness(reduced, left, modes)
-    found, result = energies(modes, stiffness, model.scene, config.speeds.values_hz, poll)
+    found, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
     group, where = ("", task - 1) if task else ("tuned/", ())
     yield f"{group}energy_j", where, found
     yield f"{group}point_status", where, result.point_status
@@ -160,7 +165,7 @@ def _largest(energy):
     return known.max() if len(known) else np.nan
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """Ranges of both amplifications, and what went wrong."""
     reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
     yield from status.lines(status.count(reason), reason.size)
@@ -171,3 +176,22 @@ def report(file):
         yield "by strain energy: not known, all points of the tuned disk or of the samples diverged"
         return
     yield f"by strain energy: {found.min():.3f} to {found.max():.3f}, median {np.median(found):.3f}"
+
+
+STUDY = Study(
+    name="energy",
+    figures="14",
+    what="amplification of the blades' strain energy",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=prepare,
+    n_tasks=n_tasks,
+    cost=cost,
+    n_sources=1,
+    integrates=True,
+    histories=True,
+    compute=compute,
+    report=report,
+)

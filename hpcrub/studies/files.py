@@ -12,8 +12,9 @@ from hpcrub.config import schema as configuration
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results import provenance, storage
-from hpcrub.results.layout import NUMBER, PENDING, Plan, index_scale
+from hpcrub.results.layout import MOST_PROGRAMS, NUMBER, PENDING, PROGRAMS, Plan, index_scale
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies.sources import fingerprint
 
 
 def plan(
@@ -42,43 +43,51 @@ def plan(
     InputError
         A source of the study cannot be used, or there are too many programs.
     """
-    scales, lengths = studies.scales(config), studies.sizes(config)
-    values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(config)}
+    study = studies.find(config)
+    scales, lengths = study.all_scales(config), study.all_sizes(config)
+    values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(study, config)}
     if "percentile" in values:
         values["percentile"] = config.convergence.percentiles
-    values |= studies.find(config).constants(config)
+    values |= study.constants(config)
     values["programs"] = _rows(programs or [provenance.program()])
     attributes = dict(attributes or {})
-    if found := studies.fingerprints(config):
+    if found := fingerprints(config):
         attributes["sources_sha256"] = " ".join(found.values())
-    return Plan(config, _lines(config), lengths, scales, values, attributes)
+    return Plan(config, _lines(study, config), lengths, scales, values, attributes)
 
 
-def _indices(config):
+def _indices(study, config):
     """Dimensions whose scale is no dataset of the study: just numbers."""
-    there = {line.name for line in studies.layout(config)}
+    there = {line.name for line in study.lines(config)}
     return [
-        name for name in studies.scales(config).values() if "{" not in name and name not in there
+        name for name in study.all_scales(config).values() if "{" not in name and name not in there
     ]
 
 
-def _lines(config):
+def _lines(study, config):
     """All datasets of the result file."""
-    return (*map(index_scale, _indices(config)), *studies.layout(config))
+    return (*map(index_scale, _indices(study, config)), *study.lines(config))
+
+
+def fingerprints(config: Config) -> dict[str, str]:
+    """{path: hexadecimal digits} of what a study has from its sources."""
+    n_sources = studies.find(config).n_sources
+    return {path: fingerprint(path) for path in config.sources} if n_sources else {}
 
 
 def _rows(programs):
     """The dataset `programs`, empty rows at its end."""
-    if len(programs) > studies.MOST_PROGRAMS:
-        raise InputError(f"more than {studies.MOST_PROGRAMS} programs cannot share a result file")
-    rows = np.zeros(studies.MOST_PROGRAMS, studies.PROGRAMS.dtype)
+    if len(programs) > MOST_PROGRAMS:
+        raise InputError(f"more than {MOST_PROGRAMS} programs cannot share a result file")
+    rows = np.zeros(MOST_PROGRAMS, PROGRAMS.dtype)
     rows[: len(programs)] = [program.encode() for program in programs]
     return rows
 
 
 def file_size(config: Config) -> int:
     """Bytes that the result file of a study takes."""
-    return storage.file_size(_lines(config), studies.sizes(config))
+    study = studies.find(config)
+    return storage.file_size(_lines(study, config), study.all_sizes(config))
 
 
 def lay_out(
@@ -117,7 +126,7 @@ def open_result(path: str | Path, config: Config | None = None, mode: str = "r")
     try:
         if config is not None:
             _check_config(file, config)
-        _check_layout(file)
+        studies.find(file.config).check_file(file)
     except BaseException:
         file.close()
         raise
@@ -150,7 +159,7 @@ def check_resumable(path: str | Path, config: Config, allow_mixed: bool = False)
         if not allow_mixed and (file.status() == PENDING).any():
             _require_this_program(file)
         stored = str(file.attributes().get("sources_sha256", "")).split()
-    found = studies.fingerprints(config)
+    found = fingerprints(config)
     for source, before in itertools.zip_longest(found, stored):
         if before != found.get(source):
             raise InputError(
@@ -196,19 +205,3 @@ def _check_config(file, config):
             program = f"python -m hpcrub merge --samples {n_samples}"
             more = f"; {program} NEW.h5 {file.path} makes room for them"
         raise InputError(f"{file.path} has another configuration: {differences[0]}{more}")
-
-
-def _check_layout(file):
-    length = studies.known_sizes(file.config)
-    for line in studies.layout(file.config):
-        if line.since > file.layout:
-            continue
-        shape, dtype = file.shape(line.name), file.dtype(line.name)
-        # what only the sources told is here the same in all datasets
-        length = dict(zip(line.dimensions, shape or (), strict=False)) | length
-        wanted = tuple(length.get(d) for d in line.dimensions)
-        if shape != wanted or dtype != np.dtype(line.dtype):
-            raise InputError(
-                f"{file.path} was written by {file.written_by()}: {line.name} is "
-                f"{dtype}{list(shape or ())}, not {np.dtype(line.dtype)}{list(wanted)}"
-            )

@@ -1,15 +1,21 @@
 """Spectra of the tips over a wide range of speeds: which engine order meets which mode."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 from scipy.signal import zoom_fft
 from scipy.signal.windows import hann
 
+from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.response import history
 from hpcrub.results.layout import POINT_REASON, Dataset
-from hpcrub.studies.sources import disks, prepare_disks
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.cost import Cost
+from hpcrub.studies.samples import disks, prepare_disks
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = True
 _DS = ("disk", "speed")
 LAYOUT = (
     Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
@@ -23,10 +29,7 @@ LAYOUT = (
 SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
 
 
-prepare = prepare_disks
-
-
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
         "speed": config.speeds.n_values,
@@ -37,7 +40,7 @@ def sizes(config):
     }
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The scales."""
     return {
         "speeds_hz": config.speeds.values_hz,
@@ -46,19 +49,29 @@ def constants(config):
     }
 
 
-def n_tasks(config):
+def n_tasks(config: Config) -> int:
     """One for every disk and group of speeds."""
     return len(disks(config)) * len(history.groups(config.speeds.values_hz))
 
 
-def cost(config):
-    """Time steps of all lanes, idle ones too."""
-    return int(len(history.LANES) * n_tasks(config) * config.history.duration_s / config.time.step)
+def cost(config: Config, until_steady: float) -> Cost:
+    """All lanes, idle ones too."""
+    lanes = len(history.LANES) * n_tasks(config)
+    return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
 
 
-def compute(problem, task, poll):
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    if config.spectrum.window_s > config.history.duration_s:
+        yield (
+            f"spectrum.window_s: {config.spectrum.window_s} is more than "
+            f"history.duration_s, {config.history.duration_s}"
+        )
+
+
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
-    config, scene = problem.config, problem.scene
+    scene = problem.scene
     groups = history.groups(config.speeds.values_hz)
     disk, group = divmod(task, len(groups))
     modes, group = problem.modes[disk], groups[group]
@@ -98,7 +111,7 @@ def spectrum(signals, interval, wanted):
     return 2.0 * np.abs(transform) / window.sum()
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """The strongest interactions of every disk, and what went wrong."""
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     for disk in range(len(file.read("deviation"))):
@@ -114,3 +127,22 @@ def report(file):
             f"{name}: largest amplitude {1e3 * amplitude[best]:.1f} mm "
             f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
         )
+
+
+STUDY = Study(
+    name="interaction_map",
+    figures="6",
+    what="spectra over a wide range of speeds",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=prepare_disks,
+    n_tasks=n_tasks,
+    cost=cost,
+    problems=problems,
+    integrates=True,
+    histories=True,
+    compute=compute,
+    report=report,
+)

@@ -4,17 +4,21 @@ One eigenproblem per sample serves all its loads: the samples of all nodal diame
 They are also those of the contact study with the same seed and levels.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
-from hpcrub.studies.problem import Model, build_model, deviation, modes_of, sigma_of
+from hpcrub.studies.cost import Cost
+from hpcrub.studies.problem import Model, build_model
+from hpcrub.studies.samples import deviation, modes_of, sigma_of
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = False
 CHUNK = 50  # samples of a level that make a task
 _VDN = ("level", "n_diameters", "sample")
 LAYOUT = (
@@ -28,15 +32,14 @@ LAYOUT = (
 SCALES = {"level": "half_range", "n_diameters": "n_diameters"}
 
 
-class Problem(NamedTuple):
-    """The model and the response of the tuned disk."""
+class Tuned(NamedTuple):
+    """The tuned disk and its responses."""
 
-    config: Config
     model: Model
-    tuned: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
+    peaks: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
 
 
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
         "level": len(config.mistuning.half_range),
@@ -45,7 +48,7 @@ def sizes(config):
     }
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The levels and the loads."""
     return {
         "half_range": config.mistuning.half_range,
@@ -54,25 +57,25 @@ def constants(config):
     }
 
 
-def n_tasks(config):
+def n_tasks(config: Config) -> int:
     """Chunks of samples, level by level."""
     return len(config.mistuning.half_range) * _chunks(config)
+
+
+def cost(config: Config, until_steady: float) -> Cost:
+    """An eigenproblem for every sample, no time steps."""
+    return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
 
 def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
 
 
-def cost(config):
-    """No time steps."""
-    return 0
-
-
-def prepare(config):
-    """Problem of a configuration."""
+def prepare(config: Config) -> Tuned:
+    """The tuned disk of a configuration."""
     model = build_model(config)
     tuned = _peaks(config, model, np.zeros(config.disk.n_blades))
-    return Problem(config, model, tuned)
+    return Tuned(model, tuned)
 
 
 def _peaks(config, model, blade_deviation):
@@ -87,9 +90,9 @@ def _peaks(config, model, blade_deviation):
     ])  # fmt: skip
 
 
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Amplifications of a chunk of samples of one level."""
-    config, model, tuned = problem
+    model, tuned = problem
     level, chunk = divmod(task, _chunks(config))
     samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
     amplification = np.empty((len(tuned), len(samples)))
@@ -103,7 +106,7 @@ def compute(problem, task, poll):
     yield "amplification", (level, slice(None), slice(samples.start, samples.stop)), amplification
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """Percentiles at every level and load."""
     names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
     yield f"percentiles {names} of the linear amplification, interval of the last"
@@ -118,3 +121,19 @@ def report(file):
             low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
             text += f"  [{low:.3f}, {high:.3f}]"
             yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
+
+
+STUDY = Study(
+    name="linear",
+    figures="4",
+    what="linear amplification, percentiles over σ and n_d",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=prepare,
+    n_tasks=n_tasks,
+    cost=cost,
+    compute=compute,
+    report=report,
+)

@@ -1,12 +1,17 @@
 """Modes of the tuned disk: full model beside the reduced one, shapes to draw."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 from scipy.linalg import eigh
 
+from hpcrub.config.schema import Config
 from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies.problem import build_model
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = False
 MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
 LAYOUT = (
@@ -22,13 +27,9 @@ LAYOUT = (
         "shapes", ("shape", "node", "axis"), "1", "displacements x, y of a mode, largest one is 1"
     ),
 )
-SCALES = {}
 
 
-prepare = build_model
-
-
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     blade, n_blades = config.disk.blade, config.disk.n_blades
     n_modes = config.n_coordinates
@@ -44,22 +45,7 @@ def sizes(config):
     }
 
 
-def constants(config):
-    """Nothing: the geometry comes with the model."""
-    return {}
-
-
-def n_tasks(config):
-    """All at once."""
-    return 1
-
-
-def cost(config):
-    """No time steps."""
-    return 0
-
-
-def compute(problem, task, poll):
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Frequencies and shapes."""
     disk, reduced = problem
     n_blades = len(disk.blade_dof)
@@ -103,7 +89,7 @@ def displacements(points, shapes):
     return xy / largest[:, None, None]
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """First frequencies of both models."""
     for kind in ("full", "reduced"):
         frequencies, diameters = (
@@ -114,3 +100,16 @@ def report(file):
             f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
         )
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
+
+
+STUDY = Study(
+    name="modal",
+    figures="1, 2",
+    what="the disk, its mode shapes, SAFE diagram",
+    layout=lambda config: LAYOUT,
+    scales={},
+    sizes=sizes,
+    prepare=build_model,
+    compute=compute,
+    report=report,
+)

@@ -1,17 +1,16 @@
-"""`Config` → what a study computes with: disk, reduced model, scene; the modes of any sample."""
+"""`Config` → what a study computes with: the tuned disk, full and reduced, and the scene."""
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.disk import Disk, build_disk
-from hpcrub.model.mistuning import stiffness_deviation
-from hpcrub.model.reduction import ReducedModel, craig_bampton, mistune, mistuned_modes
-from hpcrub.response import sweep
-from hpcrub.response.linear import linear_peak
+from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import Scene
 
 
 class Model(NamedTuple):
@@ -26,11 +25,11 @@ class Problem(NamedTuple):
 
     disk: Disk
     reduced: ReducedModel
-    scene: sweep.Scene
+    scene: Scene
     stability_limit: float  # of the time step, for the stiffest sample [s]
 
 
-def build_model(config):
+def build_model(config: Config) -> Model:
     """Model of a configuration. Raises InputError for an impossible geometry."""
     try:
         disk = build_disk(config.disk, config.material)
@@ -39,7 +38,7 @@ def build_model(config):
         raise InputError(f"disk: {error}") from None
 
 
-def build_problem(config):
+def build_problem(config: Config) -> Problem:
     """Tuned disk, reduced model and scene of a configuration.
 
     Raises InputError for an impossible geometry and for a time step above the stability limit.
@@ -54,12 +53,13 @@ def build_problem(config):
             f"time.step_s: {config.time.step:g} is not below {limit:.4g} s, the stability limit "
             "of central_difference for this model"
         )
-    return Problem(disk, reduced, _scene(config, reduced), float(limit))
+    return Problem(disk, reduced, scene_of(config, reduced), float(limit))
 
 
-def _scene(config, reduced):
+def scene_of(config: Config, reduced: ReducedModel) -> Scene:
+    """Casing, contact, time step and steady-state test of a configuration."""
     steady = config.steady_state
-    return sweep.Scene(
+    return Scene(
         interface=reduced.interface,
         damping_ratio=config.material.damping_ratio,
         n_bumps=config.casing.n_bumps,
@@ -82,71 +82,6 @@ def _scene(config, reduced):
     )
 
 
-def peak(result, speeds_hz):
-    """Largest amplitude of a SweepResult [m] and its speed [Hz]; NaN when all points diverged."""
-    usable = np.isin(result.point_status, (STEADY, NOT_STEADY)) & np.isfinite(result.amplitude)
-    if not usable.any():
-        return np.nan, np.nan
-    best = np.argmax(np.where(usable, result.amplitude, -np.inf))
-    return float(result.amplitude[best]), float(speeds_hz[best])
-
-
-def deviation(config, level, sample):
-    """Relative stiffness change of every blade (N,) in one sample of one level of the file.
-
-    In the file of a part they have the numbers that they have in the whole study.
-    """
-    if config.pattern_deviation is not None:
-        return config.pattern_deviation
-    level, sample = config.levels[level], config.samples[sample]
-    half_range = config.mistuning.half_range[level]
-    return stiffness_deviation(
-        config.mistuning.seed, level, sample, config.disk.n_blades, half_range
-    )
-
-
-def basis_of(config, model, deviation):
-    """Reduced model of one disk on the basis that the input asks for.
-
-    model: Model or Problem; deviation: (N,) of the blades [-].
-    Returns a ReducedModel and the deviation (N,) that is not yet in it.
-    """
-    if config.reduction.basis == "per_sample":
-        own = craig_bampton(mistune(model.disk, deviation), config.reduction.n_modes)
-        return own, np.zeros(len(deviation))
-    return model.reduced, deviation
-
-
-def sigma_of(config):
-    """Standard deviation of a blade's stiffness at every level of the file (V,) [-].
-
-    Of the random draws, or of the blades of an explicit pattern.
-    Source: Joachim, Nyssen, Batailly 2020, equation (4).
-    """
-    if config.pattern_deviation is not None:
-        return np.array([np.std(config.pattern_deviation)])
-    return config.mistuning.half_range[list(config.levels)] / np.sqrt(3)
-
-
-def modes_of(config, model, deviation):
-    """Modes of one disk; arguments as `basis_of`."""
-    return mistuned_modes(*basis_of(config, model, deviation))
-
-
-def linear_amplitude(config, problem, modes):
-    """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
-    scene = problem.scene
-    load = config.forcing.amplitude, scene.n_bumps, scene.interface
-    return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
-
-
-def point_values(result):
-    """Arrays of a SweepResult by their names in the result file."""
-    return {
-        "amplitude_m": result.amplitude,
-        "time_s": result.time,
-        "localisation": result.localisation,
-        "point_status": result.point_status,
-        "point_reason": result.point_reason,
-        "max_sweeps": result.max_sweeps,
-    }
+def time_grid(config: Config) -> SimpleNamespace:
+    """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
+    return SimpleNamespace(step=config.time.step, n_bumps=config.casing.n_bumps)

@@ -12,7 +12,7 @@ from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.sweep import WIDTH, cut_revolution
 from hpcrub.studies import files
-from hpcrub.studies.sources import time_grid
+from hpcrub.studies.problem import time_grid
 
 DENSE = 8  # matrices of the full model in memory at once
 SAMPLE = 64  # bytes of rank 0 for every sample
@@ -85,22 +85,23 @@ def _free(path):
 
 
 def _memory(config):
-    module = studies.find(config)
+    study = studies.find(config)
     blades, steady = config.disk.n_blades, config.steady_state
     model = DENSE * NUMBER * config.disk.n_dof**2
-    if config.study == "contact":
-        rows = SAMPLE * len(config.levels) * len(config.samples)
-    else:
-        rows = NUMBER * module.n_tasks(config)
-    march = 0
-    if not studies.is_tasks(config) or module.KERNEL:
+    rows = NUMBER * study.n_tasks(config) if study.compute else SAMPLE * _n_samples(config)
+    integration = 0
+    if study.integrates:
         grid = cut_revolution(config.speeds.from_hz, time_grid(config))
         records = grid.steps_per_revolution // grid.stride * steady.window_revolutions
-        march = NUMBER * (grid.steps_per_block + 2 * records * blades * WIDTH)
-    if config.study in ("time_response", "interaction_map"):
+        integration = NUMBER * (grid.steps_per_block + 2 * records * blades * WIDTH)
+    if study.histories:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
         coordinates = 2 * blades + config.reduction.n_modes
-        march += NUMBER * records * coordinates * len(history.LANES)
-    return model + rows + march
+        integration += NUMBER * records * coordinates * len(history.LANES)
+    return model + rows + integration
+
+
+def _n_samples(config):
+    return len(config.levels) * len(config.samples)

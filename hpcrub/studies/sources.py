@@ -1,18 +1,15 @@
-"""Where the samples of a study come from: the disks of its input, or an earlier result file."""
+"""The contact study from whose result file another study starts."""
 
 import hashlib
-from types import SimpleNamespace
-from typing import NamedTuple
+from pathlib import Path
 
 import numpy as np
 
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.model.reduction import Modes
-from hpcrub.response.sweep import Scene
 from hpcrub.results.layout import DONE, PENDING
-from hpcrub.studies.files import open_result
-from hpcrub.studies.problem import build_problem, modes_of
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies import contact
 
 PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
 USED = (
@@ -25,35 +22,8 @@ USED = (
 )
 
 
-def disks(config):
-    """Stiffness deviations (D, N): the tuned disk, and the pattern when there is one."""
-    tuned = np.zeros(config.disk.n_blades)
-    pattern = config.pattern_deviation
-    return np.array([tuned] if pattern is None else [tuned, pattern])
-
-
-class DiskProblem(NamedTuple):
-    """What simulations of the disks of an input need."""
-
-    config: Config
-    scene: Scene
-    modes: list[Modes]  # of every disk
-
-
-def prepare_disks(config):
-    """DiskProblem of a configuration. Raises InputError as `build_problem`."""
-    problem = build_problem(config)
-    modes = [modes_of(config, problem, deviation) for deviation in disks(config)]
-    return DiskProblem(config, problem.scene, modes)
-
-
-def time_grid(config):
-    """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
-    return SimpleNamespace(step=config.time.step, n_bumps=config.casing.n_bumps)
-
-
-def amplifications(path):
-    """A_nl and A_lin of every sample of a contact study, (V, n) each, NaN where not done.
+def amplifications(path: str | Path) -> list[np.ndarray]:
+    """A_nl and A_lin of every sample of a contact study, (V, n) each [-], NaN where not done.
 
     Raises InputError for a file that is not a complete contact study.
     """
@@ -65,7 +35,7 @@ def amplifications(path):
     return values
 
 
-def fingerprint(path):
+def fingerprint(path: str | Path) -> str:
     """Checksum of all that a study may have from a contact study, in hexadecimal digits.
 
     Raises InputError as `complete`.
@@ -78,16 +48,27 @@ def fingerprint(path):
     return digest.hexdigest()
 
 
-def complete(path, config=None):
-    """The open ResultFile of a complete contact study, with the same physics as `config`.
+def complete(path: str | Path, config: Config | None = None) -> ResultFile:
+    """The open file of a complete contact study, with the same physics as `config` when given.
 
     Raises InputError, naming what is wrong with it.
     """
-    file = open_result(path)
-    if file.config.study != "contact":
+    file = ResultFile(path)
+    try:
+        _check(file, config)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _check(file, config):
+    path = file.path
+    if file.config.study != contact.STUDY.name:
         raise InputError(f"sources: {path} is of the study {file.config.study}, not contact")
+    contact.STUDY.check_file(file)
     if file.config.is_part:
-        raise InputError(f"sources: {path} is a part; merge all parts (python -m hpcrub merge)")
+        raise InputError(f"sources: {path} is a part; merge all parts (hpcrub merge)")
     n_pending = int(np.count_nonzero(file.status() == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
@@ -95,4 +76,3 @@ def complete(path, config=None):
         other = [d for d in differences(file.config, config) if d.split(".")[0] in PHYSICS]
         if other:
             raise InputError(f"sources: {path} has {'; '.join(other)}")
-    return file

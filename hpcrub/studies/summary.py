@@ -26,7 +26,7 @@ def print_summary(file: ResultFile, study: Any, seconds: float) -> None:
     file
         Its result file.
     study
-        The `monte_carlo.Study` of rank 0.
+        The `contact.MonteCarlo` of rank 0.
     seconds
         Wall time of this run [s].
     """

@@ -1,9 +1,12 @@
 """One simulation in full: displacements, gaps and contact forces of all tips, steady or not."""
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import bump_height, ramp
@@ -11,9 +14,12 @@ from hpcrub.response import history
 from hpcrub.response.steady import correlation
 from hpcrub.response.sweep import cut_revolution
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
-from hpcrub.studies.sources import disks, prepare_disks, time_grid
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.cost import Cost
+from hpcrub.studies.problem import time_grid
+from hpcrub.studies.samples import disks, prepare_disks
+from hpcrub.studies.study import Poll, Study, Values
 
-KERNEL = True
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
 LAYOUT = (
@@ -34,10 +40,7 @@ LAYOUT = (
 SCALES = {"time": "time_s", "check": "check_s"}
 
 
-prepare = prepare_disks
-
-
-def sizes(config):
+def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
         "disk": len(disks(config)),
@@ -59,7 +62,7 @@ def _checks(config):
     return range(first, last + 1, steady.extend_revolutions * per_revolution)
 
 
-def constants(config):
+def constants(config: Config) -> dict[str, Any]:
     """The disks and the times of the checks."""
     speed = config.speeds.from_hz
     per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
@@ -70,19 +73,30 @@ def constants(config):
     }
 
 
-def n_tasks(config):
+def n_tasks(config: Config) -> int:
     """One for every disk."""
     return len(disks(config))
 
 
-def cost(config):
-    """Time steps of all lanes, idle ones too."""
-    return int(len(history.LANES) * n_tasks(config) * config.history.duration_s / config.time.step)
+def cost(config: Config, until_steady: float) -> Cost:
+    """All lanes, idle ones too."""
+    lanes = len(history.LANES) * n_tasks(config)
+    return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
 
 
-def compute(problem, task, poll):
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    if config.speeds.n_values != 1:
+        s = config.speeds
+        yield (
+            f"speeds.to_hz: {s.to_hz} is not speeds.from_hz, {s.from_hz}; a time_response is of "
+            "one speed"
+        )
+
+
+def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """March one disk and test its steady state; of one that diverges, say why."""
-    config, scene, modes = problem.config, problem.scene, problem.modes[task]
+    scene, modes = problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
     pieces = list(history.integrate(modes, scene, [speed], duration, poll=poll))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
@@ -152,7 +166,7 @@ def first_steady(file, disk):
     return first_passed(correlated, change, file.config.steady_state)
 
 
-def report(file):
+def report(file: ResultFile) -> Iterator[str]:
     """Amplitudes and the time of the steady state, or why there are none."""
     found, reason = file.read("point_status"), file.read("point_reason")
     for disk, name in enumerate(("tuned disk", "pattern")[: len(found)]):
@@ -167,3 +181,22 @@ def report(file):
         yield (
             f"{name}: {steady}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
         )
+
+
+STUDY = Study(
+    name="time_response",
+    figures="5",
+    what="one simulation in full",
+    layout=lambda config: LAYOUT,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=prepare_disks,
+    n_tasks=n_tasks,
+    cost=cost,
+    problems=problems,
+    integrates=True,
+    histories=True,
+    compute=compute,
+    report=report,
+)

@@ -7,26 +7,16 @@ import numpy as np
 from hpcrub.errors import HpcrubError
 from hpcrub.response.sweep import SweepResult
 from hpcrub.run.schedule import Tuned, most_parts, n_parts
-from hpcrub.studies.problem import linear_amplitude, modes_of, peak, point_values
+from hpcrub.studies.amplification import Reference, linear_amplitude, peak, point_values
+from hpcrub.studies.samples import modes_of
 
 # Relative change of stiffness from run to run: far too small to matter for a structure, enough to
 # start another of the motions that exist side by side. (1e-12 finds the same periodic one again.)
-NUDGE = 1e-6
+PERTURBATION = 1e-6
 
 
-class Reference(NamedTuple):
-    """What amplitudes are divided by [m]: the median of all runs, and the linear response."""
-
-    contact: float
-    linear: float
-
-    @property
-    def usable(self):
-        return self.contact > 0.0
-
-
-class Marched(NamedTuple):
-    """A sweep of one disk, or the part of it that one rank has marched."""
+class Integrated(NamedTuple):
+    """A sweep of one disk, or the part of it that one rank has integrated."""
 
     result: SweepResult | None  # None: it failed
     seconds: float
@@ -38,11 +28,11 @@ def modes_of_tuned(config, problem, run):
     periodic, or one of several, its amplitude is one draw of many. All amplifications are relative
     to the median.
     """
-    return modes_of(config, problem, np.full(config.disk.n_blades, NUDGE * run))
+    return modes_of(config, problem, np.full(config.disk.n_blades, PERTURBATION * run))
 
 
 def join(parts):
-    """One Marched of n parts, the p-th of which holds the speeds p, p + n, ..."""
+    """One Integrated of n parts, the p-th of which holds the speeds p, p + n, ..."""
     failed = next((part for part in parts if part.result is None), None)
     seconds = sum(part.seconds for part in parts)
     if failed:
@@ -53,16 +43,16 @@ def join(parts):
         for values, new in zip(whole[:-1], part.result[:-1], strict=True):
             values[mine] = new[mine]
     n_steps = sum(part.result.n_steps for part in parts)
-    return Marched(whole._replace(n_steps=n_steps), seconds)
+    return Integrated(whole._replace(n_steps=n_steps), seconds)
 
 
 class TunedDisk:
-    """Rank 0's book of the tuned disk, marched once as it is, and nudged."""
+    """Rank 0's book of the tuned disk, integrated as it is, and perturbed."""
 
     def __init__(self, config, problem, file):
         self.config, self.problem, self.file = config, problem, file
         self.reference = None
-        self.runs = [{} for _ in range(config.mistuning.tuned_runs)]  # Marched of every part
+        self.runs = [{} for _ in range(config.mistuning.tuned_runs)]  # Integrated of every part
 
     def take_stock(self):
         """Take up the results that are there."""
@@ -76,15 +66,15 @@ class TunedDisk:
         cut = n_parts(n_runs, n_ranks, most_parts(self.config.speeds.n_values))
         return [Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
 
-    def collect(self, task, marched):
+    def collect(self, task, response):
         """Take the result of a task; write all when it is the last one."""
-        self.runs[task.run][task.part] = marched
+        self.runs[task.run][task.part] = response
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [join([parts[i] for i in range(task.n_parts)]) for parts in self.runs]
             self.reference = self._write([whole.result for whole in wholes])
 
     def n_speeds(self):
-        """Number of speeds that have been marched."""
+        """Number of speeds that have been integrated."""
         done = (part.result.point_status for parts in self.runs for part in parts.values())
         return sum(map(np.count_nonzero, done))
 

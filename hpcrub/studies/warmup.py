@@ -13,10 +13,11 @@ from hpcrub.run.parallel import Team
 from hpcrub.run.progress import Progress
 
 MARK = "complete"  # begin of the names of files that say what the cache holds
-WITH_HISTORIES = "time_response", "interaction_map", "energy", "branches"  # studies
 
 
-def warm_up(team: Team, config: Config, progress: Progress | None = None) -> None:
+def warm_up(
+    team: Team, config: Config, histories: bool = False, progress: Progress | None = None
+) -> None:
     """Load what a study will need on all ranks, so that from now on they can stop promptly.
 
     Without a cache of compiled code rank 0 goes first; then the others find what it compiled.
@@ -28,18 +29,21 @@ def warm_up(team: Team, config: Config, progress: Progress | None = None) -> Non
         All ranks.
     config
         Configuration of the study.
+    histories
+        Whether it keeps motions.
     progress
         Where to say that something is compiled (rank 0).
     """
+    more = [*_more(config, histories)]
     lost = team.gather(jit.cache.lost)
     if lost and any(lost):
         _say_lost(next(filter(None, lost)), f" on {sum(map(bool, lost))} of {team.size} ranks")
-    team.on_root(lambda: _compile_once(config, progress))
-    _load(config)
+    team.on_root(lambda: _compile_once(more, progress))
+    _load(more)
 
 
-def _compile_once(config, progress):
-    mark = Path(numba.config.CACHE_DIR) / "-".join([MARK, *_more(config)])
+def _compile_once(more, progress):
+    mark = Path(numba.config.CACHE_DIR) / "-".join([MARK, *more])
     if numba.config.CACHE_DIR and mark.exists():
         return
     if progress:
@@ -47,7 +51,7 @@ def _compile_once(config, progress):
         progress.say(f"compiling the kernel ({once}a minute)")
     if not numba.config.CACHE_DIR:  # the others would find nothing: all compile at once
         return
-    _load(config)
+    _load(more)
     try:
         if not jit.cache.lost:
             mark.touch()
@@ -68,14 +72,13 @@ def _say(text):
     print(f"hpcrub: {text}", file=sys.stderr, flush=True)
 
 
-def _more(config):
+def _more(config, histories):
     """What a study needs beside the kernel itself."""
-    if config.study in WITH_HISTORIES:
+    if histories:
         yield "history"
 
 
-def _load(config):
-    more = set(_more(config))
+def _load(more):
     sweep.warm_up()
     if "history" in more:
         modes, scene = sweep.smallest_case()

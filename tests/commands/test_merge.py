@@ -17,7 +17,7 @@ from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import ownership, provenance
 from hpcrub.results.layout import DONE, PENDING
-from hpcrub.studies import files
+from hpcrub.studies import files, samples
 from hpcrub.studies import problem as study
 from hpcrub.studies.files import open_result
 from tests.program import TINY, datasets, error_lines, load
@@ -357,7 +357,7 @@ def test_a_part_draws_the_whole_studys_disks():
     part = parts.cut(whole, 7, 8, "level")
     assert (part.levels, part.samples) == ((3,), range(11))
     part = parts.cut(whole, 8, 8, "level")
-    mine, its = study.deviation(part, 0, 2), study.deviation(whole, 3, 13)
+    mine, its = samples.deviation(part, 0, 2), samples.deviation(whole, 3, 13)
     np.testing.assert_array_equal(mine, its)
 
 

@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
@@ -29,7 +30,7 @@ def read(text):
 def error_of(text):
     """The one line with which a text is refused."""
     with pytest.raises(InputError) as caught:
-        read(text)
+        studies.check(read(text))
     message = str(caught.value)
     assert message
     assert message.isprintable()

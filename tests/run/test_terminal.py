@@ -22,15 +22,16 @@ from hpcrub.run.parallel import Team
 cfg = config.Config.from_yaml(sys.argv[1])
 compiled = kernel.integrate, history.trace
 problem = studies.find(cfg).prepare(cfg)
-warmup.warm_up(Team(), cfg)
+study = studies.find(cfg)
+warmup.warm_up(Team(), cfg, study.histories)
 warm = [list(function.signatures) for function in compiled]
 if cfg.study == "contact":
     from hpcrub.response import sweep
-    from hpcrub.studies import problem as study
-    modes = study.modes_of(cfg, problem, study.deviation(cfg, 0, 0))
+    from hpcrub.studies import samples
+    modes = samples.modes_of(cfg, problem, samples.deviation(cfg, 0, 0))
     sweep.run_sweep(modes, problem.scene, cfg.speeds.values_hz)
 else:
-    list(studies.find(cfg).compute(problem, 0, lambda: None))
+    list(study.compute(cfg, problem, 0, lambda: None))
 assert warm == [list(function.signatures) for function in compiled]
 print(*map(len, warm))
 """

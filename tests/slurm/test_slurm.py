@@ -187,7 +187,7 @@ def works(cluster, cost, tmp_path_factory):
     work = Work(cluster, base / "sweep")
     work.write("study", 7)
     with open(work.folder / "study.yaml", "a", encoding="utf-8") as file:
-        file.write("sweep:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
+        file.write("runs:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
     work.site("mpirun")
     found["sweep"] = work, work.submit("--parts", "2", "study.yaml")
     return found

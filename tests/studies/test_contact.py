@@ -13,6 +13,7 @@ from hpcrub.results import ownership
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.run.parallel import Team
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from hpcrub.studies import amplification, samples
 from hpcrub.studies import problem as study
 from hpcrub.studies.files import lay_out, open_result
 from hpcrub.studies.summary import interval_table, level_table, point_lines
@@ -83,8 +84,8 @@ def test_peak_search_leaves_speeds_out(tiny, folder):
     file = open_result("results/tiny.h5")
     problem, speeds = study.build_problem(file.config), file.config.speeds.values_hz
     for level in range(2):
-        deviation = study.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
-        modes = study.mistuned_modes(problem.reduced, deviation)
+        deviation = samples.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
+        modes = samples.mistuned_modes(problem.reduced, deviation)
         found = sweep.find_peak(modes, problem.scene, speeds)
         marched = found.point_status != NO_POINT
         assert 6 <= marched.sum() < 21
@@ -109,7 +110,7 @@ def test_samples_on_a_basis_of_their_own(tiny, folder):
         modes = mistuned_modes(own, np.zeros(12))
         amplitude = sweep.run_sweep(modes, problem.scene, speeds).amplitude
         np.testing.assert_array_equal(file.read("samples/amplitude_m", (level, 0)), amplitude)
-        linear = study.linear_amplitude(file.config, problem, modes)
+        linear = amplification.linear_amplitude(file.config, problem, modes)
         assert file.read("samples/linear_amplitude_m", (level, 0)) == linear
     file.close()
 
@@ -157,15 +158,15 @@ def test_diverged_points_have_no_peak():
     amplitude = np.array([0.1, 9.0, 0.3, np.nan])
     result = SweepResult.empty(4)
     result = result._replace(amplitude=amplitude, point_status=np.array([1, 3, 2, 1], np.uint8))
-    assert study.peak(result, speeds) == (0.3, 3.0)
+    assert amplification.peak(result, speeds) == (0.3, 3.0)
     result = result._replace(point_status=np.full(4, 3, np.uint8))
-    assert np.isnan(study.peak(result, speeds)).all()
+    assert np.isnan(amplification.peak(result, speeds)).all()
 
 
 @pytest.mark.parametrize("how", ["LinAlgError", "diverged"])
 def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd, how):
-    solve, march = study.mistuned_modes, sweep.run_sweep
-    bad = study.stiffness_deviation(2020, 1, 0, 12, 0.04)
+    solve, march = samples.mistuned_modes, sweep.run_sweep
+    bad = samples.stiffness_deviation(2020, 1, 0, 12, 0.04)
 
     def broken_solver(reduced, deviation):
         if how == "LinAlgError" and np.array_equal(deviation, bad):
@@ -179,7 +180,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
         return result
 
     REDUCED = study.build_problem(load(tiny)).reduced
-    monkeypatch.setattr(study, "mistuned_modes", broken_solver)
+    monkeypatch.setattr(samples, "mistuned_modes", broken_solver)
     monkeypatch.setattr(sweep, "run_sweep", broken_march)
     assert main(tiny) == 0
     out = capfd.readouterr().out

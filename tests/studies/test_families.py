@@ -31,14 +31,14 @@ from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY, error_lines
 
-SWEEP = "sweep: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
+RUNS = "runs: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]\n"
 
 
 @pytest.fixture(scope="module")
 def family(tmp_path_factory):
     """Folder with the results of a sweep over two dampings, 6 samples on two levels."""
     folder = tmp_path_factory.mktemp("family")
-    text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2") + SWEEP
+    text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2") + RUNS
     (folder / "input.yaml").write_text(text)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -77,7 +77,7 @@ def test_a_sweep_is_one_file_each(folder):
 def test_a_family_of_one_pattern_has_no_statistics(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     keys = TINY[: TINY.index("mistuning")] + f"mistuning: {{pattern_gpa: {[209.0, 211.0] * 6}}}\n"
-    Path("pattern.yaml").write_text(keys + SWEEP)
+    Path("pattern.yaml").write_text(keys + RUNS)
     assert cli.main(["pattern.yaml"]) == 0
     pictures = sorted(p.name for p in Path("results/pattern").glob("*.png"))
     assert pictures == ["damping_ratio=0.005.png", "family.png"]
@@ -86,9 +86,9 @@ def test_a_family_of_one_pattern_has_no_statistics(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("sweep", "message"),
     [
-        ("4", "sweep: 4 is not a list of 1 to 1000 runs"),
+        ("4", "runs: 4 is not a list of 1 to 1000 runs"),
         ("[]", "is not a list of 1 to"),
-        ("[3]", "sweep: 3 does not replace keys"),
+        ("[3]", "runs: 3 does not replace keys"),
         ("[{casing.n_bump: 3}]", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
         ("[{study.x: 3}]", "study.x: study is not a section"),
         ("[{casing.n_bumps: 3}, {casing: {n_bumps: 3}}]", "two runs have the output"),
@@ -96,7 +96,7 @@ def test_a_family_of_one_pattern_has_no_statistics(tmp_path, monkeypatch):
 )
 def test_wrong_sweeps(tmp_path, sweep, message):
     path = tmp_path / "input.yaml"
-    path.write_text(f"study: contact\nsweep: {sweep}\n")
+    path.write_text(f"study: contact\nruns: {sweep}\n")
     with pytest.raises(InputError) as caught:
         config.load_runs(path)
     assert message in str(caught.value)
@@ -104,7 +104,7 @@ def test_wrong_sweeps(tmp_path, sweep, message):
 
 def test_a_sweep_needs_a_file_name_too(tmp_path):
     path = tmp_path / "a.yaml"
-    path.write_text("output: '.'\nsweep: [{casing.n_bumps: 3}]")
+    path.write_text("output: '.'\nruns: [{casing.n_bumps: 3}]")
     with pytest.raises(InputError, match=r"output: '\.' is not a file name"):
         config.load_runs(path)
 
@@ -122,7 +122,7 @@ def test_all_runs_of_a_sweep_are_checked_before_the_first(
     tmp_path, monkeypatch, capfd, second, message
 ):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{casing.n_bumps: 3}}, {second}]")
+    (tmp_path / "a.yaml").write_text(TINY + f"runs: [{{casing.n_bumps: 3}}, {second}]")
     files.lay_out("there.h5", config.Config.from_yaml(TINY))
     assert cli.main(["a.yaml"]) == 2
     assert message in capfd.readouterr().err
@@ -132,7 +132,7 @@ def test_all_runs_of_a_sweep_are_checked_before_the_first(
 def test_a_run_of_a_sweep_may_start_from_the_one_before(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     second = "{study: cross, sources: [first.h5], output: second.h5}"
-    (tmp_path / "a.yaml").write_text(TINY + f"sweep: [{{output: first.h5}}, {second}]")
+    (tmp_path / "a.yaml").write_text(TINY + f"runs: [{{output: first.h5}}, {second}]")
     assert cli.main(["a.yaml", "--no-figures"]) == 0
     open_result("second.h5").close()
 
@@ -335,7 +335,7 @@ def test_results_whose_names_hold_numbers_share_nothing(tmp_path):
         files.lay_out(cfg.output, cfg)
         RunLog(cfg.output, 1).end(Work(), 0)
         part = parts.cut(cfg, 1, 2).output
-        (tmp_path / "a.yaml").write_text(f"output: {name}\nsweep: [{{casing.n_bumps: 3}}]")
+        (tmp_path / "a.yaml").write_text(f"output: {name}\nruns: [{{casing.n_bumps: 3}}]")
         sweeps += [run.output for run in config.load_runs(tmp_path / "a.yaml")]
         (picture,) = draw(plot.summary, [cfg.output])
         beside.append({Path(part), picture})

@@ -34,8 +34,8 @@ def test_strain_energy_is_that_of_the_full_model(basis):
     keys = ONE_SPEED | {"reduction.basis": basis}
     cfg = config.replaced(config.Config.from_yaml(TINY), keys)
     model, deviation = build_problem(cfg), np.linspace(-0.03, 0.03, 12)
-    problem = energy.Problem(cfg, model, deviation[None])
-    found = {name: values for name, _, values in energy.compute(problem, 1, lambda: None)}
+    problem = energy.Chosen(model, deviation[None])
+    found = {name: values for name, _, values in energy.compute(cfg, problem, 1, lambda: None)}
     found = found["energy_j"]
 
     disk, own = mistune(model.disk, deviation), basis == "per_sample"
@@ -69,8 +69,8 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     cfg = config.replaced(
         config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
     )
-    problem = energy.Problem(cfg, build_problem(cfg), np.zeros((1, 12)))
-    list(energy.compute(problem, 0, lambda: None))
+    problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
+    list(energy.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
 
 

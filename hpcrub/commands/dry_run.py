@@ -1,0 +1,124 @@
+"""What a study would compute and cost, found out by a trial of a small part; tables over runs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from hpcrub import studies
+from hpcrub.commands.execution import Existing, Finished, amount, examine, examine_all
+from hpcrub.config.schema import Config, differences
+from hpcrub.contact import status
+from hpcrub.errors import HpcrubError
+from hpcrub.response.sweep import can_touch
+from hpcrub.run import progress
+from hpcrub.run.parallel import Team
+from hpcrub.studies import cost, files
+from hpcrub.studies.problem import Model, Problem, build_model, build_problem
+from hpcrub.studies.warmup import warm_up
+
+
+def report(runs: Sequence[Config], existing: Existing, n_ranks: int) -> None:
+    """Print what one run, or several, would compute and cost (rank 0).
+
+    Raises InputError for everything that the run itself would refuse.
+    """
+    if len(runs) > 1:
+        examine_all(list(runs), existing)
+    total = 0.0
+    for number, config in enumerate(runs, 1):
+        if len(runs) > 1:
+            progress.console().print(f"\nrun {number} of {len(runs)}", soft_wrap=True)
+        total += _one(config, existing, n_ranks)
+    if len(runs) > 1:
+        out = progress.console()
+        out.print(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}", soft_wrap=True)
+
+
+def _one(config, existing, n_ranks):
+    """Print one study; returns its time on one core [s]."""
+    out, study = progress.console(), studies.find(config)
+    examine(config, existing)
+    problem = build_problem(config) if study.integrates else None
+    if study.has_disk:
+        _print_model(out, config, problem or build_model(config))
+    out.print(f"computes:             {', '.join(amount(config))}", soft_wrap=True)
+    size = files.file_size(config) / 1e6
+    out.print(f"output:               {size:,.4g} MB in {config.output}", soft_wrap=True)
+    if study.integrates and not can_touch(problem.scene):
+        out.print("contact:              none, the bumps do not reach the blades")
+    if not study.cost(config, 1.0).disks:
+        return 0.0
+    seconds = _try(out, study, config, problem)
+    n_ranks = min(n_ranks, study.n_tasks(config)) if study.compute else n_ranks
+    out.print(f"estimated run time:   {_estimate(seconds, n_ranks)}", soft_wrap=True)
+    return seconds
+
+
+def _try(out, study, config, problem):
+    """Compute a small part; returns the time of the whole study on one core [s]."""
+    if study.integrates:
+        warm_up(Team(), config, study.histories, progress.Progress(config))
+    tried = cost.trial(config, problem or build_problem(config), study.integrates, study.histories)
+    if tried.result:
+        out.print(
+            f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per second "
+            f"and core, {tried.until_steady:.3g} s simulated per point"
+        )
+        counts = status.count(tried.result.point_reason)
+        for line in status.lines(counts, len(tried.result.point_reason)):
+            out.print(f"tried, one disk:      {line}", soft_wrap=True)
+    return tried.seconds(study.cost(config, tried.until_steady), config.time.step)
+
+
+def _estimate(seconds, n_ranks):
+    ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
+    return f"{progress.duration(seconds / n_ranks)} on {ranks}, {seconds / 3600:,.3g} core hours"
+
+
+def _print_model(out: Any, config: Config, model: Model | Problem) -> None:
+    """Frequencies of a disk, and the stability limit of a Problem's time step."""
+    omega = np.sqrt(model.reduced.tuned_eigenvalues)
+    first = ", ".join(f"{f:.4f}" for f in omega[: config.disk.n_blades + 2] / (2 * np.pi))
+    out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
+    out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
+    if isinstance(model, Problem):
+        out.print(
+            f"stability limit:      {model.stability_limit:.4g} s for central_difference; "
+            f"time.step_s is {config.time.step:.4g} s ({config.time.scheme})"
+        )
+
+
+def table(runs: Sequence[Config], outcomes: Sequence[Finished | HpcrubError]) -> Table:
+    """One row for every one of several runs: what is its own, how it ended, what it found."""
+    found = Table(box=box.SIMPLE_HEAD, title="Runs")
+    for heading in ("run", "its own keys", "core hours", "result"):
+        found.add_column(heading, overflow="fold")
+    for number, (config, outcome) in enumerate(zip(runs, outcomes, strict=True), 1):
+        hours, result = "-", f"failed: {outcome}"
+        if isinstance(outcome, Finished):
+            hours = f"{outcome.seconds * outcome.n_ranks / 3600:.3g}"
+            result = _headline(config)
+        found.add_row(str(number), _own_keys(runs, config), hours, result)
+    return found
+
+
+def _own_keys(runs, config):
+    """Keys in which one of several runs differs from any other, with its values."""
+    keys = {
+        line.partition(":")[0] for other in runs for line in differences(config, other, ("", ""))
+    }
+    values = {}
+    for key in sorted(keys):
+        value = config
+        for name in key.split("."):
+            value = getattr(value, name)
+        values[key] = value
+    return ", ".join(f"{key}={value}" for key, value in values.items()) or config.output
+
+
+def _headline(config):
+    with files.open_result(config.output) as file:
+        return studies.find(config).one_line(file)

@@ -1,0 +1,42 @@
+"""`hpcrub keys`: the keys of an input file, as a table or as a JSON schema for editors."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from hpcrub.config.schema import Config, key_table
+from hpcrub.studies import STUDIES
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the keys; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="hpcrub keys", description="List the keys of an input file, each with its default."
+    )
+    parser.add_argument("name", nargs="?", default="", help="only keys with this in their path")
+    parser.add_argument(
+        "--schema", action="store_true", help="print a JSON schema, for completion in editors"
+    )
+    options = parser.parse_args(argv)
+    if options.schema:
+        print(json.dumps(schema(), indent=1, ensure_ascii=False))
+        return 0
+    for key in key_table():
+        if options.name in key.path:
+            print(f"{key.path}: {key.default}\n    {key.description} ({key.allowed})")
+    return 0
+
+
+def schema() -> dict[str, Any]:
+    """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
+    found = Config.model_json_schema()
+    study = found["properties"]["study"]
+    study |= {"enum": list(STUDIES), "description": f"{study['description']}: one of the studies"}
+    study.pop("format", None)
+    found["properties"]["runs"] = {
+        "type": "array",
+        "items": {"type": "object"},
+        "description": "several runs, each with the keys that it replaces, by their whole path",
+    }
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | found

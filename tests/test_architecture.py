@@ -1,0 +1,83 @@
+"""Rooms import only from rooms before them, and no module imports in a circle.
+
+Looked up in the syntax of every module, so that an import within a function counts as well.
+"""
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "hpcrub"
+ROOMS = [
+    "errors", "model", "contact", "response", "statistics", "config", "results", "run", "studies",
+    "plot", "commands",
+]  # fmt: skip
+# `import_module` loads a room after `run`, or a figure, when it is asked for: for time alone
+LAZY = {"hpcrub.__main__", "hpcrub.plot", "hpcrub"}
+
+
+def name_of(path):
+    """Dotted name of a module of the package."""
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {name_of(path): path for path in PACKAGE.rglob("*.py")}
+
+
+def imports(name):
+    """Modules of the package that a module imports, and whether it has an `import_module`."""
+    found, dynamic = set(), False
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            # `from a import b` imports the module a.b where there is one, and a itself else
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            names = [n if n in MODULES else node.module for n in names]
+        if isinstance(node, ast.Call) and "import_module" in ast.dump(node.func):
+            dynamic |= "hpcrub" in ast.dump(node.args[0])
+        found |= {n for n in names if n in MODULES}
+    return found - {name}, dynamic
+
+
+def room(name):
+    parts = name.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] in ROOMS else None
+
+
+@pytest.mark.parametrize("name", sorted(MODULES))
+def test_a_room_imports_only_from_rooms_before_it(name):
+    found, dynamic = imports(name)
+    assert not dynamic or name in LAZY
+    if room(name) is None:  # the program itself
+        return
+    wrong = [n for n in found if room(n) and ROOMS.index(room(n)) > ROOMS.index(room(name))]
+    assert not wrong
+
+
+def test_statistics_needs_no_physics():
+    found = set().union(*(imports(n)[0] for n in MODULES if room(n) == "statistics"))
+    others = {n for n in found if room(n) not in ("statistics", "errors")}
+    assert others <= {"hpcrub.contact.jit", "hpcrub.contact.status"}
+
+
+def test_no_module_imports_in_a_circle():
+    # the package itself loads what a notebook asks for, and gives all others their version
+    graph = {name: imports(name)[0] - {"hpcrub"} for name in MODULES if name != "hpcrub"}
+    list(TopologicalSorter(graph).static_order())  # raises CycleError, which names the modules
+
+
+def test_one_module_imports_mpi_and_one_hdf5():
+    for library, owner in (("mpi4py", "run/parallel.py"), ("h5py", "results/storage.py")):
+        users = set()
+        for path in MODULES.values():
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+                if any(n.split(".")[0] == library for n in names):
+                    users.add(str(path.relative_to(PACKAGE)))
+        assert users <= {owner, "results/model_file.py"}
