@@ -137,7 +137,8 @@ class MonteCarlo:
         self.work = Work()  # rank 0
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
-        self.status = self.amplification = None  # (V, n), (2, V, n) on rank 0
+        self.status: Any = None  # (V, n) on rank 0
+        self.amplification: Any = None  # (2, V, n) on rank 0
         self.tasks: Any = ()  # on rank 0
         self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # on rank 0
         self.failure = ""  # what the last sample that failed has said (rank 0)
