@@ -1,6 +1,7 @@
 """Result files of studies: laid out, checked and opened by what their study says it needs."""
 
 import itertools
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -100,7 +101,9 @@ def lay_out(
     storage.lay_out(path, plan(config, attributes, programs))
 
 
-def open_result(path: str | Path, config: Config | None = None, mode: str = "r") -> ResultFile:
+def open_result(
+    path: str | os.PathLike[str], config: Config | None = None, mode: str = "r"
+) -> ResultFile:
     """Open a result file that holds all that its study needs.
 
     Parameters
@@ -122,7 +125,7 @@ def open_result(path: str | Path, config: Config | None = None, mode: str = "r")
     InputError
         Says what is wrong with the file.
     """
-    file = ResultFile(path, mode=mode)
+    file = ResultFile(Path(path), mode=mode)
     try:
         if config is not None:
             _check_config(file, config)
