@@ -33,6 +33,7 @@ extensions = [
 exclude_patterns = ["_build", "figures", "reproduction"]
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
+highlight_language = "text"  # of blocks that name none
 nb_execution_mode = "cache"
 nb_execution_cache_path = "../build/notebooks"
 nb_execution_raise_on_error = True
