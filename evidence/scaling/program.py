@@ -60,7 +60,7 @@ def program(team):
         number = (task.run if tuned else task.sample) % len(costs.whole)
         seconds = costs.whole[number] if task.n_parts == 1 else (
             costs.parts[number][task.n_parts][task.part])
-        until = time.perf_counter() + seconds * (tuned or not task.marched)
+        until = time.perf_counter() + seconds * (tuned or not task.response)
         while time.perf_counter() < until:
             time.sleep(min(nap, max(0.0, until - time.perf_counter())))
             poll()
@@ -75,7 +75,7 @@ def program(team):
         elif task.n_parts > 1:
             parts[task.sample] = parts.get(task.sample, 0) + 1
             if parts[task.sample] == task.n_parts:
-                tasks.urgent.appendleft(task._replace(part=0, n_parts=1, marched=(0,)))
+                tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=(0,)))
 
     team.barrier()
     start = time.perf_counter()

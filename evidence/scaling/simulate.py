@@ -67,7 +67,7 @@ class _Simulation:
         self.queue = [[] for _ in range(n_ranks)]
         self.results = [[] for _ in range(n_ranks)]
         self.running = [None] * n_ranks
-        self.waiting = {}  # ranks with a marched sample and no reference
+        self.waiting = {}  # ranks with a finished sample and no reference
         self.inbox, self.asleep = [], False
         self.known_at = None if tuned else 0.0
         self.shared_at = np.full(n_ranks, np.inf if tuned else 0.0)
@@ -103,7 +103,7 @@ class _Simulation:
 
     def _cost(self, task):
         """Seconds of a task; all parts of a disk have the costs of one measured disk."""
-        if isinstance(task, schedule.Sample) and task.marched:
+        if isinstance(task, schedule.Sample) and task.response:
             return 0.0
         key = task._replace(part=0)
         if key not in self.records:
@@ -156,7 +156,7 @@ class _Simulation:
             elif task.n_parts > 1:
                 known = self.parts[task.sample] = self.parts.get(task.sample, 0) + 1
                 if known == task.n_parts:
-                    self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, marched=(0,)))
+                    self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=(0,)))
         return now
 
     def _go_on(self, now):
@@ -203,9 +203,9 @@ class _Simulation:
         self.running[rank] = task
         if not self.queue[rank]:
             self._report(rank, now)
-        self._at(now + self._cost(task), self._marched, rank)
+        self._at(now + self._cost(task), self._computed, rank)
 
-    def _marched(self, now, rank):
+    def _computed(self, now, rank):
         if self._may_finish(rank, self.running[rank]):
             self._at(now + self._finish(self.running[rank]), self._end, rank)
         else:
@@ -214,7 +214,7 @@ class _Simulation:
     def _share(self, now, rank):
         self.shared_at[rank] = now
         if self.waiting.pop(rank, False):
-            self._marched(now, rank)
+            self._computed(now, rank)
 
     def _end(self, now, rank):
         self.results[rank].append(self.running[rank])

@@ -22,7 +22,7 @@ TOO_EARLY = 0.01  # change of amplitude after acceptance that is counted
 LARGEST_FINE_STEP = 2e-5  # [s]: a point must not diverge below it if it does not at a quarter of it
 # The solver stops at 1e-12 of the deepest penetration, which may be some hundred units
 MOST_ROUND_OFF = 1000.0
-EVERY = 8  # cases of which one is audited, and another marched as a whole history
+EVERY = 8  # cases of which one is audited, and another integrated as a whole history
 
 
 class Findings(NamedTuple):
@@ -43,7 +43,7 @@ class Findings(NamedTuple):
     judged: int  # points whose Delassus operator was looked at again
     audited: int  # points whose energy was
     unbalanced: int  # of these, points whose audit does not close
-    histories: int  # speeds marched as whole histories
+    histories: int  # speeds integrated as whole histories
     faults: tuple  # texts; empty when all is well
 
 
@@ -122,7 +122,7 @@ def follow(modes, scene, speeds, result):
         before, last = np.abs(both).reshape(2, -1, both.shape[-1]).max(axis=1)
         tip = np.argmax(last)
         if last[tip] != result.amplitude[i]:
-            faults.append(f"amplitude {result.amplitude[i]:.17g}, marched again {last[tip]:.17g}")
+            faults.append(f"amplitude {result.amplitude[i]:.17g}, once more {last[tip]:.17g}")
         if not accepted(both[:, :, tip], before[tip], last[tip], scene.steady):
             faults.append("steady against the criteria")
         after = np.abs(history[end : end + AFTER * per_turn, :, :, i]).max()

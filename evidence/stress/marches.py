@@ -32,7 +32,7 @@ def audited(modes, scene, speeds, result, width):
 
 
 def whole(modes, scene, speeds, result, allowed):
-    """All speeds as a history, each as long as the sweep marched it.
+    """All speeds as a history, each as long as the sweep integrated it.
 
     No NaN, tension or penetration without a fatal reason, a reason where the sweep has one and
     nowhere else, and the sweep's amplitude. `allowed`: penetration of small kinematics, in units
@@ -42,7 +42,7 @@ def whole(modes, scene, speeds, result, allowed):
     per_turn = grid.blocks_per_revolution
     ends = np.round(result.time * speeds * per_turn).astype(int)
     if not ends.any():
-        return 0, []  # no bump reaches a tip: nothing was marched
+        return 0, []  # no bump reaches a tip: nothing was integrated
     window = scene.steady.window_revolutions * per_turn
     amplitude, failed = np.zeros(len(speeds)), np.zeros(len(speeds), dtype=bool)
     duration = (ends.max() - 0.5) / (speeds.max() * per_turn)

@@ -134,7 +134,7 @@ class Speeds(Section):
     to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
     step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
     search: Literal["full", "peak"] = Field(
-        "full", description="march all speeds, or only those around the largest amplitudes"
+        "full", description="compute all speeds, or only those around the largest amplitudes"
     )
 
     @property

@@ -78,9 +78,9 @@ POINT_STATUS = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
-_RUNS = "peak amplitudes of runs of hardly different disks, the tuned one first"
+_RUNS = "peak amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
-_LINEAR = "largest tangential displacement of any tip under the linear travelling load"
+_LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
 # Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.

@@ -15,7 +15,7 @@ from typing import NamedTuple
 AHEAD = 1.0  # tasks left per rank, above which a rank gets its next one before it needs it
 SERVES_ONLY = 512  # ranks from which on rank 0 computes nothing itself
 ONE_BY_ONE = 1000  # ranks that rank 0 can answer after every task
-PART = 8  # speeds of a part: as many as march together in the narrowest lanes
+PART = 8  # speeds of a part: as many as are integrated together in the narrowest lanes
 
 
 class Tuned(NamedTuple):
@@ -27,13 +27,16 @@ class Tuned(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """Every n_parts-th speed of one sample. When all parts are `marched`, one rank writes them."""
+    """Every n_parts-th speed of one sample.
+
+    When all parts are computed, one rank gets the whole `response` and writes it.
+    """
 
     level: int
     sample: int
     part: int = 0
     n_parts: int = 1
-    marched: tuple | None = None
+    response: tuple | None = None
 
 
 def most_parts(n_speeds):

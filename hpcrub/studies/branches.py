@@ -1,4 +1,4 @@
-"""Coexisting stable motions: the same speeds marched from several initial states.
+"""Coexisting stable motions: the same speeds integrated from several initial states.
 
 A motion that passes the steady-state test is often not periodic, and its amplitude differs from
 window to window; some jump to another motion after a second or two. So after the test they go on
@@ -139,9 +139,9 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
         part = Motion(*(values[group] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
-            march = history.integrate(modes, scene, speeds_hz[group], duration, part, poll)
+            pieces = history.integrate(modes, scene, speeds_hz[group], duration, part, poll)
             sizes, codes = zip(
-                *((np.abs(p.observed).max(axis=0).T, p.reason) for p in march), strict=True
+                *((np.abs(p.observed).max(axis=0).T, p.reason) for p in pieces), strict=True
             )
             largest = scene.interface.of_blades(np.max(sizes, axis=0))  # (speeds of the group, N)
             well = ~status.are_fatal(codes[-1])

@@ -221,7 +221,7 @@ class MonteCarlo:
         if isinstance(task, schedule.Tuned):
             return self._integrate(modes_of_tuned(self.config, self.problem, task.run), task, poll)
         blades, modes = deviation(self.config, task.level, task.sample), None
-        response = task.marched
+        response = task.response
         try:
             modes = modes_of(self.config, self.problem, blades)
             response = response or self._integrate(modes, task, poll)
@@ -322,7 +322,7 @@ class MonteCarlo:
         if len(parts) == task.n_parts:
             del self.parts[task.level, task.sample]
             whole = join([parts[part] for part in range(task.n_parts)])
-            self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, marched=whole))
+            self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=whole))
 
     # statistics
 

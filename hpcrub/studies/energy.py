@@ -1,7 +1,7 @@
 """Strain energy of the blades, for the samples of a contact study with the largest A_nl.
 
-Every speed is marched to its steady state as in the contact study, and then, from where it stands,
-over the revolutions of one more window, in which the energy is taken.
+Every speed is integrated to its steady state as in the contact study, and then, from where it
+stands, over the revolutions of one more window, in which the energy is taken.
 """
 
 from collections.abc import Iterator
@@ -132,9 +132,9 @@ def energies(modes, stiffness, scene, speeds_hz, poll=None):
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
-        march = history.integrate(modes, scene, speeds_hz[usable], duration, part, poll)
+        pieces = history.integrate(modes, scene, speeds_hz[usable], duration, part, poll)
         found, codes = zip(
-            *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in march),
+            *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in pieces),
             strict=True,
         )
         energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]

@@ -1,4 +1,4 @@
-"""Linear amplification of many samples under travelling loads.
+"""Linear amplification of many samples under engine-order excitation.
 
 One eigenproblem per sample serves all its loads: the samples of all nodal diameters are the same.
 They are also those of the contact study with the same seed and levels.
