@@ -27,7 +27,7 @@ class Interrupted(HpcrubError):
     exit_code = 75
 
 
-def reason(error):
+def reason(error: BaseException) -> str:
     """One line of what went wrong."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror

@@ -12,6 +12,7 @@ os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "M
 import argparse
 import json
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def series(team: Team, runs: list[Config], existing: Existing, figures: Figures)
     team.on_root(lambda: examine_all(runs, existing))  # before the first one takes its time
     outcomes: list[Finished | HpcrubError] = []
     for number, config in enumerate(runs, 1):
-        team.on_root(lambda n=number, c=config: _say(f"run {n} of {len(runs)}: {c.output}"))
+        team.on_root(partial(_say, f"run {number} of {len(runs)}: {config.output}"))
         try:
             outcomes.append(execute(team, config, existing, figures))
         except Interrupted:
@@ -88,7 +89,7 @@ def series(team: Team, runs: list[Config], existing: Existing, figures: Figures)
             if not getattr(error, "shared", False):  # of one rank: it ends the job
                 raise
             outcomes.append(error)
-            team.on_root(lambda e=error: _say(f"this run failed: {e}"))
+            team.on_root(partial(_say, f"this run failed: {error}"))
     team.on_root(lambda: progress.console().print(dry_run.table(runs, outcomes)))
     done = [
         c.output for c, found in zip(runs, outcomes, strict=True) if isinstance(found, Finished)

@@ -1,6 +1,8 @@
 """Keys of a configuration that must fit each other → one line per misfit."""
 
+from collections.abc import Iterator
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +12,7 @@ MAX_SPEEDS = 100_000
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
 
 
-def problems(config):
+def problems(config: Any) -> Iterator[str]:
     """Lines that say which keys do not fit together; none when all is well."""
     yield from _disk_problems(config)
     yield from _run_problems(config)
@@ -18,15 +20,20 @@ def problems(config):
     yield from _part_problems(config)
 
 
-def pattern_half_range(data, default_modulus):
+def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
     """Width of the level that holds a pattern of moduli, from an input not yet validated.
 
-    Args:
-        data: input file as a dict, `mistuning.pattern_gpa` given.
-        default_modulus: Young's modulus when the input gives none [GPa].
+    Parameters
+    ----------
+    data : dict[str, Any]
+        Input file as a dict, `mistuning.pattern_gpa` given.
+    default_modulus : float
+        Young's modulus when the input gives none [GPa].
 
-    Returns:
-        largest |E/E0 - 1| [%]; 0 when it cannot be computed or is 100 or more, which the
+    Returns
+    -------
+    float
+        Largest |E/E0 - 1| [%]; 0 when it cannot be computed or is 100 or more, which the
         validation of the keys concerned then refuses.
     """
     try:

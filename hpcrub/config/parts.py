@@ -7,13 +7,14 @@ a part computes the same bits as the whole study, and `hpcrub.merge` can put it 
 import re
 
 from hpcrub.config import schema as configuration
+from hpcrub.config.schema import Config
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 
 BY = "samples", "level"
 
 
-def parse(text):
+def parse(text: str) -> tuple[int, int]:
     """(number, count) of a part from a text such as "3/8". Raises InputError."""
     match = re.fullmatch(r"([0-9]{1,7})/([0-9]{1,7})", text)
     number, count = map(int, match.groups()) if match else (0, 0)
@@ -22,20 +23,28 @@ def parse(text):
     return number, count
 
 
-def cut(config, number, count, by="samples"):
+def cut(config: Config, number: int, count: int, by: str = "samples") -> Config:
     """Configuration of one of several parts of a study.
 
-    Args:
-        config: Config of the whole study.
-        number: of the part, from 1.
-        count: number of parts.
-        by: "samples": a range of the samples of all levels; "level": a range of the samples of one
-            level, so that `count` is a multiple of the number of levels.
+    Parameters
+    ----------
+    config : Config
+        Config of the whole study.
+    number : int
+        Of the part, from 1.
+    count : int
+        Number of parts.
+    by : str
+        "samples": a range of the samples of all levels; "level": a range of the samples of one
+        level, so that `count` is a multiple of the number of levels.
 
-    Returns:
+    Returns
+    -------
+    Config
         Config whose output is NAME.part-K-of-N.h5.
 
-    Raises:
+    Raises
+    ------
         InputError: the study cannot be cut in this way.
     """
     if config.is_part:
@@ -58,7 +67,7 @@ def cut(config, number, count, by="samples"):
     return configuration.replaced(config, keys)
 
 
-def whole(config, output, samples=None):
+def whole(config: Config, output: str, samples: int | None = None) -> Config:
     """Configuration of the whole study, into the file output, of that of a part.
 
     samples: number of samples a level, that of the part's own study if left out.

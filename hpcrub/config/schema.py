@@ -6,9 +6,10 @@ tables in docs/reference/ are made from them.
 """
 
 import sys
+from collections.abc import Iterable
 from math import pi
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
@@ -47,6 +48,8 @@ RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
 
 
 class Blade(Section):
+    """Blades: a chord that leans and bows."""
+
     n_elements: Whole = Field(5, ge=1, le=50, description="beam elements per blade")
     thickness_mm: Number = Field(13.44, gt=0, le=1e4, description="thickness of a blade [mm]")
     lean_deg: Number = Field(
@@ -61,6 +64,8 @@ class Blade(Section):
 
 
 class Disk(Section):
+    """Dimensions of the bladed disk."""
+
     n_blades: Whole = Field(12, ge=2, le=200, description="number of blades")
     tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
     hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
@@ -80,12 +85,14 @@ class Disk(Section):
     spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
 
     @property
-    def n_dof(self):
+    def n_dof(self) -> int:
         """Degrees of freedom of the full finite-element model."""
         return self.n_blades * (3 * self.blade.n_elements + 5)
 
 
 class Material(Section):
+    """Material and damping."""
+
     young_modulus_gpa: Number = Field(210.0, gt=0, le=1e5, description="Young's modulus [GPa]")
     density_kg_m3: Number = Field(7800.0, gt=0, le=1e6, description="density [kg/m³]")
     damping_ratio: Number = Field(0.005, gt=0, lt=1, description="damping ratio of every mode [-]")
@@ -95,6 +102,8 @@ class Material(Section):
 
 
 class Reduction(Section):
+    """How the disk is reduced."""
+
     n_modes: Whole = Field(60, ge=0, description="fixed-interface modes of the Craig-Bampton basis")
     basis: Literal["tuned", "per_sample"] = Field(
         "tuned", description="basis of the tuned disk for all samples, or a new one for each"
@@ -102,6 +111,8 @@ class Reduction(Section):
 
 
 class Casing(Section):
+    """Bumps, clearance and their ramp."""
+
     n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
     clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
     bump_height_mm: Number = Field(1.25, ge=0, le=1e4, description="height of the bumps [mm]")
@@ -115,6 +126,8 @@ class Casing(Section):
 
 
 class Contact(Section):
+    """Contact between blades and casing."""
+
     friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
     kinematics: Literal["small", "polar"] = Field(
         "small", description="gap by small displacements, or of the displaced tip"
@@ -122,6 +135,8 @@ class Contact(Section):
 
 
 class Forcing(Section):
+    """Load of the linear response."""
+
     amplitude_n: Number = Field(
         150.0, gt=0, le=1e9, description="radial load on every tip, linear response only [N]"
     )
@@ -130,6 +145,8 @@ class Forcing(Section):
 
 
 class Speeds(Section):
+    """Speeds of rotation that are looked at."""
+
     from_hz: Number = Field(33.5, gt=0, le=1e5, description="lowest speed of rotation [Hz]")
     to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
     step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
@@ -138,19 +155,21 @@ class Speeds(Section):
     )
 
     @property
-    def n_values(self):
+    def n_values(self) -> int:
         """Number of speeds."""
         # a millionth of a step forgives the rounding of decimal fractions
         return int((self.to_hz - self.from_hz) / self.step_hz + 1e-6) + 1
 
     @property
-    def values_hz(self):
+    def values_hz(self) -> np.ndarray:
         """Speeds from `from_hz` by `step_hz`, `to_hz` included when a step falls on it (S,)."""
         values = np.round(self.from_hz + self.step_hz * np.arange(self.n_values), 10)
         return np.minimum(values, self.to_hz)
 
 
 class Time(Section):
+    """Time integration."""
+
     scheme: Literal["central_difference", "exact_modal"] = Field(
         "exact_modal", description="time integration between contacts"
     )
@@ -162,6 +181,8 @@ class Time(Section):
 
 
 class SteadyState(Section):
+    """When a motion counts as steady."""
+
     first_check_s: Number = Field(
         CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
     )
@@ -207,6 +228,8 @@ class SteadyState(Section):
 
 
 class Mistuning(Section):
+    """Levels, samples and patterns of mistuning."""
+
     half_range_percent: Levels = Field(
         (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
     )
@@ -224,12 +247,14 @@ class Mistuning(Section):
     )
 
     @property
-    def half_range(self):
+    def half_range(self) -> np.ndarray:
         """Largest relative deviation of stiffness of every level [-], (V,)."""
         return np.array(self.half_range_percent) / 100
 
 
 class Convergence(Section):
+    """Percentiles and when they are known well enough."""
+
     percentiles: Percentiles = Field(
         (1.0, 50.0, 99.0), description="percentiles of the amplifications, increasing [%]"
     )
@@ -306,61 +331,70 @@ class Config(Section):
         return self
 
     @property
-    def n_coordinates(self):
+    def n_coordinates(self) -> int:
         """Coordinates of the reduced model: two of every tip, and the fixed-interface modes."""
         return 2 * self.disk.n_blades + self.reduction.n_modes
 
     @property
-    def is_part(self):
+    def is_part(self) -> bool:
         """Whether the result file holds a part of the study only."""
         return self.part != Part()
 
     @property
-    def levels(self):
+    def levels(self) -> tuple[int, ...]:
         """Mistuning levels of this file, counted in the whole study (V,)."""
         all_levels = range(len(self.mistuning.half_range_percent))
         return tuple(all_levels) if self.part.levels is None else self.part.levels
 
     @property
-    def samples(self):
+    def samples(self) -> range:
         """Samples of this file on each level, counted in the whole study: a range of n."""
         return range(*(self.part.samples or (0, self.mistuning.samples)))
 
     @property
-    def pattern_deviation(self):
+    def pattern_deviation(self) -> np.ndarray | None:
         """Relative deviation of stiffness of every blade of `pattern_gpa` (N,), None without."""
         if self.mistuning.pattern_gpa is None:
             return None
         return np.array(self.mistuning.pattern_gpa) / self.material.young_modulus_gpa - 1
 
-    def to_yaml(self):
+    def to_yaml(self) -> str:
         """The effective configuration, every key, as `from_yaml` reads it back."""
         return yaml_text.dump(self.model_dump(mode="json"))
 
     @classmethod
-    def from_yaml(cls, text):
+    def from_yaml(cls, text: str) -> "Config":
         """Validated configuration of a YAML text.
 
-        Args:
-            text: YAML with any of the keys.
+        Parameters
+        ----------
+        text : str
+            YAML with any of the keys.
 
-        Raises:
+        Raises
+        ------
             InputError: names the first wrong key, its value and what is allowed.
         """
         return _validated(_mapping(text))
 
 
-def load_runs(path, overrides=()):
+def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
     """Read and validate an input file.
 
-    Args:
-        path: YAML file.
-        overrides: texts "key.path=value" that replace keys of the file.
+    Parameters
+    ----------
+    path : str | Path
+        YAML file.
+    overrides : Iterable[str]
+        Texts "key.path=value" that replace keys of the file.
 
-    Returns:
-        list of Config: one, or all those of its `runs`.
+    Returns
+    -------
+    list[Config]
+        List of Config: one, or all those of its `runs`.
 
-    Raises:
+    Raises
+    ------
         InputError: unreadable file, or the first wrong key, its value and what is allowed.
     """
     try:
@@ -379,7 +413,7 @@ def load_runs(path, overrides=()):
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 
 
-def replaced(config, keys):
+def replaced(config: Config, keys: dict[str, Any]) -> Config:
     """A configuration with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
 
     Raises InputError as `Config.from_yaml`.
@@ -390,16 +424,24 @@ def replaced(config, keys):
     return _validated(data)
 
 
-def differences(a, b, where=("in the file", "asked for")):
+def differences(
+    a: Config, b: Config, where: tuple[str, str] = ("in the file", "asked for")
+) -> list[str]:
     """Keys in which two configurations differ, `output` aside.
 
-    Args:
-        a: Config of the file.
-        b: Config asked for.
-        where: words for a and b.
+    Parameters
+    ----------
+    a : Config
+        Config of the file.
+    b : Config
+        Config asked for.
+    where : tuple[str, str]
+        Words for a and b.
 
-    Returns:
-        list of lines such as "casing.n_bumps: 4 in the file, 3 asked for"
+    Returns
+    -------
+    list[str]
+        List of lines such as "casing.n_bumps: 4 in the file, 3 asked for"
     """
     first, second = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
     show = config_text.show
@@ -410,7 +452,7 @@ def differences(a, b, where=("in the file", "asked for")):
     ]
 
 
-def key_table():
+def key_table() -> list[Any]:
     """Every key with default, allowed values and description, as `config_text.Key` rows."""
     return config_text.key_table(Config)
 

@@ -23,6 +23,8 @@ Bounds = Annotated[
 
 
 class Part(Section):
+    """What the file of a part of a study holds."""
+
     levels: Indices | None = Field(
         None, description="levels that the file of a part holds, counted from 0; null: all"
     )
@@ -32,18 +34,24 @@ class Part(Section):
 
 
 class Linear(Section):
+    """Loads of a linear study."""
+
     n_diameters: Diameters = Field(
         (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
     )
 
 
 class History(Section):
+    """Length of whole histories."""
+
     duration_s: Number = Field(
         1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
     )
 
 
 class Spectrum(Section):
+    """Frequencies of an interaction map."""
+
     max_frequency_hz: Number = Field(
         200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
     )
@@ -53,18 +61,22 @@ class Spectrum(Section):
     )
 
     @property
-    def n_frequencies(self):
+    def n_frequencies(self) -> int:
         """Number of frequencies, zero included."""
         return int(self.max_frequency_hz / self.step_hz + 1e-6) + 1
 
 
 class Energy(Section):
+    """Samples of an energy study."""
+
     samples: Whole = Field(
         100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
     )
 
 
 class Branches(Section):
+    """Initial states of a branches study."""
+
     perturbed: Whole = Field(
         2, ge=0, le=100, description="random initial states of a branches study"
     )

@@ -3,7 +3,9 @@
 import difflib
 import re
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel, ValidationError
 
 from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
@@ -20,18 +22,18 @@ class Key(NamedTuple):
     description: str
 
 
-def scientific_notation(value):
+def scientific_notation(value: Any) -> Any:
     """A text such as "1e-6", which YAML 1.1 does not read as a number, as a float."""
     return float(value) if isinstance(value, str) and _SCIENTIFIC.fullmatch(value) else value
 
 
-def whole_number(value):
+def whole_number(value: Any) -> Any:
     """A float without fraction, such as 1e4, as an int; anything else unchanged."""
     value = scientific_notation(value)
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def show(value):
+def show(value: Any) -> str:
     """A value as one would write it in the input file, on one line and not too long."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
@@ -44,12 +46,12 @@ def show(value):
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def one_line(text):
+def one_line(text: object) -> str:
     """The text with line breaks and other control characters made visible."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
-def flatten(data, prefix=""):
+def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Nested dicts as {"casing.n_bumps": 4, ...}, in their order."""
     flat = {}
     for key, value in data.items():
@@ -60,14 +62,18 @@ def flatten(data, prefix=""):
     return flat
 
 
-def apply_override(data, override):
+def apply_override(data: dict[str, Any], override: str) -> None:
     """Set one key of an input not yet validated.
 
-    Args:
-        data: input file as a dict (modified).
-        override: "key.path=value", the value as in the file.
+    Parameters
+    ----------
+    data : dict[str, Any]
+        Input file as a dict (modified).
+    override : str
+        "key.path=value", the value as in the file.
 
-    Raises:
+    Raises
+    ------
         InputError: not of that form.
     """
     path, equals, text = override.partition("=")
@@ -87,14 +93,17 @@ def apply_override(data, override):
     data[key] = value
 
 
-def key_table(model):
+def key_table(model: type[BaseModel]) -> list[Key]:
     """Every key of a pydantic model, sections unfolded.
 
-    Args:
-        model: class of the whole configuration.
+    Parameters
+    ----------
+    model : type[BaseModel]
+        Class of the whole configuration.
 
-    Returns:
-        list of Key
+    Returns
+    -------
+    list[Key]
     """
     return [
         Key(path, show(default).strip("'"), _allowed(node), node.get("description", ""))
@@ -103,12 +112,15 @@ def key_table(model):
     ]
 
 
-def first_error(model, error):
+def first_error(model: type[BaseModel], error: ValidationError) -> tuple[str, int]:
     """The first of pydantic's errors as one line, and how many more there are.
 
-    Args:
-        model: class of the whole configuration.
-        error: pydantic's ValidationError.
+    Parameters
+    ----------
+    model : type[BaseModel]
+        Class of the whole configuration.
+    error : ValidationError
+        Pydantic's ValidationError.
     """
     lines = []
     for detail in error.errors(include_url=False):

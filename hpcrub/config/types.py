@@ -1,7 +1,7 @@
 """What the values of an input can be, and what a section of it is."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -31,7 +31,7 @@ Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, m
 Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
 
 
-def names_a_file(text):
+def names_a_file(text: str) -> bool:
     """Whether a text can be the name of a file, and not only of a folder."""
     return text.isprintable() and Path(text).name not in ("", "..")
 
@@ -51,12 +51,12 @@ FileName = Annotated[
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
 
 
-def si(key, unit, times=1, per=1):
+def si(key: str, unit: str, times: float = 1, per: float = 1) -> Any:
     """Property with the value of `key` in SI."""
     return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
 
 
-def without_suffix(output):
+def without_suffix(output: str | Path) -> Path:
     """Path of a result file less its .h5: the names of all that lies beside it begin so.
 
     Any other suffix stays: the runs r_0.25 and r_0.50 share nothing.

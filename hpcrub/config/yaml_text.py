@@ -6,7 +6,7 @@ have no use in an input file and are refused.
 """
 
 import re
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import yaml
 
@@ -67,16 +67,21 @@ _Dumper.add_representer(
 )
 
 
-def parse(text):
+def parse(text: str) -> Any:
     """Read one YAML document.
 
-    Args:
-        text: the document, at most `MAX_CHARACTERS` long.
+    Parameters
+    ----------
+    text : str
+        The document, at most `MAX_CHARACTERS` long.
 
-    Returns:
+    Returns
+    -------
+    Any
         None, bool, int, float, str, or lists and dicts of them.
 
-    Raises:
+    Raises
+    ------
         InputError: not YAML, or YAML that an input file has no use for; says where.
     """
     if len(text) > MAX_CHARACTERS:
@@ -94,7 +99,7 @@ def parse(text):
         raise InputError("not YAML: " + " ".join(str(error).split())) from None
 
 
-def dump(data):
+def dump(data: Any) -> str:
     """Write dicts, lists and scalars as YAML that `parse` reads back to the same values."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
 

@@ -58,7 +58,8 @@ class Shortcuts(NamedTuple):
 
 class Scheme(NamedTuple):
     """What the steps read. K modes, L lanes, C contact points and O observed displacements,
-    both padded to multiples of TILE."""
+    both padded to multiples of TILE.
+    """
 
     normal: np.ndarray  # R (K, C) [1/√kg]
     tangential: np.ndarray  # T (K, C)

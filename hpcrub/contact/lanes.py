@@ -67,7 +67,7 @@ def below(a, b):
 
 
 def select(mask, a, b):
-    """a where the mask holds, b elsewhere."""
+    """A where the mask holds, b elsewhere."""
     return np.where(mask, a, b)
 
 
@@ -93,7 +93,7 @@ def tile_add(tile, matrix, row, column, vector):
 
 
 def tile_dot(matrix, row, columns, tile, total):
-    """total + Σ ``matrix[row, columns[i]]``·tile[i] in order: a zero member changes no bit."""
+    """Total + Σ ``matrix[row, columns[i]]``·tile[i] in order: a zero member changes no bit."""
     for column, t in zip(columns, tile, strict=True):
         total = total + matrix[row, column] * t
     return total

@@ -5,6 +5,7 @@ after the other and bit for bit, and every `stride`-th is kept; it costs somewha
 """
 
 import math
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,8 @@ from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.kernel import correct, take_step
-from hpcrub.response.sweep import Motion, cut_revolution, judge, speed_bands
+from hpcrub.model.reduction import Modes
+from hpcrub.response.sweep import Motion, Scene, cut_revolution, judge, speed_bands
 
 LANES = (0,) * 8  # speeds integrated together
 
@@ -51,14 +53,14 @@ def trace(lanes, scheme, contact, state, polar, position, force, stride):
             position[record] = state.position
 
 
-def n_records(speed_hz, duration, scene):
+def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
     """Records that `integrate` makes of one speed [Hz] in a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
     n_blocks = math.ceil(duration * speed_hz * grid.blocks_per_revolution)
     return n_blocks * (grid.steps_per_block // grid.stride)
 
 
-def groups(speeds_hz):
+def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:
     """Split speeds (S,) [Hz] into index arrays that `integrate` takes."""
     width = len(LANES)
     return [
@@ -68,18 +70,33 @@ def groups(speeds_hz):
     ]
 
 
-def integrate(modes, scene, speeds_hz, duration, motion=None, poll=None):
+def integrate(
+    modes: Modes,
+    scene: Scene,
+    speeds_hz: np.ndarray,
+    duration: float,
+    motion: Motion | None = None,
+    poll: Callable[[], object] | None = None,
+) -> Iterator[Piece]:
     """Histories of a few speeds, as Pieces of one block each.
 
-    Args:
-        modes: Modes of the sample.
-        scene: sweep.Scene.
-        speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
-        duration: [s], rounded up to blocks of the fastest speed.
-        motion: sweep.Motion to start from, rest by default (modified: the motion at the end).
-        poll: called without arguments after every Piece; what it raises ends it.
+    Parameters
+    ----------
+    modes : Modes
+        Of the sample.
+    scene : Scene
+    speeds_hz : ndarray
+        One of the `groups` of the speeds, (S,) [Hz].
+    duration : float
+        [s], rounded up to blocks of the fastest speed.
+    motion : Motion, optional
+        To start from, rest by default (modified: the motion at the end).
+    poll : Callable[[], object], optional
+        Called without arguments after every Piece; what it raises ends it.
 
-    Yields:
+    Yields
+    ------
+    Piece
         Piece. What the last one's `reason` says holds for the whole history.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)

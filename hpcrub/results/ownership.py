@@ -41,7 +41,7 @@ class Lock:
     could go on.
     """
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path) -> None:
         """Raises InputError when another job holds it or the folder cannot be used."""
         self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
         try:

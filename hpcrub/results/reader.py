@@ -61,7 +61,7 @@ class Results:
         The effective configuration of its study, every key.
     """
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path) -> None:
         self._file = ResultFile(path)
         self.path: Path = self._file.path
         self.config: Config = self._file.config

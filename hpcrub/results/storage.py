@@ -97,8 +97,9 @@ def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
 
 
 def _reserve(path, size):
-    """Raises OSError when a new file of this size has no place, as by a quota: HDF5, when it cannot
-    write, leaves objects behind that crash the process.
+    """Raise OSError when a new file of this size has no place, as by a quota.
+
+    HDF5, when it cannot write, leaves objects behind that crash the process.
     """
     with open(path, "xb") as file:
         if hasattr(os, "posix_fallocate"):
@@ -187,7 +188,7 @@ class ResultFile:
     holds all that its study needs. A file of any version opens whose layout this program knows.
     """
 
-    def __init__(self, path: str | Path, comm: Any = None, mode: str = "r"):
+    def __init__(self, path: str | Path, comm: Any = None, mode: str = "r") -> None:
         """Open a file; collective with several ranks.
 
         Parameters
@@ -369,9 +370,9 @@ class ResultFile:
         self.write(self._present("tuned", TUNED, {"computed_by": self.program} | values), ())
 
     def write_sample(self, level: int, sample: int, values: dict[str, Any]) -> None:
-        """Write one sample, a dict by the names in `SAMPLE` (`status` included, others may be
-        missing in a failed one); one rank. The status goes last.
+        """Write one sample, its status last; one rank.
 
+        values: by the names in `SAMPLE`, `status` included; others may be missing in a failed one.
         Raises HpcrubError when the file cannot be written.
         """
         present = self._present("samples", SAMPLE, {"computed_by": self.program} | values)
@@ -385,8 +386,9 @@ class ResultFile:
         return {name: value for name, value in pairs if name in self}
 
     def write_statistics(self, kind: str, level: int, running: Any, intervals: Any) -> None:
-        """Write RunningPercentiles and Intervals of one level; blocks beyond its last become NaN;
-        one rank.
+        """Write RunningPercentiles and Intervals of one level; one rank.
+
+        Blocks beyond its last become NaN.
         """
         lines = running._asdict() | intervals._asdict()
         lines.pop("samples_seen")  # known since the file was laid out

@@ -18,10 +18,11 @@ import sys
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
-from hpcrub.run.schedule import Assignments
+from hpcrub.run.schedule import Assignments, Tasks
 
 PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
 TO_ROOT, FROM_ROOT = 1, 2  # message tags
@@ -35,7 +36,7 @@ LAUNCHERS = (
 )
 
 
-def listen():
+def listen() -> None:
     """Until `run` begins, a stop signal ends the program at once, with a line and its exit code."""
     for number in STOP_SIGNALS:
         signal.signal(number, _stop_at_once)
@@ -50,7 +51,7 @@ def _name(number):
     return signal.Signals(number).name
 
 
-def run(program):
+def run(program: Callable[["Team"], int]) -> int:
     """Run program(team) on this rank and end all ranks in good order.
 
     program: function of a `Team` that returns an exit code.
@@ -65,7 +66,7 @@ def run(program):
         return code
     except HpcrubError as error:
         shared = getattr(error, "shared", False)
-        if not shared or team.rank == 0:
+        if not shared or team is None or team.rank == 0:
             _print_error(error, launched_rank() if team is None else 0)
         if isinstance(error, WriteError) and (team is None or team.size == 1):
             leave(error.exit_code)
@@ -116,7 +117,7 @@ def alone(program: Callable[[], int]) -> int:
             signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
 
 
-def start_team():
+def start_team() -> "Team":
     """The team of this rank: MPI when a launcher started the program, else a team of one.
 
     Raises InputError when a launcher started several ranks that cannot find each other.
@@ -126,7 +127,7 @@ def start_team():
     return Team(comm)
 
 
-def launched_size():
+def launched_size() -> int:
     """Number of ranks that a launcher announces in the environment, 0 without one."""
     for size, _ in LAUNCHERS:
         if os.environ.get(size, "").isdigit():
@@ -136,8 +137,8 @@ def launched_size():
     return 1 if "PMIX_RANK" in os.environ else 0
 
 
-def launched_rank():
-    """This rank as the launcher tells it, 0 without one."""
+def launched_rank() -> int:
+    """Number of this rank as the launcher tells it, 0 without one."""
     names = [rank for _, rank in LAUNCHERS] + ["PMIX_RANK"]
     found = [os.environ[name] for name in names if os.environ.get(name, "").isdigit()]
     return int(found[0]) if found else 0
@@ -174,18 +175,18 @@ def _print_error(error, rank):
 class Team:
     """The ranks that work on one study, or a single process when comm is None."""
 
-    def __init__(self, comm=None):
+    def __init__(self, comm: Any = None) -> None:
         self.comm = comm
         self.rank = comm.rank if comm else 0
         self.size = comm.size if comm else 1
         self.signal = None  # name of the signal that asked this rank to stop
         self.shared = None  # what poll() returns in run_tasks
 
-    def remember(self, number, frame):
+    def remember(self, number: int, frame: object) -> None:
         """Signal handler: take note, nothing else."""
         self.signal = _name(number)
 
-    def stop_if_asked(self, output):
+    def stop_if_asked(self, output: object) -> None:
         """Raise Interrupted on every rank if any of them was asked to stop; on all ranks.
 
         output: file that is not open yet.
@@ -197,24 +198,24 @@ class Team:
 
         self.together(check)
 
-    def barrier(self):
+    def barrier(self) -> None:
         """Wait for all ranks without taking a core."""
         if self.size > 1:
             request = self.comm.Ibarrier()
             while not request.Test():
                 time.sleep(PAUSE)
 
-    def bcast(self, value):
+    def bcast(self, value: Any) -> Any:
         """Rank 0's value on every rank."""
         self.barrier()
         return self.comm.bcast(value) if self.size > 1 else value
 
-    def gather(self, value):
+    def gather(self, value: Any) -> Any:
         """List of all ranks' values on rank 0, None elsewhere."""
         self.barrier()
         return self.comm.gather(value) if self.size > 1 else [value]
 
-    def on_root(self, function):
+    def on_root(self, function: Callable[[], Any]) -> Any:
         """Result of function(), called on rank 0 only, on every rank.
 
         Raises, on every rank, the HpcrubError that it raised on rank 0.
@@ -228,7 +229,7 @@ class Team:
         result, error = self.bcast((result, error))
         return _result_or_raise(result, error)
 
-    def together(self, function):
+    def together(self, function: Callable[[], Any]) -> Any:
         """Result of function(), called on every rank.
 
         Raises, on every rank, the HpcrubError of the first rank that raised one.
@@ -242,14 +243,20 @@ class Team:
         first = next((e for e in errors if e), None) if self.rank == 0 else None
         return _result_or_raise(result, self.bcast(first))
 
-    def abort(self, code):
+    def abort(self, code: int) -> None:
         """End all ranks now."""
         sys.stdout.flush()
         sys.stderr.flush()
         if self.size > 1:
             self.comm.Abort(code)
 
-    def run_tasks(self, tasks, compute, on_result=lambda task, result: None, shared=None):
+    def run_tasks(
+        self,
+        tasks: Tasks | Iterable[Any],
+        compute: Callable[[Any, Callable[[], Any]], Any],
+        on_result: Callable[[Any, Any], object] = lambda task, result: None,
+        shared: Any = None,
+    ) -> None:
         """Compute all tasks.
 
         tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
@@ -269,7 +276,7 @@ class Team:
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
 
-    def share(self, value):
+    def share(self, value: Any) -> None:
         """In on_result of `run_tasks`: from now on poll() returns `value`, soon on all ranks."""
         self.shared = value
         for rank in range(1, self.size):
@@ -348,8 +355,11 @@ class _Dispatcher:
 
 
 class _Worker:
-    """The other ranks' side of `run_tasks`. What they send is what they have finished: to ask for
-    more, when they begin their last task and again when they have none, and to say good-bye."""
+    """The other ranks' side of `run_tasks`.
+
+    What they send is what they have finished: to ask for more, when they begin their last task
+    and again when they have none, and to say good-bye.
+    """
 
     def __init__(self, team, compute):
         self.team, self.compute = team, compute

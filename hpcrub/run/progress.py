@@ -36,7 +36,7 @@ def console() -> Console:
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="hpcrub")
-    out = Console(file=_Output(sys.stdout), **plain)
+    out = Console(file=_Output(sys.stdout), **plain)  # type: ignore[arg-type]
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
     return out
@@ -91,7 +91,7 @@ class _Output:
 class Progress:
     """Progress of a study, on rank 0."""
 
-    def __init__(self, config: Config):
+    def __init__(self, config: Config) -> None:
         self.config = config
         self.console = console()
         self.bar: Bar | None = None

@@ -44,7 +44,7 @@ class RunLog:
 
     def __init__(
         self, output: str | Path, n_ranks: int, earlier: str = "set-up", seconds: float = 0.0
-    ):
+    ) -> None:
         """Write the first line.
 
         Parameters

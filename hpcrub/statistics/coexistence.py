@@ -39,15 +39,21 @@ class Group(NamedTuple):
     speed: int
 
 
-def label(amplitude, localisation, point_status):
+def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndarray) -> np.ndarray:
     """Branch of every steady point.
 
-    Args:
-        amplitude: of the windows (starts, speeds, windows) [m].
-        localisation: likewise, [-].
-        point_status: of layout.POINT_STATUS (starts, speeds).
+    Parameters
+    ----------
+    amplitude : ndarray
+        Of the windows (starts, speeds, windows) [m].
+    localisation : ndarray
+        Likewise, [-].
+    point_status : ndarray
+        Of layout.POINT_STATUS (starts, speeds).
 
-    Returns:
+    Returns
+    -------
+    ndarray
         Number of the branch (starts, speeds), int, from 0, that with the most points first; -1
         where the motion is not steady.
     """
@@ -56,7 +62,7 @@ def label(amplitude, localisation, point_status):
     n_points = known.sum(axis=0)
     level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # two quantities a pair
     found = np.full(point_status.shape, -1)
-    branches = []  # the last Group of each
+    branches: list[Group] = []  # the last Group of each
     for speed in np.flatnonzero(n_points):
         motions = windows[:, known[:, speed], speed]
         part = split(motions, level)
@@ -65,16 +71,19 @@ def label(amplitude, localisation, point_status):
     return _by_size(found)
 
 
-def split(motions, level):
+def split(motions: np.ndarray, level: float) -> np.ndarray:
     """Group of every motion of one speed (P,), int, from 0.
 
     All pairs within a group are alike (complete linkage). A group is split only where a pair is
     not. So clearly different motions are never together, and such as differ by chance never apart
     for another reason.
 
-    Args:
-        motions: amplitude and localisation of P motions in W windows (2, P, W).
-        level: probability with which chance separates two motions in one of the quantities.
+    Parameters
+    ----------
+    motions : ndarray
+        Amplitude and localisation of P motions in W windows (2, P, W).
+    level : float
+        Probability with which chance separates two motions in one of the quantities.
     """
     first, second = np.triu_indices(motions.shape[1], 1)
     if not len(first):
@@ -140,11 +149,11 @@ def _by_size(found):
     return found
 
 
-def stretches(several):
+def stretches(several: np.ndarray) -> np.ndarray:
     """Runs of true values (S,) bool: first index of each and the one after its last, (n, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], several, [0]]))).reshape(-1, 2)
 
 
-def coexisting(found):
+def coexisting(found: np.ndarray) -> np.ndarray:
     """Number of different branches at every speed (S,); found: as `label` returns."""
     return np.array([len(set(column[column >= 0])) for column in found.T])

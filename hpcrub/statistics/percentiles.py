@@ -11,6 +11,7 @@ the number of percentile values (i = step, 2 step, ..., k step). The error is ab
 unit of the amplification and is not divided by the mean.
 """
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,9 @@ class RunningPercentiles(NamedTuple):
     convergence_error: np.ndarray  # (P, K), equation (6)
 
 
-def running_percentiles(values, percentiles, step, z):
+def running_percentiles(
+    values: np.ndarray, percentiles: Sequence[float], step: int, z: float
+) -> RunningPercentiles:
     """Percentiles of the first step, 2 step, ... samples with equations (6) and (7).
 
     values (n,): in sample order; NaN (a failed sample) counts as seen and is left out of the
@@ -53,7 +56,9 @@ def running_percentiles(values, percentiles, step, z):
     return _with_errors(_order_statistics(values, step, rank), step, z)
 
 
-def running_intervals(values, percentiles, step, z):
+def running_intervals(
+    values: np.ndarray, percentiles: Sequence[float], step: int, z: float
+) -> Intervals:
     """Confidence intervals of the percentiles of the first step, 2 step, ... samples.
 
     Arguments as `running_percentiles`. Nothing is assumed but independent samples: of n of them,
@@ -65,7 +70,9 @@ def running_intervals(values, percentiles, step, z):
     return Intervals(*np.split(_order_statistics(values, step, rank), 2))
 
 
-def running_statistics(values, percentiles, step, z):
+def running_statistics(
+    values: np.ndarray, percentiles: Sequence[float], step: int, z: float
+) -> tuple[RunningPercentiles, Intervals]:
     """`running_percentiles` and `running_intervals` of the same values in one pass."""
     n = _n_valid(values, step)
     rank = np.concatenate([_percentile_ranks(n, percentiles), _interval_ranks(n, percentiles, z)])
@@ -73,12 +80,12 @@ def running_statistics(values, percentiles, step, z):
     return _with_errors(percentile, step, z), Intervals(low, high)
 
 
-def confidence(z):
+def confidence(z: float) -> float:
     """Probability that a normal variable lies within z standard deviations of its mean."""
     return 1.0 - 2.0 * ndtr(-z)
 
 
-def percentile_interval(values, percentiles, z):
+def percentile_interval(values: np.ndarray, percentiles: Sequence[float], z: float) -> Intervals:
     """Ends (P,) of the confidence intervals of percentiles of all `values`."""
     ends = running_intervals(values, percentiles, max(len(values), 1), z)
     return Intervals(*(end[:, -1] if len(values) else np.full(len(end), np.nan) for end in ends))
@@ -96,11 +103,10 @@ def _percentile_ranks(n, percentiles):
 
 
 def _interval_ranks(n, percentiles, z):
-    """Positions (2 P, K) of the intervals' lower, then upper ends among n (K,) sorted values; NaN
-    for none.
+    """Positions (2 P, K) of the intervals' lower, then upper ends among n (K,) sorted values.
 
-    Both are quantiles of the binomial distribution, each by its own small tail: 1 - tail would be 1
-    for large z.
+    NaN for none. Both are quantiles of the binomial distribution, each by its own small tail: 1
+    - tail would be 1 for large z.
     """
     q, tail = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0, ndtr(-z)
     low, high = binom.ppf(tail, n, q), binom.isf(tail, n, q)
@@ -137,7 +143,7 @@ def _at(ordered, rank):
     return np.where(t >= 0.5, b - (b - a) * (1.0 - t), a + (b - a) * t)
 
 
-def judged_error(criterion, read):
+def judged_error(criterion: str, read: Callable[[str], np.ndarray]) -> np.ndarray:
     """The error by which convergence is judged (..., P, K).
 
     criterion: "standard_error", equation (6), or "interval", half of the confidence interval.
@@ -148,7 +154,7 @@ def judged_error(criterion, read):
     return (read("percentile_high") - read("percentile_low")) / 2.0
 
 
-def first_converged(error, target):
+def first_converged(error: np.ndarray, target: float) -> int | None:
     """Number of percentile values after which every error is below the target.
 
     error (..., K): `judged_error` of all levels and percentiles.

@@ -9,7 +9,7 @@ for N_WINDOWS windows more, and `coexistence` tells from these which motions dif
 - perturbed: from a random deflection of the blades; several of them
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,9 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model import mistuning
+from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
-from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import coexistence
@@ -44,7 +45,7 @@ SCALES = {"speed": "speeds_hz"}
 N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
 
 
-def starts(config):
+def starts(config: Config) -> list[str]:
     """Names of the initial states."""
     return ["rest", "up", "down", *(f"perturbed {i + 1}" for i in range(config.branches.perturbed))]
 
@@ -112,22 +113,34 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "point_reason", task, result.point_reason
 
 
-def follow(modes, scene, speeds_hz, motion, downwards, poll=None):
+def follow(
+    modes: Modes,
+    scene: Scene,
+    speeds_hz: np.ndarray,
+    motion: Motion,
+    downwards: bool,
+    poll: Callable[[], object] | None = None,
+) -> SweepResult:
     """Every speed from the motion at the end of the one before (modified); the first as given."""
     order = range(len(speeds_hz))[:: -1 if downwards else 1]
-    whole = None
+    whole = SweepResult.empty(len(speeds_hz))
     for before, i in zip((None, *order), order, strict=False):
         if before is not None and whole.point_status[before] != DIVERGED:
             for values in motion:
                 values[i] = values[before]
         result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion, width=8)
-        whole = result if whole is None else whole
         for values, new in zip(whole[:-1], result[:-1], strict=True):
             values[i] = new[i]
     return whole
 
 
-def windows(modes, scene, speeds_hz, motion, poll=None):
+def windows(
+    modes: Modes,
+    scene: Scene,
+    speeds_hz: np.ndarray,
+    motion: Motion,
+    poll: Callable[[], object] | None = None,
+) -> Any:
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
     motion: Motion of all speeds. Returns the codes of ``status`` (S,), too; those of speeds whose
@@ -151,7 +164,7 @@ def windows(modes, scene, speeds_hz, motion, poll=None):
     return *found, reason
 
 
-def deflection(modes, n_family, seed, task, size):
+def deflection(modes: Modes, n_family: int, seed: int, task: int, size: float) -> np.ndarray:
     """Random modal coordinates (K,) in the first family, largest observed |u| = size [m]."""
     random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
     observed = modes.observed[:, :n_family] @ random
@@ -160,7 +173,7 @@ def deflection(modes, n_family, seed, task, size):
     )
 
 
-def label_file(file):
+def label_file(file: ResultFile) -> np.ndarray:
     """Branches of all points of a result file, as `coexistence.label` returns them."""
     names = "window_amplitude_m", "window_localisation", "point_status"
     return coexistence.label(*map(file.read, names))

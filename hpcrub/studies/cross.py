@@ -54,7 +54,7 @@ def constants(config: Config) -> dict[str, Any]:
     return {"sigma": sigma}
 
 
-def prepare(config):
+def prepare(config: Config) -> Any:
     """Amplifications of the source. Raises InputError when it is not complete."""
     return amplifications(_source(config))
 
@@ -66,7 +66,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     for level, (contact, linear) in enumerate(zip(*problem, strict=True)):
         known = np.isfinite(contact) & np.isfinite(linear)
         contact, linear, n = contact[known], linear[known], int(known.sum())
-        above = np.count_nonzero(contact > linear)
+        above = int(np.count_nonzero(contact > linear))
         yield "share", level, above / n if n else np.nan
         yield "share_interval", level, share_interval(above, n)
         if n > 3:
@@ -76,7 +76,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
             yield from _density(level, contact, linear)
 
 
-def share_interval(above, n, confidence=0.95):
+def share_interval(above: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
     """Wilson's interval of a share, above of n."""
     if n == 0:
         return np.nan, np.nan
@@ -86,7 +86,7 @@ def share_interval(above, n, confidence=0.95):
     return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def rank_interval(r, n, confidence=0.95):
+def rank_interval(r: float, n: int, confidence: float = 0.95) -> tuple[float, float]:
     """Interval of Spearman's correlation r of n pairs (Bonett and Wright 2000)."""
     z = norm.ppf(0.5 + confidence / 2)
     half = z * np.sqrt((1 + r * r / 2) / (n - 3))

@@ -79,7 +79,7 @@ def _compare(first, other):
         raise InputError(f"sources: {first.path} and {other.path} differ in {'; '.join(wrong)}")
 
 
-def prepare(config):
+def prepare(config: Config) -> Any:
     """Configuration and amplifications of all sources. Raises InputError as `constants`."""
     constants(config)
     return config, [amplifications(path) for path in config.sources]

@@ -4,7 +4,7 @@ Every speed is integrated to its steady state as in the contact study, and then,
 stands, over the revolutions of one more window, in which the energy is taken.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,9 +13,9 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED
 from hpcrub.errors import InputError
-from hpcrub.model.reduction import blade_stiffness, mistuned_modes
+from hpcrub.model.reduction import Modes, blade_stiffness, mistuned_modes
 from hpcrub.response import history
-from hpcrub.response.sweep import Motion, run_sweep
+from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cost import Cost
@@ -116,7 +116,13 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield f"{group}point_reason", where, result.point_reason
 
 
-def energies(modes, stiffness, scene, speeds_hz, poll=None):
+def energies(
+    modes: Modes,
+    stiffness: np.ndarray,
+    scene: Scene,
+    speeds_hz: np.ndarray,
+    poll: Callable[[], object] | None = None,
+) -> tuple[np.ndarray, SweepResult]:
     """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
 
     stiffness: of the blades, in these modes (N, K, K) [rad2/s2].
@@ -143,14 +149,14 @@ def energies(modes, stiffness, scene, speeds_hz, poll=None):
     return energy, result
 
 
-def strain_energy(stiffness, position):
+def strain_energy(stiffness: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Strain energies of blades: stiffness (N, K, K), position (R, K, S) → (R, S, N) [J]."""
     R, K, S = position.shape
     q = np.moveaxis(position, 1, 2).reshape(R * S, K)
     return np.stack([0.5 * ((q @ k) * q).sum(axis=1) for k in stiffness], axis=1).reshape(R, S, -1)
 
 
-def amplification(file):
+def amplification(file: ResultFile) -> np.ndarray:
     """A_nl(E) of every sample: its largest energy over the tuned disk's, (n,).
 
     NaN where all points of the sample have diverged, or of the tuned disk.

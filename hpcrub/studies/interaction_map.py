@@ -73,8 +73,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
     scene = problem.scene
     groups = history.groups(config.speeds.values_hz)
-    disk, group = divmod(task, len(groups))
-    modes, group = problem.modes[disk], groups[group]
+    disk, number = divmod(task, len(groups))
+    modes, group = problem.modes[disk], groups[number]
     speeds = config.speeds.values_hz[group]
     parts = [
         (piece.time, piece.observed, piece.reason)
@@ -94,7 +94,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield "amplitude_m", (disk, speed), np.abs(window).max()
 
 
-def spectrum(signals, interval, wanted):
+def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     """Amplitudes of harmonic parts of signals, their means aside.
 
     signals: (T, n); interval between two values [s]; wanted: step_hz, n_frequencies.

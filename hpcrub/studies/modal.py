@@ -7,6 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hpcrub.config.schema import Config
+from hpcrub.model.disk import Points
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.problem import build_model
@@ -62,7 +63,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
 
 
-def nodal_diameters(shapes, n_blades):
+def nodal_diameters(shapes: np.ndarray, n_blades: int) -> np.ndarray:
     """Number of nodal diameters of every mode.
 
     shapes: (n, K) on the dof of the full model, which come sector by sector in turning frames.
@@ -76,7 +77,7 @@ def nodal_diameters(shapes, n_blades):
     return folded.argmax(axis=0)
 
 
-def displacements(points, shapes):
+def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
     """Displacements of the nodes in x and y, scaled to 1.
 
     points: disk.Points; shapes: (n, K). Returns (K, n_nodes, 2).

@@ -12,7 +12,7 @@ from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import bump_height, ramp
 from hpcrub.response import history
 from hpcrub.response.steady import correlation
-from hpcrub.response.sweep import cut_revolution
+from hpcrub.response.sweep import Scene, cut_revolution
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cost import Cost
@@ -121,7 +121,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "point_status", task, STEADY if steady else NOT_STEADY
 
 
-def gap(scene, speed_hz, time, radial, tangential):
+def gap(
+    scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray, tangential: np.ndarray
+) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m]; the paper's, or that of the displaced position."""
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
@@ -150,7 +152,7 @@ def _tests(config, tangential, per_block):
     return tips, correlated, change
 
 
-def first_passed(correlated, change, steady):
+def first_passed(correlated: np.ndarray, change: np.ndarray, steady: Any) -> int | None:
     """Number of the first check that was passed, None if none was.
 
     correlated, change: correlation and relative change of amplitude at the checks (C,);
@@ -160,7 +162,7 @@ def first_passed(correlated, change, steady):
     return int(np.argmax(passed)) if passed.any() else None
 
 
-def first_steady(file, disk):
+def first_steady(file: ResultFile, disk: int) -> int | None:
     """`first_passed` of a disk of a result file."""
     correlated, change = file.read("correlation", disk), file.read("amplitude_change", disk)
     return first_passed(correlated, change, file.config.steady_state)

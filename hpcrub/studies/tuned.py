@@ -1,13 +1,17 @@
 """The tuned disk of a contact study: the reference that all amplifications are relative to."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError
+from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import SweepResult
 from hpcrub.run.schedule import Tuned, most_parts, n_parts
 from hpcrub.studies.amplification import Reference, linear_amplitude, peak, point_values
+from hpcrub.studies.problem import Problem
 from hpcrub.studies.samples import modes_of
 
 # Relative change of stiffness from run to run: far too small to matter for a structure, enough to
@@ -23,15 +27,16 @@ class Integrated(NamedTuple):
     message: str = ""
 
 
-def modes_of_tuned(config, problem, run):
-    """Modes of the tuned disk (run 0), or of one that hardly differs: where the motion is not
-    periodic, or one of several, its amplitude is one draw of many. All amplifications are relative
-    to the median.
+def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
+    """Modes of the tuned disk (run 0), or of one that hardly differs.
+
+    Where the motion is not periodic, or one of several, its amplitude is one draw of many. All
+    amplifications are relative to the median.
     """
     return modes_of(config, problem, np.full(config.disk.n_blades, PERTURBATION * run))
 
 
-def join(parts):
+def join(parts: Sequence[Any]) -> Any:
     """One Integrated of n parts, the p-th of which holds the speeds p, p + n, ..."""
     failed = next((part for part in parts if part.result is None), None)
     seconds = sum(part.seconds for part in parts)
@@ -49,31 +54,33 @@ def join(parts):
 class TunedDisk:
     """Rank 0's book of the tuned disk, integrated as it is, and perturbed."""
 
-    def __init__(self, config, problem, file):
+    def __init__(self, config: Config, problem: Problem | None, file: Any) -> None:
         self.config, self.problem, self.file = config, problem, file
-        self.reference = None
-        self.runs = [{} for _ in range(config.mistuning.tuned_runs)]  # Integrated of every part
+        self.reference: Any = None  # Reference, once known
+        self.runs: list[dict[int, Any]] = [
+            {} for _ in range(config.mistuning.tuned_runs)
+        ]  # Integrated of every part
 
-    def take_stock(self):
+    def take_stock(self) -> None:
         """Take up the results that are there."""
         if tuned := self.file.tuned():
             linear = tuned["linear_amplitude_m"]
             self.reference = Reference(float(tuned["reference_amplitude_m"]), float(linear))
 
-    def tasks(self, n_ranks):
+    def tasks(self, n_ranks: int) -> list[Tuned]:
         """Tasks that are left."""
         n_runs = 0 if self.reference else len(self.runs)
         cut = n_parts(n_runs, n_ranks, most_parts(self.config.speeds.n_values))
         return [Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
 
-    def collect(self, task, response):
+    def collect(self, task: Tuned, response: Any) -> None:
         """Take the result of a task; write all when it is the last one."""
         self.runs[task.run][task.part] = response
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [join([parts[i] for i in range(task.n_parts)]) for parts in self.runs]
             self.reference = self._write([whole.result for whole in wholes])
 
-    def n_speeds(self):
+    def n_speeds(self) -> int:
         """Number of speeds that have been integrated."""
         done = (part.result.point_status for parts in self.runs for part in parts.values())
         return sum(map(np.count_nonzero, done))
@@ -90,7 +97,7 @@ class TunedDisk:
         self.file.write_tuned(values)
         return Reference(values["reference_amplitude_m"], values["linear_amplitude_m"])
 
-    def check(self):
+    def check(self) -> None:
         """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
         if np.isnan(self.reference.contact):
             raise HpcrubError(

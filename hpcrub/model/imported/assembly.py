@@ -29,7 +29,7 @@ class SparseDisk(NamedTuple):
     surface: np.ndarray  # (F, 4) nodes of faces to draw
 
     @property
-    def n_blades(self):
+    def n_blades(self) -> int:
         """Number of blades."""
         return int(self.contact_blade.max()) + 1
 

@@ -49,7 +49,7 @@ class NeutralModel(NamedTuple):
     participation: np.ndarray  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
 
     @property
-    def n_blades(self):
+    def n_blades(self) -> int:
         """Blades of the whole disk."""
         return self.n_sectors or int(self.contact_blade.max()) + 1
 
