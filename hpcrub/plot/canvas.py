@@ -6,10 +6,10 @@ import inspect
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Concatenate, NamedTuple, ParamSpec, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from matplotlib import rc_context, rcParams
+from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
@@ -22,7 +22,6 @@ from hpcrub.studies.files import open_result
 
 Source = str | os.PathLike[str] | ResultFile
 Where = Axes | Sequence[Axes] | FigureBase | None
-P = ParamSpec("P")
 
 ARGUMENTS = """
 
@@ -31,8 +30,9 @@ Parameters
 file : path or open result file{several}
     Result of the study {studies}.
 ax : Axes, sequence of Axes, Figure or SubFigure, optional
-    Where to draw. {panels} By default a new figure is made, in the look of this program. A Figure
-    without axes gets the size that suits the drawing.
+    Where to draw. Of fewer axes than the figure has panels, the first panels are drawn. By default
+    a new figure is made, in the look of this program. A Figure without axes gets the size that
+    suits the drawing.
 {more}
 Returns
 -------
@@ -44,7 +44,6 @@ Raises
 InputError
     The file is of another study, or lacks what the figure shows.
 """
-FEWER = "Of fewer axes than the figure has panels, the first panels are drawn."
 NOTE_WIDTH = 110  # letters in a line below a figure
 
 
@@ -240,8 +239,8 @@ def warnings(file: ResultFile) -> list[str]:
 
 def figure(
     *studies: str, what: str, paper: str = "", alone: bool = True, several: bool = False,
-    random: bool = False, mode: bool = False, main: bool = False, panels: str = FEWER,
-) -> Callable[[Callable[Concatenate[Canvas, P], Any]], Drawing]:  # fmt: skip
+    random: bool = False, mode: bool = False, main: bool = False,
+) -> Callable[[Callable[..., Any]], Drawing]:  # fmt: skip
     """Decorator that makes a function of a `Canvas` a figure of a result file.
 
     The function draws; what it returns, if anything, is returned instead of the axes.
@@ -249,13 +248,14 @@ def figure(
     """
     about = About(studies, paper, what, alone, several, random, mode, main)
 
-    def decorate(draw: Callable[Concatenate[Canvas, P], Any]) -> Any:
-        def drawn(file: Any, ax: Where = None, **options: Any) -> Any:
+    def decorate(draw: Callable[..., Any]) -> Any:
+        def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
+            options = {} if mode is None else {"mode": mode}
             style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
             with _opened(file) as files, rc_context(style):
                 _check(draw.__name__, about, files)
                 canvas = Canvas(files, ax)
-                found = draw(canvas, **options)  # type: ignore[call-arg]
+                found = draw(canvas, **options)
                 canvas.finish()
             return canvas.drawn() if found is None else found
 
@@ -266,19 +266,18 @@ def figure(
         drawn.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
             [own["file"], own["ax"], *more]
         )
-        drawn.__doc__ = _documented(draw.__doc__ or "", about, panels)
+        drawn.__doc__ = _documented(draw.__doc__ or "", about)
         drawn.about = about  # type: ignore[attr-defined]
         return drawn
 
     return decorate
 
 
-def _documented(text: str, about: About, panels: str) -> str:
+def _documented(text: str, about: About) -> str:
     mode = "mode : int, optional\n    Mode to show, counted from 1.\n" if about.mode else ""
     return inspect.cleandoc(text) + ARGUMENTS.format(
         several=", or list of them" if about.several else "",
         studies=" or ".join(about.studies),
-        panels=panels,
         more=mode,
     )
 
@@ -290,10 +289,10 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
     with contextlib.ExitStack() as stack:
         files = []
         for one in file if several else [file]:
-            found = open_result(one) if isinstance(one, str | os.PathLike) else one
-            if found is not one:
-                stack.callback(found.close)
-            files.append(found)
+            if isinstance(one, str | os.PathLike):
+                files.append(stack.enter_context(open_result(one)))
+            else:
+                files.append(getattr(one, "file", one))  # of hpcrub.open, what reads it
         yield files
 
 
@@ -309,8 +308,3 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
                 f"{file.path}: figure {name} is for random samples, and this is one explicit "
                 "pattern (mistuning.pattern_gpa)"
             )
-
-
-def font_size() -> float:
-    """Size of small print beside the style in force."""
-    return 0.85 * float(rcParams["font.size"])

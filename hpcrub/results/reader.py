@@ -59,12 +59,14 @@ class Results:
         The file.
     config : Config
         The effective configuration of its study, every key.
+    file : ResultFile
+        What reads it, for the figures.
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._file = ResultFile(path)
-        self.path: Path = self._file.path
-        self.config: Config = self._file.config
+        self.file = ResultFile(path)
+        self.path: Path = self.file.path
+        self.config: Config = self.file.config
 
     def __enter__(self) -> Self:
         return self
@@ -79,25 +81,25 @@ class Results:
 
     def close(self) -> None:
         """Close the file; what has been read stays."""
-        self._file.close()
+        self.file.close()
 
     def __getitem__(self, name: str) -> Any:
         """Values of a dataset, in SI units: an array, or a number when it has no axes."""
         try:
-            return self._file.read(name)
+            return self.file.read(name)
         except InputError as error:
-            if name in self._file.names():
+            if name in self.file.names():
                 raise
             raise KeyError(str(error)) from None
 
     def __contains__(self, name: str) -> bool:
-        return name in self._file
+        return name in self.file
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._file.names())
+        return iter(self.file.names())
 
     def __len__(self) -> int:
-        return len(self._file.names())
+        return len(self.file.names())
 
     def __repr__(self) -> str:
         return f"<hpcrub {self.config.study} study {str(self.path)!r}>"
@@ -105,30 +107,30 @@ class Results:
     @property
     def status(self) -> np.ndarray:
         """0 pending, 1 done, 2 failed: of every sample (V, n), of other studies every task (T,)."""
-        return self._file.status()
+        return self.file.status()
 
     @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of the file: versions of the program and its libraries, seed, time."""
-        return self._file.attributes()
+        return self.file.attributes()
 
     @property
     def programs(self) -> list[str]:
         """The programs that have computed this file, one unless it was told to mix them."""
-        return self._file.programs()
+        return self.file.programs()
 
     def units(self, name: str) -> str:
         """Unit of a dataset, "1" when it has none."""
-        return str(self._file.attributes(name).get("units", "1"))
+        return str(self.file.attributes(name).get("units", "1"))
 
     def description(self, name: str) -> str:
         """What a dataset holds."""
-        attributes = self._file.attributes(name)
+        attributes = self.file.attributes(name)
         return str(attributes.get("long_name", attributes.get("description", "")))
 
     def dimensions(self, name: str) -> tuple[str, ...]:
         """Name of each axis of a dataset, that of the dataset with the values along it."""
-        return self._file.dimensions(name)
+        return self.file.dimensions(name)
 
     def tables(self) -> dict[str, tuple[str, ...]]:
         """{name: dimensions} of the tables that `to_dataframe` makes of this file.
@@ -191,8 +193,8 @@ class Results:
 
     def _axis(self, name, dimension, axis):
         """Values along one axis of a dataset."""
-        here = dimension in self and self._file.shape(dimension) == (self._file.shape(name)[axis],)
-        return self[dimension] if here else np.arange(self._file.shape(name)[axis])
+        here = dimension in self and self.file.shape(dimension) == (self.file.shape(name)[axis],)
+        return self[dimension] if here else np.arange(self.file.shape(name)[axis])
 
     def to_xarray(self) -> "xarray.DataTree":
         """All of the file as a tree of named arrays, in memory.

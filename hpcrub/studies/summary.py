@@ -125,7 +125,7 @@ def interval_table(file: ResultFile) -> Table:
     c = file.config.convergence
     table = Table(
         box=box.SIMPLE_HEAD,
-        title=f"Percentiles and their confidence intervals ({100 * confidence(c.z):.4g} %)",
+        title=f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)",
     )
     for heading in ("level", "percentile", "A_nl", "interval", "A_lin", "interval"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -137,7 +137,7 @@ def interval_table(file: ResultFile) -> Table:
         columns = []
         for name in names:
             values = file.read(name, level)[:n][done]
-            low, high = percentile_interval(values, c.percentiles, c.z)
+            low, high = percentile_interval(values, c.percentiles, Z_95)
             middle = np.percentile(values, c.percentiles) if len(values) else np.full_like(low, nan)
             columns += [[_number(x) for x in middle], list(map(_interval, low, high))]
         for percentile, *cells in zip(c.percentiles, *columns, strict=True):

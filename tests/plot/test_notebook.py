@@ -4,7 +4,6 @@ Truth: the words a reader expects, the quantiles of a normal distribution, and t
 written lies inside the figure.
 """
 
-import contextlib
 import inspect
 
 import numpy as np
@@ -19,8 +18,9 @@ from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.plot import densities, published
-from hpcrub.results import storage
-from hpcrub.studies import modal
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies import files, modal
+from hpcrub.studies.problem import build_model
 from tests.plot.stored import PATTERN, File, contact_file, modal_file
 from tests.program import TINY
 
@@ -37,7 +37,7 @@ def words(legend):
 
 def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
     path = tmp_path / "casing.h5"
-    storage.lay_out(path, Config.from_yaml("study: casing"))
+    files.lay_out(path, Config.from_yaml("study: casing"))
     figure, axes = plt.subplots(1, 3)
     drawn = hpcrub.plot.casing(str(path), ax=axes)
     assert list(drawn) == list(axes)
@@ -46,7 +46,9 @@ def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
     only = plt.figure().add_subplot()
     assert hpcrub.plot.casing(path, ax=only) is only
     assert [line.get_label() for line in only.get_lines()][0] == "deformed casing"
-    path.rename(path)  # and nothing holds the file open
+    with hpcrub.open(path) as file:
+        assert hpcrub.plot.casing(file, ax=only) is only
+        assert file["growth"].size  # an open file stays open
     plt.close("all")
 
 
@@ -286,14 +288,14 @@ def modal_result(folder):
     """A result file of a modal study."""
     path = folder / "modal.h5"
     config = Config.from_yaml(f"study: modal\noutput: {path}")
-    storage.lay_out(path, config)
+    files.lay_out(path, config)
     return path, config
 
 
 def test_the_disk_has_numbers_rotation_load_and_boundary_dof(tmp_path):
     path, config = modal_result(tmp_path)
-    with contextlib.closing(storage.ResultFile(path, mode="r+")) as file:
-        for name, where, values in modal.compute(modal.prepare(config), 0, None):
+    with ResultFile(path, mode="r+") as file:
+        for name, where, values in modal.compute(config, build_model(config), 0, None):
             file.write({name: values}, where)
     axes = hpcrub.plot.disk(path)
     said = [text.get_text() for text in axes.texts if text.get_text()]

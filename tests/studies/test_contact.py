@@ -35,7 +35,7 @@ def test_a_study_from_file_to_figure(tiny, folder, capfd):
     out = capfd.readouterr().out
     for text in ("A_nl", "A_lin", "steady", "diverged", "steps per second and core"):
         assert text in out
-    for text in ("confidence intervals (99.5 %)", "contact forces: at most"):
+    for text in ("confidence intervals (95 %)", "contact forces: at most"):
         assert text in out
     assert (folder / "results/tiny.png").exists()
     names = ["tiny.h5", "tiny.png", "tiny.runs.jsonl"]
