@@ -223,6 +223,9 @@ class ResultFile:
         try:
             self.layout = self._layout()
             self.config = self._config()
+            if parallel:  # a dataset that only some ranks open keeps all from closing the file
+                for name in self.names():
+                    _ = name in self
         except BaseException:
             self._file.close()
             raise

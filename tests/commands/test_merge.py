@@ -170,7 +170,8 @@ def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
     monkeypatch.setattr(provenance, "libraries", lambda: other)
     assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
     merge.merge("whole.h5", THREE)
-    assert attributes("whole.h5")[""]["numpy_version"] == f"0.0.1, {np.__version__}"
+    expected = f"0.0.1, {np.__version__}".encode()
+    assert attributes("whole.h5")[""]["numpy_version"] == expected
 
 
 @pytest.fixture

@@ -146,7 +146,7 @@ def test_failed_points_are_told_in_words(tiny, folder):
     file.write_sample(1, 1, {"point_reason": codes, "status": DONE})
     one, two, _ = lines_of_points(file)  # three speeds of the tuned disk and of four samples
     assert one == "1 of 15 points: diverged: a displacement is not finite"
-    assert two.startswith("2 of 15 points: diverged: self-locking")
+    assert two.startswith("2 of 15 points: diverged: jamming")
     garbled = np.array([status.JAMMING, 255, status.JAMMING], np.uint8)
     file.write_sample(1, 1, {"point_reason": garbled, "status": DONE})
     assert lines_of_points(file)[0] == two  # a code that no study writes is not counted
@@ -272,7 +272,7 @@ def test_a_pattern_is_printed_as_one_disk(tiny, folder, capfd):
     out = capfd.readouterr().out
     assert "pattern, largest amplitude" in out
     assert "pattern, largest localisation" in out
-    assert "percentile" not in out
+    assert "Amplifications, percentiles" not in out
     with open_result("results/tiny.h5") as file:
         assert file.read("samples/deviation", (0, 0))[0] == pytest.approx(211.93 / 210 - 1)
 
