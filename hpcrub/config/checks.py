@@ -8,6 +8,7 @@ import numpy as np
 
 from hpcrub.config.text import scientific_notation, show
 
+PATTERNS = "pattern_gpa", "pattern_percent", "blade_frequencies_hz"
 MAX_SPEEDS = 100_000
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
 
@@ -20,13 +21,28 @@ def problems(config: Any) -> Iterator[str]:
     yield from _part_problems(config)
 
 
+def patterns(mistuning: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Keys of a section `mistuning`, as a dict, that give one explicit sample, and their values."""
+    return [(key, mistuning[key]) for key in PATTERNS if mistuning.get(key) is not None]
+
+
+def deviation_of(key: str, values: Any, modulus: float) -> np.ndarray:
+    """Relative deviation of every blade's stiffness (N,) [-] that a key of `patterns` gives."""
+    values = np.array(values, dtype=float)
+    if key == "pattern_gpa":
+        return values / modulus - 1
+    if key == "pattern_percent":
+        return values / 100
+    return (values * len(values) / values.sum()) ** 2 - 1
+
+
 def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
-    """Width of the level that holds a pattern of moduli, from an input not yet validated.
+    """Width of the level that holds a pattern, from an input not yet validated.
 
     Parameters
     ----------
     data : dict[str, Any]
-        Input file as a dict, `mistuning.pattern_gpa` given.
+        Input file as a dict, one of the `patterns` of `mistuning` given.
     default_modulus : float
         Young's modulus when the input gives none [GPa].
 
@@ -38,8 +54,9 @@ def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
     """
     try:
         e0 = data.get("material", {}).get("young_modulus_gpa", default_modulus)
-        moduli = [scientific_notation(e) for e in data["mistuning"]["pattern_gpa"]]
-        width = max(abs(e / scientific_notation(e0) - 1) for e in moduli) * 100
+        key, values = patterns(data["mistuning"])[0]
+        found = deviation_of(key, [scientific_notation(v) for v in values], scientific_notation(e0))
+        width = float(np.abs(found).max(initial=0.0)) * 100
         return width if width < 100 else 0.0
     except (AttributeError, TypeError, ValueError, ArithmeticError):
         return 0.0
@@ -47,6 +64,12 @@ def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
 
 def _disk_problems(c):
     d = c.disk
+    if d.model is not None:
+        if c.reduction.basis == "per_sample":
+            yield "reduction.basis: per_sample is for the planar disk, not for disk.model"
+        return
+    if c.mistuning.by != "blade_stiffness":
+        yield f"mistuning.by: {c.mistuning.by} needs disk.model"
     if d.hub_radius_mm >= d.tip_radius_mm:
         yield (
             f"disk.hub_radius_mm: {d.hub_radius_mm} is not below "
@@ -88,22 +111,27 @@ def _run_problems(c):
 
 
 def _pattern_problems(c):
-    m = c.mistuning
-    if m.pattern_gpa is None:
+    m, given = c.mistuning, patterns(vars(c.mistuning))
+    if not given:
         return
-    if len(m.pattern_gpa) != c.disk.n_blades:
+    if len(given) > 1:
+        yield f"mistuning.{given[1][0]}: mistuning.{given[0][0]} is given too; leave one out"
+    key, values = given[0]
+    if len(values) != c.disk.n_blades and c.disk.is_resolved:
+        what = "moduli" if key == "pattern_gpa" else "values"
         yield (
-            f"mistuning.pattern_gpa: {len(m.pattern_gpa)} moduli given for the "
-            f"{c.disk.n_blades} blades of disk.n_blades"
+            f"mistuning.{key}: {len(values)} {what} given for the "
+            f"{c.disk.n_blades} blades of disk.{'model' if c.disk.model else 'n_blades'}"
         )
     largest = float(np.abs(c.pattern_deviation).max()) * 100
     if largest >= 100:
-        yield (
-            f"mistuning.pattern_gpa: a modulus deviates by {largest:.6g} % from "
-            "material.young_modulus_gpa; less than 100 % is allowed"
-        )
+        if key == "pattern_gpa":
+            text = "a modulus deviates by {:.6g} % from material.young_modulus_gpa"
+        else:
+            text = "the stiffness of a blade deviates by {:.6g} %"
+        yield f"mistuning.{key}: {text.format(largest)}; less than 100 % is allowed"
         return
-    alone = "cannot be combined with mistuning.pattern_gpa, which is one sample; leave one out"
+    alone = f"cannot be combined with mistuning.{key}, which is one sample; leave one out"
     if m.samples != 1:
         yield f"mistuning.samples: {m.samples} {alone}"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):

@@ -29,8 +29,11 @@ from hpcrub.config.study_keys import (
 )
 from hpcrub.config.types import (
     MOST_SAMPLES,
+    Checksum,
+    Deviations,
     FileName,
     Files,
+    Frequencies,
     Levels,
     Moduli,
     Number,
@@ -76,6 +79,20 @@ class Disk(Section):
     ring_thickness_mm: Number = Field(13.39, gt=0, le=1e4, description="thickness of ring [mm]")
     spoke_thickness_mm: Number = Field(7.23, gt=0, le=1e4, description="thickness of spokes [mm]")
     blade: Blade = Blade()
+    model: FileName | None = Field(
+        None,
+        description="model file of any bladed disk (hpcrub import) in place of the planar one; the "
+        "other keys of disk and the material are then not used, but for the damping ratio",
+    )
+    model_sha256: Checksum | None = Field(
+        None, description="checksum of the model file, filled in when a run begins"
+    )
+    n_contact_nodes: Whole | None = Field(
+        None, ge=2, le=100_000, description="of the model file, filled in when a run begins"
+    )
+    n_directions: Whole | None = Field(
+        None, ge=2, le=3, description="in which they move, filled in when a run begins"
+    )
 
     tip_radius = si("tip_radius_mm", "m", per=1000)
     hub_radius = si("hub_radius_mm", "m", per=1000)
@@ -85,8 +102,18 @@ class Disk(Section):
     spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
 
     @property
+    def is_resolved(self) -> bool:
+        """Whether all keys are those of the disk: not before the model file has been looked at."""
+        return self.model is None or self.model_sha256 is not None
+
+    @property
+    def n_points(self) -> int:
+        """Contact points."""
+        return self.n_contact_nodes or self.n_blades
+
+    @property
     def n_dof(self) -> int:
-        """Degrees of freedom of the full finite-element model."""
+        """Degrees of freedom of the planar disk."""
         return self.n_blades * (3 * self.blade.n_elements + 5)
 
 
@@ -245,6 +272,18 @@ class Mistuning(Section):
     pattern_gpa: Moduli | None = Field(
         None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
     )
+    pattern_percent: Deviations | None = Field(
+        None, description="the same, as relative deviations of each blade's stiffness [%]"
+    )
+    blade_frequencies_hz: Frequencies | None = Field(
+        None,
+        description="the same, as frequencies of each blade alone; deviations are from their mean",
+    )
+    by: Literal["blade_stiffness", "cantilever_modes"] = Field(
+        "blade_stiffness",
+        description="what deviates: all stiffness of a blade, or that of its cantilever modes "
+        "(component mode mistuning), of a model file only",
+    )
 
     @property
     def half_range(self) -> np.ndarray:
@@ -317,7 +356,7 @@ class Config(Section):
     def _pattern_is_one_sample(cls, data):
         """With a pattern: one sample, one level as wide as the pattern, unless given."""
         mistuning = data.get("mistuning") if isinstance(data, dict) else None
-        if not isinstance(mistuning, dict) or mistuning.get("pattern_gpa") is None:
+        if not isinstance(mistuning, dict) or not config_checks.patterns(mistuning):
             return data
         deviation = config_checks.pattern_half_range(data, Material().young_modulus_gpa)
         filled = {"samples": 1, "half_range_percent": [deviation]} | mistuning
@@ -332,8 +371,8 @@ class Config(Section):
 
     @property
     def n_coordinates(self) -> int:
-        """Coordinates of the reduced model: two of every tip, and the fixed-interface modes."""
-        return 2 * self.disk.n_blades + self.reduction.n_modes
+        """Coordinates of the reduced model: of every contact point, and the inner modes."""
+        return (self.disk.n_directions or 2) * self.disk.n_points + self.reduction.n_modes
 
     @property
     def is_part(self) -> bool:
@@ -353,10 +392,12 @@ class Config(Section):
 
     @property
     def pattern_deviation(self) -> np.ndarray | None:
-        """Relative deviation of stiffness of every blade of `pattern_gpa` (N,), None without."""
-        if self.mistuning.pattern_gpa is None:
+        """Relative deviation of stiffness of every blade of a pattern (N,), None without."""
+        found = config_checks.patterns(vars(self.mistuning))
+        if not found:
             return None
-        return np.array(self.mistuning.pattern_gpa) / self.material.young_modulus_gpa - 1
+        key, values = found[0]
+        return config_checks.deviation_of(key, values, self.material.young_modulus_gpa)
 
     def to_yaml(self) -> str:
         """The effective configuration, every key, as `from_yaml` reads it back."""

@@ -29,6 +29,9 @@ Switch = Annotated[bool, Strict()]
 Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
 Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
 Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
+Deviations = Annotated[tuple[_number(gt=-100, lt=100), ...], Field(min_length=2, max_length=200)]
+Frequencies = Annotated[tuple[_number(gt=0, le=1e6), ...], Field(min_length=2, max_length=200)]
+Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 
 def names_a_file(text: str) -> bool:

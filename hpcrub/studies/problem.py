@@ -1,36 +1,39 @@
 """`Config` → what a study computes with: the tuned disk, full and reduced, and the scene."""
 
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.model.disk import Disk, build_disk
+from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Scene
+from hpcrub.studies import imported
 
 
 class Model(NamedTuple):
     """The tuned disk, full and reduced."""
 
-    disk: Disk
+    disk: Any  # Disk, or SparseDisk of a model file; None: only reduced
     reduced: ReducedModel
 
 
 class Problem(NamedTuple):
     """What every rank needs in order to compute any sample."""
 
-    disk: Disk
+    disk: Any  # Disk; None: of a model file
     reduced: ReducedModel
     scene: Scene
     stability_limit: float  # of the time step, for the stiffest sample [s]
 
 
 def build_model(config: Config) -> Model:
-    """Model of a configuration. Raises InputError for an impossible geometry."""
+    """Model of a configuration. Raises InputError for an impossible geometry or model file."""
+    if config.disk.model is not None:
+        return Model(*imported.build(config))
     try:
         disk = build_disk(config.disk, config.material)
         return Model(disk, craig_bampton(disk, config.reduction.n_modes))
@@ -44,6 +47,8 @@ def build_problem(config: Config) -> Problem:
     Raises InputError for an impossible geometry and for a time step above the stability limit.
     """
     disk, reduced = build_model(config)
+    if config.disk.model is not None:
+        disk = None  # the full model is not needed any more, and would go to all ranks
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
     stiffest = max(0.0, np.max(config.mistuning.half_range if pattern is None else pattern))

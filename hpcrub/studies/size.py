@@ -11,7 +11,7 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.sweep import WIDTH, cut_revolution
-from hpcrub.studies import files
+from hpcrub.studies import files, imported
 from hpcrub.studies.problem import time_grid
 
 DENSE = 8  # matrices of the full model in memory at once
@@ -86,20 +86,22 @@ def _free(path):
 
 def _memory(config):
     study = studies.find(config)
-    blades, steady = config.disk.n_blades, config.steady_state
-    model = DENSE * NUMBER * config.disk.n_dof**2
+    steady = config.steady_state
+    if config.disk.model is None:
+        model = DENSE * NUMBER * config.disk.n_dof**2
+    else:
+        model = imported.memory(config)
     rows = NUMBER * study.n_tasks(config) if study.compute else SAMPLE * _n_samples(config)
     integration = 0
     if study.integrates:
         grid = cut_revolution(config.speeds.from_hz, time_grid(config))
         records = grid.steps_per_revolution // grid.stride * steady.window_revolutions
-        integration = NUMBER * (grid.steps_per_block + 2 * records * blades * WIDTH)
+        integration = NUMBER * (grid.steps_per_block + 2 * records * config.disk.n_points * WIDTH)
     if study.histories:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
-        coordinates = 2 * blades + config.reduction.n_modes
-        integration += NUMBER * records * coordinates * len(history.LANES)
+        integration += NUMBER * records * config.n_coordinates * len(history.LANES)
     return model + rows + integration
 
 

@@ -125,7 +125,7 @@ def _check_contact_nodes(model, radius):
         node = model.contact_node[~np.isfinite(at)][0]
         raise InputError(f"contact_node: node {node} has no place")
     inner, outer = np.nanmin(radius), np.nanmax(radius)
-    low = at < outer - TIP * (outer - inner)
+    low = at < outer - TIP * (outer - inner) - 1e-9 * outer
     if low.any() and model.kind != "reduced":
         raise InputError(
             f"contact_node: node {model.contact_node[low][0]} lies at a radius of "

@@ -1,0 +1,94 @@
+"""Disks of model files: what a configuration lacks of them, and the model itself."""
+
+import functools
+from pathlib import Path
+
+import numpy as np
+
+from hpcrub.config.schema import Config, replaced
+from hpcrub.errors import InputError
+from hpcrub.model.imported import assembly, checks, neutral, reduced
+from hpcrub.model.imported.assembly import SparseDisk
+from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.reduction import ReducedModel
+from hpcrub.results import model_file
+
+NUMBER = 8  # bytes
+FILL = 60  # bytes of a factorisation for each byte of a model file that is not reduced yet
+
+
+def resolved(config: Config) -> Config:
+    """The configuration with all that its model file tells; itself without one (rank 0).
+
+    Raises InputError for a model file that cannot be used, or has changed.
+    """
+    path = config.disk.model
+    if path is None or config.disk.is_resolved:
+        return config
+    model = _read(path, model_file.checksum(path))
+    directions = len(model.dof[np.isin(model.dof[:, 0], model.contact_node[:1])])
+    directions = min(3, max(2, directions))
+    n_points = len(model.contact_node) * (model.n_sectors or 1)
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
+    keys = {
+        "disk.model_sha256": model_file.checksum(path),
+        "disk.n_blades": model.n_blades,
+        "disk.n_contact_nodes": n_points,
+        "disk.n_directions": directions,
+        "disk.tip_radius_mm": float(1e3 * radius),
+    }
+    if model.kind == "reduced":
+        keys["reduction.n_modes"] = len(model.dof) - directions * n_points
+    return replaced(config, keys)
+
+
+def mid_speed(config: Config) -> float:
+    """Speed of rotation of the mode shapes, in the middle of the band [rad/s]."""
+    return np.pi * (config.speeds.from_hz + config.speeds.to_hz)
+
+
+def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
+    """The disk of a model file, None of a reduced one, and its reduced model.
+
+    Raises InputError for a file that cannot be used, or is not that of the configuration.
+    """
+    path, speed = str(config.disk.model), mid_speed(config)
+    found = model_file.checksum(path)
+    if found != config.disk.model_sha256:
+        raise InputError(f"disk.model: {path} is not the file that this configuration was made of")
+    model, disk = _read(path, found), None
+    if model.kind != "reduced":
+        disk = assembly.assemble(model)
+        model, _ = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
+    by_modes = config.mistuning.by == "cantilever_modes"
+    small = reduced.reduced_model(model, speed, by_modes)
+    if not by_modes and model.blade_stiffness is None and _mistuned(config):
+        raise InputError(f"disk.model: {path} has no K_blade; its blades cannot be mistuned")
+    checks.check_frequency(np.sqrt(small.tuned_eigenvalues[0]) / (2 * np.pi))
+    return disk, small
+
+
+def memory(config: Config) -> int:
+    """Memory that the model takes, roughly [bytes]."""
+    m = config.n_coordinates
+    matrices = (2 * config.disk.n_blades + 12) * NUMBER * m**2
+    return matrices + FILL * Path(str(config.disk.model)).stat().st_size
+
+
+def _mistuned(config):
+    pattern = config.pattern_deviation
+    if pattern is not None:
+        return bool(np.any(pattern))
+    return config.study in ("contact", "linear") and bool(np.any(config.mistuning.half_range))
+
+
+@functools.lru_cache(maxsize=1)
+def _read(path: str, checksum: str) -> NeutralModel:
+    """The checked model of a file; kept, because a run looks at it several times."""
+    try:
+        model = neutral.from_arrays(model_file.read(path))
+        checks.check(model)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+    return model

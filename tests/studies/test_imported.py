@@ -1,0 +1,110 @@
+"""Studies of model files: the planar disk through a file, keys that the file fills in, refusals."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.model.disk import build_disk
+from hpcrub.model.imported import assembly, neutral, reduced
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results import model_file
+from hpcrub.studies import imported
+from hpcrub.studies.problem import build_problem
+from hpcrub.studies.samples import modes_of
+from tests.truth.hexahedra import SMALL, sector_arrays
+from tests.truth.planar import planar_arrays
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def read(text):
+    return imported.resolved(Config.from_yaml(text))
+
+
+def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
+    """A mistuned disk over two revolutions: to rounding, which its impacts enlarge."""
+    brief = "steady_state: {first_check_s: 0.01, max_time_s: 0.06, window_revolutions: 1}"
+    built_in = Config.from_yaml(f"reduction: {{n_modes: 24}}\n{brief}")
+    model_file.write("planar.h5", planar_arrays(build_disk(built_in.disk, built_in.material)))
+    ours = read(f"disk: {{model: planar.h5}}\nreduction: {{n_modes: 24}}\n{brief}")
+    assert ours.n_coordinates == built_in.n_coordinates
+    assert ours.disk.n_blades == 12
+    deviation = np.linspace(-0.01, 0.01, 12)
+    found = []
+    for config in (built_in, ours):
+        problem = build_problem(config)
+        modes = modes_of(config, problem, deviation)
+        found.append(run_sweep(modes, problem.scene, [34.0, 34.5]))
+    assert (found[0].amplitude > 1e-3).all()
+    assert (found[0].max_sweeps > 0).all()
+    np.testing.assert_allclose(found[1].amplitude, found[0].amplitude, rtol=1e-5)
+    np.testing.assert_allclose(found[1].localisation, found[0].localisation, rtol=1e-4)
+
+
+def test_keys_that_the_model_file_fills_in(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 7}")
+    d = config.disk
+    assert (d.n_blades, d.n_contact_nodes, d.n_directions) == (5, 10, 3)
+    assert d.tip_radius_mm == pytest.approx(SMALL.tip)
+    assert config.n_coordinates == 37
+    assert Config.from_yaml(config.to_yaml()) == config  # without the file
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 7)
+    model_file.write("reduced.npz", neutral.to_arrays(small))
+    assert read("disk: {model: reduced.npz}").reduction.n_modes == 7
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("disk: {model: none.h5}", "none.h5: cannot be read"),
+        ("reduction: {basis: per_sample}", "per_sample is for the planar disk"),
+        ("mistuning: {pattern_percent: [1, 2, 3]}", "3 values given for the 5 blades"),
+        ("mistuning: {blade_frequencies_hz: [1, 1, 1, 1, 9]}", "less than 100 % is allowed"),
+        ("mistuning: {pattern_percent: [0, 1], pattern_gpa: [1, 2]}", "leave one out"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(folder, keys, words):
+    model_file.write("sector.h5", sector_arrays())
+    text = keys if "model" in keys else f"disk: {{model: sector.h5}}\n{keys}"
+    with pytest.raises(InputError, match=words):
+        read(text)
+
+
+def test_cantilever_modes_are_for_model_files():
+    with pytest.raises(InputError, match="mistuning.by: cantilever_modes needs disk.model"):
+        Config.from_yaml("mistuning: {by: cantilever_modes}")
+
+
+def test_measured_frequencies_deviate_from_their_mean(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read(
+        "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
+        "blade_frequencies_hz: [99, 101, 100, 102, 98]}"
+    )
+    exact = np.array([0.99, 1.01, 1.0, 1.02, 0.98]) ** 2 - 1
+    np.testing.assert_allclose(config.pattern_deviation, exact, rtol=1e-12)
+    problem = build_problem(config)
+    tuned, mistuned = (modes_of(config, problem, d).omega for d in (np.zeros(5), exact))
+    assert 0.005 < abs(mistuned[:5] / tuned[:5] - 1).max() < 0.02
+
+
+def test_changed_model_file_is_refused(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+    model_file.write("sector.h5", sector_arrays() | {"n_sectors": np.array(6)})
+    with pytest.raises(InputError, match="is not the file that this configuration was made of"):
+        build_problem(config)
+
+
+def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
+    arrays = {k: v for k, v in sector_arrays().items() if not k.startswith("K_blade")}
+    model_file.write("sector.h5", arrays)
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+    with pytest.raises(InputError, match="has no K_blade"):
+        build_problem(config)
