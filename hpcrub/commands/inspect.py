@@ -70,18 +70,17 @@ def printable(value: Any) -> str:
 
 
 def _program_lines(file: ResultFile, status: np.ndarray) -> Iterator[str]:
-    """Each program that has computed this file, and what; by sample range, when there are some."""
+    """The program that has computed this file, or each of several with what it has computed."""
     programs = file.programs()
-    if not programs:
-        return
     yield "  computed by:"
+    if len(programs) == 1:
+        yield f"    {printable(programs[0])}"
+        return
     tasks = studies.find(file.config).unit == "tasks"
     row = np.atleast_2d(file.read("computed_by" if tasks else "samples/computed_by"))
     done = np.atleast_2d(status) != PENDING
     for number, program in enumerate(programs):
         yield f"    {printable(program)}"
-        if len(programs) == 1:
-            continue
         if not tasks and file.tuned() and file.read("tuned/computed_by") == number:
             yield "      the tuned disk"
         for level, mine in enumerate(done & (row == number)):

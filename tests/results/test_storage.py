@@ -283,7 +283,7 @@ def test_damaged_metadata_is_found(path):
             start, size = file[name].id.get_offset(), file[name].id.get_storage_size()
             guarded[start : start + size] = False
     n_refused = 0
-    for at in np.random.default_rng(1).choice(np.flatnonzero(guarded), 200):
+    for at in np.random.default_rng(1).choice(np.flatnonzero(guarded), 100):
         spoilt = bytearray(content)
         spoilt[at] ^= 1 << (at % 8)
         path.write_bytes(spoilt)
@@ -291,7 +291,7 @@ def test_damaged_metadata_is_found(path):
             assert everything(path) == before
         except InputError:
             n_refused += 1
-    assert n_refused > 100
+    assert n_refused > 50
 
 
 def test_another_configuration_is_refused_by_name(path):
