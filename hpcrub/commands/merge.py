@@ -48,10 +48,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     options = parser.parse_args(argv)
     out = os.path.expanduser(options.out)
-    paths = [os.path.expanduser(path) for path in options.parts]
     how = options.overwrite, options.samples, options.allow_mixed
-    n_done, n_all = merge(out, paths, *how)
-    print(f"{out}: {n_done} of {n_all} samples, from {len(paths)} files")
+    n_done, n_all = merge(out, options.parts, *how)
+    print(f"{out}: {n_done} of {n_all} samples, from {len(options.parts)} files")
     if n_done < n_all:
         more = f" --set mistuning.samples={options.samples}" if options.samples else ""
         print(f"main.py with --output {out}{more} --resume computes the others")

@@ -205,17 +205,17 @@ class ResultFile:
         InputError
             It cannot be opened, or is no result file of a layout that this program knows.
         """
-        self.path = Path(path)
+        self.path = Path(path).expanduser()
         self.program = 0  # row of `programs`, written with every sample
         parallel = comm is not None and comm.size > 1
         _require_file(self.path)
         try:
             if parallel:
-                self._file = h5py.File(path, mode, driver="mpio", comm=comm, **LIBVER)
+                self._file = h5py.File(self.path, mode, driver="mpio", comm=comm, **LIBVER)
             elif mode == "r":
-                self._file = _open_to_read(path)
+                self._file = _open_to_read(self.path)
             else:
-                self._file = h5py.File(path, mode, **LIBVER, **SERIAL)
+                self._file = h5py.File(self.path, mode, **LIBVER, **SERIAL)
         except OSError as error:
             raise InputError(_unreadable(self.path, error)) from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None

@@ -143,6 +143,11 @@ def test_what_people_want_of_an_open_file(done):
         pass
 
 
+def test_the_home_folder_is_meant(done, monkeypatch):
+    monkeypatch.setenv("HOME", str(done.parent))
+    hpcrub.open(f"~/{done.name}").close()
+
+
 def test_a_file_that_is_being_written_is_read(done):
     with files.open_result(done, mode="r+") as writer, hpcrub.open(done) as file:
         writer.write_sample(0, 0, {"status": layout.DONE})
