@@ -120,7 +120,8 @@ def test_a_study_goes_on_with_more_samples(folder, capsys):
     fewer = ["study.yaml", "--output", "fewer.h5"]
     assert run(*fewer, "--set", "mistuning.samples=3") == 0
     assert run(*fewer, "--resume") == 2
-    assert "--samples 5 NEW.h5 fewer.h5 makes room" in error_lines(capsys.readouterr().err)[0]
+    room = f"--samples 5 NEW.h5 {folder / 'fewer.h5'} makes room"
+    assert room in error_lines(capsys.readouterr().err)[0]
     assert merge.main(["whole.h5", "fewer.h5", "--samples", "5"]) == 0
     out = capsys.readouterr().out
     assert "whole.h5: 6 of 10 samples" in out
