@@ -223,7 +223,9 @@ class ResultFile:
         try:
             self.layout = self._layout()
             self.config = self._config()
-            if parallel:  # a dataset that only some ranks open keeps all from closing the file
+            if parallel:
+                # To open a dataset of length zero changes its metadata (its space is allocated);
+                # where only some ranks had done so, they would never agree on closing the file.
                 for name in self.names():
                     _ = name in self
         except BaseException:

@@ -190,6 +190,16 @@ def test_more_ranks_than_samples(study):
     assert datasets(folder / "s0.h5") == datasets(folder / "s4.h5")
 
 
+def test_all_ranks_close_a_file_without_statistics(study):
+    """HDF5 changes the metadata of a dataset of length zero when it opens it: if only some ranks
+    did, these would wait for the others for ever when the file is closed."""
+    folder, _ = study
+    keys = "mistuning.samples=1", "convergence.step=10"
+    arguments = "study.yaml", "--output", "none.h5", *(f"--set={key}" for key in keys)
+    code, out, err = run(3, *arguments, "--no-figures", folder=folder)
+    assert code == 0, out + err
+
+
 def wait_for_samples(process, path, n_wanted):
     """Wait until so many samples are in the file of a running program."""
     deadline = time.monotonic() + WAIT
