@@ -28,7 +28,7 @@ def any_study(request, tmp_path, monkeypatch):
     text = f"study: {request.param}\n"
     text += TINY.replace("to_hz: 34.4", "to_hz: 34.0") if "time_response" in text else TINY
     text += "history: {duration_s: 0.6}\nspectrum: {window_s: 0.2}\nenergy: {samples: 2}\n"
-    if STUDIES[request.param].has_sources:
+    if STUDIES[request.param].n_sources:
         source = tmp_path / "source.h5"
         files.lay_out(source, config.Config.from_yaml(TINY))
         with ResultFile(source, mode="r+") as file:
