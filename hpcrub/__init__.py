@@ -1,6 +1,7 @@
 """hpcrub: blade-tip rubbing of mistuned bladed disks.
 
-`hpcrub.open(FILE)` reads a result file, in a `with` statement.
+`hpcrub.open(FILE)` reads a result file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a
+figure of it.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -8,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from hpcrub import plot
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
-__all__ = ["__version__", "open"]
+__all__ = ["__version__", "open", "plot"]
 
 
 def __getattr__(name: str) -> Any:

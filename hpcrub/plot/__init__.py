@@ -8,7 +8,8 @@ Every figure is a function of a result file, a path or an open one, and of axes 
     hpcrub.plot.summary("results/quickstart.h5", ax=axes)   # into axes of one's own
 
 Some compare several files, given as a list. `FIGURES` lists all of them, with `about` each. The
-command `hpcrub plot` draws them into files (`hpcrub.plot.pictures`).
+command `hpcrub plot` draws them into files (`hpcrub.plot.pictures`). `model` shows a model file,
+which is no result, in three dimensions.
 """
 
 from hpcrub.errors import InputError
@@ -21,6 +22,7 @@ from hpcrub.plot.densities import cross
 from hpcrub.plot.disks import animation, disk, safe, shapes
 from hpcrub.plot.histories import time
 from hpcrub.plot.maps import interaction_map
+from hpcrub.plot.models import model
 from hpcrub.plot.responses import family, summary
 from hpcrub.plot.strain_energy import energy
 
@@ -31,8 +33,8 @@ FIGURES: list[Drawing] = [
 
 __all__ = [
     "FIGURES", "find", "amplitudes", "animation", "branches", "casing", "cross", "damping", "disk",
-    "energy", "errors", "family", "interaction_map", "linear", "percentiles", "running", "safe",
-    "shapes", "summary", "time",
+    "energy", "errors", "family", "interaction_map", "linear", "model", "percentiles", "running",
+    "safe", "shapes", "summary", "time",
 ]  # fmt: skip
 
 
