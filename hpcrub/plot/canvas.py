@@ -146,7 +146,7 @@ class Canvas:
 
     def _figure(self, size: tuple[float, float]) -> FigureBase:
         if self._where is None:
-            from matplotlib import pyplot  # which starts the user's way to show figures
+            from matplotlib import pyplot
 
             return pyplot.figure(figsize=size)
         assert isinstance(self._where, FigureBase)
@@ -252,6 +252,8 @@ def figure(
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
             options = {} if mode is None else {"mode": mode}
             style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
+            if ax is None:
+                _start_pyplot()
             with _opened(file) as files, rc_context(style):
                 _check(draw.__name__, about, files)
                 canvas = Canvas(files, ax)
@@ -280,6 +282,13 @@ def _documented(text: str, about: About) -> str:
         studies=" or ".join(about.studies),
         more=mode,
     )
+
+
+def _start_pyplot():
+    """Let the user's way to show figures set what it needs, or `rc_context` would take it back."""
+    from matplotlib import pyplot
+
+    pyplot.draw_if_interactive()
 
 
 @contextlib.contextmanager

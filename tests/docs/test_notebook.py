@@ -1,6 +1,9 @@
-"""The notebook of the tutorial runs from first to last cell, and finds a range of speeds."""
+"""The notebook of the tutorial, and figures in a notebook."""
 
 import json
+import os
+import subprocess
+import sys
 
 from tests.program import ROOT
 
@@ -19,3 +22,21 @@ def test_the_notebook_leads_to_a_decision(monkeypatch, capsys):
     assert avoided[0] < names["tuned_high"].min()
     assert avoided[1] > names["tuned_high"].max()
     assert f"to be avoided: {avoided[0]:.1f} to {avoided[1]:.1f} Hz" in capsys.readouterr().out
+
+
+def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
+    """Notebooks draw by a backend that turns the interactive mode on, and need it for the next."""
+    (tmp_path / "inline.py").write_text(
+        "from matplotlib import interactive\n"
+        "from matplotlib.backends.backend_agg import FigureCanvasAgg as FigureCanvas\n"
+        "interactive(True)\n",
+        "utf-8",
+    )
+    code = (
+        "import hpcrub, matplotlib\n"
+        f"hpcrub.plot.casing({str(DOCS / 'examples' / 'casing.h5')!r})\n"
+        "assert matplotlib.is_interactive()"
+    )
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    environment = {**os.environ, "MPLBACKEND": "module://inline", "PYTHONPATH": path}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
