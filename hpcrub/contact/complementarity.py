@@ -73,16 +73,33 @@ def pivot(tableau, basis, row, column):
 
 @compiled
 def leaving_row(tableau, basis, column):
-    """Row of the smallest ratio, the artificial variable first; −1 for an unbounded ray."""
+    """Row of the smallest ratio, the artificial variable first; −1 for an unbounded ray.
+
+    Equal ratios, as of equal penetrations, are compared as if the right-hand sides were different
+    by ever smaller amounts (lexicographically): else the method runs in circles.
+    """
     n = len(basis)
     best, row = np.inf, -1
     smallest = 1e-11 * np.abs(tableau[:, column]).max()
     for i in range(n):
         if tableau[i, column] > smallest:
             ratio = tableau[i, 2 * n + 1] / tableau[i, column]
-            if ratio < best or (ratio == best and basis[i] == 2 * n):
+            if ratio < best or (ratio == best and comes_first(tableau, basis, column, i, row)):
                 best, row = ratio, i
     return row
+
+
+@compiled
+def comes_first(tableau, basis, column, i, j):
+    """Whether row i goes before row j of the same ratio."""
+    n = len(basis)
+    if basis[i] == 2 * n or basis[j] == 2 * n:
+        return basis[i] == 2 * n
+    for k in range(n):
+        own, other = tableau[i, k] / tableau[i, column], tableau[j, k] / tableau[j, column]
+        if own != other:
+            return own < other
+    return False
 
 
 @compiled
@@ -105,7 +122,7 @@ def solve_by_pivoting(M, p, x):
     tableau[:, 2 * n] = -1.0
     tableau[:, 2 * n + 1] = -p
     basis = np.arange(n)
-    row, column = int(np.argmax(p)), 2 * n
+    row, column = n - 1 - int(np.argmax(p[::-1])), 2 * n  # the last one of equal penetrations
     for _ in range(PIVOTS * n):
         left = basis[row]
         pivot(tableau, basis, row, column)

@@ -71,6 +71,31 @@ def test_pivoting_finds_the_one_solution():
     assert n_solved > 50
 
 
+@pytest.mark.parametrize("W", [np.eye(3), CYCLE, CYCLE.T])
+def test_pivoting_of_equal_and_of_vanishing_penetrations(W):
+    """Ties in the ratio test: every penetration of −1, 0 and 1 has its one solution."""
+    for p in map(np.array, itertools.product([-1.0, 0.0, 1.0], repeat=3)):
+        if p.max() > 0.0:
+            x = np.zeros(3)
+            assert solve_by_pivoting(W, p, x), p
+            assert all(np.abs(x - only).max() < 1e-12 for only in every_set(W, p)), p
+
+
+def test_what_pivoting_calls_a_solution_of_any_matrix_is_one():
+    n_solved = n_refused = 0
+    for W, rng in random_matrices(300):
+        p, x = rng.normal(size=len(W)), np.zeros(len(W))
+        if is_p_matrix(W) or p.max() <= 0.0:
+            continue
+        if solve_by_pivoting(W, p, x):
+            assert min(np.abs(x - one).max() for one in every_set(W, p)) < 1e-9 * np.abs(x).max()
+            n_solved += 1
+        else:
+            assert not x.any()
+            n_refused += 1
+    assert min(n_solved, n_refused) > 10
+
+
 def test_pivoting_says_when_there_is_no_solution():
     x = np.ones(1)
     assert not solve_by_pivoting(np.array([[-1.0]]), np.array([1.0]), x)

@@ -141,6 +141,22 @@ def test_peak_of_made_up_modes_at_any_damping_and_spacing():
         assert amplitude <= brute * (1 + 1e-4), trial
 
 
+def test_of_two_nearly_equal_peaks_the_larger_is_found():
+    """Two tips with a mode each: c²F/(2ξω²√(1 − ξ²)) in closed form, the other one out of reach.
+
+    They differ by less than what the search mesh makes of them.
+    """
+    rng = np.random.default_rng(2)
+    points, xi = planar_interface(np.zeros(2), 1.0), 5e-3
+    for _ in range(50):
+        omega = 600.0 * np.array([1.0, 1.0 + rng.uniform(0.05, 0.15)])
+        share = 1.0 + rng.uniform(-2e-3, 2e-3, 2)
+        own = np.diag(omega * np.sqrt(share))
+        amplitude, _ = linear_peak(Modes.planar(omega, own, own), xi, LOAD, 1, points, 2)
+        expected = LOAD * share.max() / (2.0 * xi * np.sqrt(1.0 - xi**2))
+        assert amplitude == pytest.approx(expected, rel=1e-6)
+
+
 def test_peak_at_the_edge_of_the_range():
     """So much damping that the response only falls with speed: the first one is the largest."""
     mode = np.ones((1, 1))

@@ -46,6 +46,23 @@ def test_constant_then_moving_is_not_steady():
     assert not verdict(np.where(T < 3, 1.0, PERIODIC / np.abs(PERIODIC).max()))
 
 
+@pytest.mark.parametrize("changed", [0.999, 1.001])
+def test_the_amplitude_may_change_by_its_share_of_the_last_window(changed):
+    last = 3e-3
+    before = last * (1.0 - changed * CRITERIA.max_amplitude_change)
+    assert is_constant(before, last, CRITERIA) == (changed < 1.0)
+    assert is_constant(2.0 * last - before, last, CRITERIA) == (changed < 1.0)
+
+
+@pytest.mark.parametrize("off", [-0.005, 0.005])
+def test_the_motion_must_repeat_itself_as_far_as_asked(off):
+    """cos α sin t + sin α cos t has the correlation cos α with sin t."""
+    t = np.linspace(0.0, 6.0 * np.pi, 600, endpoint=False)
+    cosine = CRITERIA.min_correlation + off
+    turned = cosine * np.sin(t) + np.sqrt(1.0 - cosine**2) * np.cos(t)
+    assert is_repeated(np.sin(t), turned, CRITERIA) == (off > 0.0)
+
+
 def test_nan_is_never_steady():
     assert not verdict(np.where(T > 5.9, np.nan, PERIODIC))
     assert not is_constant(np.nan, np.nan, CRITERIA)

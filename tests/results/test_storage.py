@@ -1,5 +1,6 @@
 """The result file: its layout is a contract, and nothing unsound is ever taken for a result."""
 
+import errno
 import shutil
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from hpcrub.config import schema as config
-from hpcrub.errors import InputError
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.results import layout, storage
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import files
@@ -155,9 +156,30 @@ def test_written_values_come_back(path, tiny_config):
     file.close()
 
 
-def test_data_is_written_before_its_status():
-    assert layout.SAMPLE[-1] == "status"
-    assert layout.TUNED[-1] == "linear_amplitude_m"
+class Full:
+    """A dataset that has no place on its disk."""
+
+    def __setitem__(self, where, value):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
+    """The disk fills up, or the job is killed, before any of its datasets."""
+    file = storage.ResultFile(path, mode="r+")
+    names = [name for name in layout.SAMPLE if f"samples/{name}" in file]
+    values, dataset = dict.fromkeys(names, 1) | {"status": layout.DONE}, file._dataset
+    for last in names:
+        full = {f"samples/{last}": Full()}
+        monkeypatch.setattr(
+            file, "_dataset", lambda name, full=full: full.get(name) or dataset(name)
+        )
+        with pytest.raises(HpcrubError, match="No space left"):
+            file.write_sample(1, 0, values)
+        monkeypatch.setattr(file, "_dataset", dataset)
+        assert file.status()[1, 0] == 0, last
+    file.write_sample(1, 0, values)
+    assert file.status()[1, 0] == layout.DONE
+    file.close()
 
 
 def test_more_samples_than_a_percentile_needs(tmp_path):
@@ -315,7 +337,7 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
         import resource, sys
         sys.path.insert(0, {str(ROOT)!r})
         from hpcrub.config import schema as config
-        from hpcrub.errors import InputError
+        from hpcrub.errors import HpcrubError, InputError
         from hpcrub.studies import files
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
         try:
