@@ -44,7 +44,7 @@ Raises
 InputError
     The file is of another study, or lacks what the figure shows.
 """
-NOTE_WIDTH = 110  # letters in a line below a figure
+LETTERS = 12  # of a line below a figure, per inch
 
 
 class About(NamedTuple):
@@ -98,6 +98,7 @@ class Canvas:
         self.own = where is None or isinstance(where, FigureBase)
         self._where = where
         self._notes: list[str] = []
+        self._legend: Any = None
 
     @property
     def file(self) -> ResultFile:
@@ -172,10 +173,10 @@ class Canvas:
         figure = self.figure
         room = figure.bbox.width
         for n in range(min(columns, len(words)), 0, -1):
-            legend = figure.legend(handles, words, loc="outside lower center", ncols=n)
-            if n == 1 or legend.get_window_extent().width < room:
+            self._legend = figure.legend(handles, words, loc="outside lower center", ncols=n)
+            if n == 1 or self._legend.get_window_extent().width < room:
                 return
-            legend.remove()
+            self._legend.remove()
 
     def legend_of(self, panel: Axes, columns: int = 2, drop: float = 42.0) -> None:
         """Legend of one panel, `drop` points below it, or within one of the user's own axes."""
@@ -210,15 +211,19 @@ class Canvas:
             self._notes.append(text)
 
     def finish(self) -> None:
-        """Write the notes, and what the files themselves warn of, below the figure."""
+        """Write the notes, and what the files themselves warn of, below the panels."""
         for file in self.files:
             for warning in warnings(file):
                 self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
         if not self._notes or not self.axes:
             return
-        text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, NOTE_WIDTH))
+        width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
+        text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
         if self.own:
-            self.figure.text(0.01, -0.01, text, va="top", fontsize=10, color="0.3")
+            # as the title of the legend the layout makes room for it
+            legend = self._legend or self.figure.legend([], [], loc="outside lower left")
+            legend.set_title(text, prop={"size": "small"})
+            legend.set_alignment("left")
         else:
             self.axes[0].annotate(
                 text, (0, 0), (0, -40), "axes fraction", "offset points", va="top",

@@ -158,16 +158,22 @@ def test_no_colour_is_pale():
         assert 1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) > 1.5
 
 
-def test_warnings_of_a_file_stand_below_its_figure(random):
-    file = contact_file(random)
-    assert not plot.summary(file)[0].figure.texts
+@pytest.mark.parametrize("name", ["summary", "percentiles"])  # without and with a legend of all
+def test_warnings_of_a_file_stand_below_its_figure(random, name):
+    file, draw = contact_file(random), plot.find(name)
+
+    def footer():
+        figure = np.ravel(draw(file))[0].figure
+        assert_nothing_clipped(figure)
+        return [legend.get_title().get_text() for legend in figure.legends]
+
+    assert not any(footer())
     file.warnings = "contact at 4 % of the speeds is jammed\n"
-    (footer,) = plot.summary(file)[0].figure.texts
-    assert footer.get_text() == "contact at 4 % of the speeds is jammed"
+    assert footer() == ["contact at 4 % of the speeds is jammed"]
     file.warnings = np.array(["first", "second"])
-    assert plot.summary(file)[0].figure.texts[0].get_text() == "first\nsecond"
+    assert footer() == ["first\nsecond"]
     axes = plt.figure().add_subplot()
-    plot.summary(file, ax=axes)
+    draw(file, ax=axes)
     assert "first\nsecond" in [text.get_text() for text in axes.texts]
 
 
