@@ -59,9 +59,7 @@ def announce(folder, options):
         if options.only and step.name not in options.only:
             continue
         if step.sources and not all((folder / s).exists() for s in step.sources):
-            steps = (
-                50 * plan.USUAL_TIME / cfg.time.step * (step.samples or (0, 0))[1] * options.scale
-            )
+            steps = 50 * plan.USUAL_TIME / cfg.step * (step.samples or (0, 0))[1] * options.scale
         else:
             steps = plan.time_steps(step, folder, options.scale)
         seconds = steps / rate

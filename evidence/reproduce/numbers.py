@@ -252,8 +252,8 @@ def cost(results):
     cfg = Config()
     rate, _ = cli.measure(cfg, build_problem(cfg))
     text = (
-        f"{simulated / cfg.time.step / rate:.2g} s on a core here: {simulated:.0f} s simulated, "
-        f"{rate / 1e6:.2g} million steps of {cfg.time.step:g} s per second "
+        f"{simulated / cfg.step / rate:.2g} s on a core here: {simulated:.0f} s simulated, "
+        f"{rate / 1e6:.2g} million steps of {cfg.step:g} s per second "
         f"({100 * share:.0f} % of the points steady)"
     )
     return [Row("16", "one response of 41 speeds", "about 1 h on a core", text, "", "")]

@@ -84,4 +84,4 @@ def time_steps(step, folder, scale):
 def _steps(cfg):
     cost = studies.find(cfg).cost(cfg, USUAL_TIME)
     slow = 6 if cfg.contact.kinematics == "polar" else 1  # a step costs several times more
-    return slow * (cost.sweeps + cost.histories) / cfg.time.step
+    return slow * (cost.sweeps + cost.histories) / cfg.step

@@ -8,14 +8,14 @@ from rich import box
 from rich.table import Table
 
 from hpcrub import studies
-from hpcrub.commands.execution import Existing, Finished, amount, examine, examine_all
+from hpcrub.commands.execution import Existing, Finished, amount, examine, examine_all, warnings
 from hpcrub.config.schema import Config, differences
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.response.sweep import can_touch
 from hpcrub.run import progress
 from hpcrub.run.parallel import Team
-from hpcrub.studies import cost, files
+from hpcrub.studies import cost, files, plausibility
 from hpcrub.studies.problem import Model, Problem, build_model, build_problem
 from hpcrub.studies.warmup import warm_up
 
@@ -47,6 +47,10 @@ def _one(config, existing, n_ranks):
     out.print(f"computes:             {', '.join(amount(config))}", soft_wrap=True)
     size = files.file_size(config) / 1e6
     out.print(f"output:               {size:,.4g} MB in {config.output}", soft_wrap=True)
+    for line in plausibility.numbers(config, problem) if study.integrates else ():
+        out.print(f"resolution:           {line}", soft_wrap=True)
+    for line in warnings(config):
+        out.print(f"warning:              {line}", soft_wrap=True)
     if study.integrates and not can_touch(problem.scene):
         out.print("contact:              none, the bumps do not reach the blades")
     if not study.cost(config, 1.0).disks:
@@ -70,7 +74,7 @@ def _try(out, study, config, problem):
         counts = status.count(tried.result.point_reason)
         for line in status.lines(counts, len(tried.result.point_reason)):
             out.print(f"tried, one disk:      {line}", soft_wrap=True)
-    return tried.seconds(study.cost(config, tried.until_steady), config.time.step)
+    return tried.seconds(study.cost(config, tried.until_steady), config.step)
 
 
 def _estimate(seconds, n_ranks):
@@ -87,7 +91,7 @@ def _print_model(out: Any, config: Config, model: Model | Problem) -> None:
     if isinstance(model, Problem):
         out.print(
             f"stability limit:      {model.stability_limit:.4g} s for central_difference; "
-            f"time.step_s is {config.time.step:.4g} s ({config.time.scheme})"
+            f"the time step is {config.step:.4g} s ({config.time.scheme})"
         )
 
 

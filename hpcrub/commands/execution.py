@@ -15,7 +15,8 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.run import progress
 from hpcrub.run.parallel import Team
 from hpcrub.run.runlog import RunLog, Work
-from hpcrub.studies import files, size
+from hpcrub.studies import files, plausibility, size
+from hpcrub.studies.problem import build_problem
 from hpcrub.studies.study import Job
 
 
@@ -97,6 +98,13 @@ def check_output(config: Config, existing: Existing) -> bool:
     return existing.resume
 
 
+def warnings(config: Config) -> list[str]:
+    """What a study that integrates in time does not resolve, a line each."""
+    if not studies.find(config).integrates:
+        return []
+    return list(plausibility.warnings(config, build_problem(config)))
+
+
 def claim(config: Config, existing: Existing, stack: contextlib.ExitStack) -> tuple[str, float]:
     """Make sure that a sound result file is there, and nobody else's (rank 0).
 
@@ -107,7 +115,8 @@ def claim(config: Config, existing: Existing, stack: contextlib.ExitStack) -> tu
     began = time.monotonic()
     if check_output(config, existing):
         return "check", time.monotonic() - began
-    files.lay_out(config.output, config)
+    found = warnings(config)
+    files.lay_out(config.output, config, {"warnings": "\n".join(found)} if found else None)
     return "lay-out", time.monotonic() - began
 
 
@@ -212,6 +221,8 @@ def announce(bar: progress.Progress, config: Config, n_ranks: int) -> None:
     ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
     what = ", ".join(amount(config))
     bar.say(f"hpcrub {__version__}: {what}, {ranks}, into {config.output}")
+    for line in warnings(config):
+        bar.say(f"warning: {line}")
 
 
 def amount(config: Config) -> Iterable[str]:

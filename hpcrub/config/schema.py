@@ -15,9 +15,9 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from hpcrub.config import checks as config_checks
+from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
-from hpcrub.config import yaml_text
 from hpcrub.config.study_keys import (
     Branches,
     Energy,
@@ -203,6 +203,20 @@ class Time(Section):
     step_s: Number = Field(
         3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
+    steps_per_bump_width: Number = Field(
+        16.0,
+        ge=1,
+        le=1e4,
+        description="time steps while a tip passes a bump's width at the highest speed, at least; "
+        "fewer than 8 are marked as not resolved [-]",
+    )
+    steps_per_period: Number = Field(
+        40.0,
+        ge=1,
+        le=1e5,
+        description="time steps per period of a clamped blade's first bending, at least; fewer "
+        "than 20 per period of the first family are marked as not resolved [-]",
+    )
 
     step = si("step_s", "s")
 
@@ -373,6 +387,11 @@ class Config(Section):
     def n_coordinates(self) -> int:
         """Coordinates of the reduced model: of every contact point, and the inner modes."""
         return (self.disk.n_directions or 2) * self.disk.n_points + self.reduction.n_modes
+
+    @property
+    def step(self) -> float:
+        """Longest time step that bumps and blades allow [s]."""
+        return resolution.time_step(self)
 
     @property
     def is_part(self) -> bool:

@@ -42,6 +42,7 @@ class Scene(NamedTuple):
     kinematics: str = "small"
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
+    record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     shortcuts: kernel.Shortcuts = kernel.Shortcuts()
 
@@ -124,7 +125,7 @@ def cut_revolution(slowest_hz: float, scene: Scene) -> Grid:
     scene : Scene
     """
     n_steps = math.ceil(1.0 / (slowest_hz * scene.step) * (1.0 - 1e-12))
-    stride = max(1, min(int(RECORD_INTERVAL / scene.step), n_steps // scene.n_bumps))
+    stride = max(1, min(int(scene.record_interval / scene.step), n_steps // scene.n_bumps))
     divisors = [d for d in range(1, scene.n_bumps + 1) if scene.n_bumps % d == 0]
     blocks = max(d for d in divisors if d == 1 or n_steps >= d * MIN_BLOCK)
     unit = blocks * stride

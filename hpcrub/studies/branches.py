@@ -25,6 +25,7 @@ from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import coexistence
 from hpcrub.studies.cost import Cost
+from hpcrub.studies.plausibility import steady_problems
 from hpcrub.studies.problem import build_problem
 from hpcrub.studies.samples import Disks, disks, modes_of
 from hpcrub.studies.study import Poll, Study, Values
@@ -213,6 +214,7 @@ STUDY = Study(
     prepare=prepare,
     n_tasks=n_tasks,
     cost=cost,
+    problems=steady_problems,
     integrates=True,
     histories=True,
     compute=compute,

@@ -32,6 +32,7 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies.amplification import linear_amplitude, peak, point_values
 from hpcrub.studies.cost import Cost
+from hpcrub.studies.plausibility import steady_problems
 from hpcrub.studies.problem import Problem, build_problem
 from hpcrub.studies.samples import deviation, modes_of, sigma_of
 from hpcrub.studies.study import Study
@@ -391,6 +392,7 @@ STUDY = Study(
     constants=constants,
     prepare=build_problem,
     cost=cost,
+    problems=steady_problems,
     unit=MonteCarlo.what,
     integrates=True,
     has_parts=True,

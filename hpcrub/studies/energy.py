@@ -19,6 +19,7 @@ from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cost import Cost
+from hpcrub.studies.plausibility import steady_problems
 from hpcrub.studies.problem import Problem, build_problem
 from hpcrub.studies.samples import basis_of
 from hpcrub.studies.sources import complete
@@ -195,6 +196,7 @@ STUDY = Study(
     prepare=prepare,
     n_tasks=n_tasks,
     cost=cost,
+    problems=steady_problems,
     n_sources=1,
     integrates=True,
     histories=True,

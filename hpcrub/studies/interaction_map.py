@@ -67,6 +67,11 @@ def problems(config: Config) -> Iterator[str]:
             f"spectrum.window_s: {config.spectrum.window_s} is more than "
             f"history.duration_s, {config.history.duration_s}"
         )
+    elif config.casing.growth_time > config.history.duration_s - config.spectrum.window_s:
+        yield (
+            f"casing.growth_time_s: the bumps still grow in the last {config.spectrum.window_s} s "
+            f"of history.duration_s, {config.history.duration_s}"
+        )
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:

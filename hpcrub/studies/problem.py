@@ -5,12 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene
+from hpcrub.response.sweep import RECORD_INTERVAL, Scene
 from hpcrub.studies import imported
 
 
@@ -53,9 +54,9 @@ def build_problem(config: Config) -> Problem:
     pattern = config.pattern_deviation
     stiffest = max(0.0, np.max(config.mistuning.half_range if pattern is None else pattern))
     limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
-    if config.time.scheme == "central_difference" and not config.time.step < limit:
+    if config.time.scheme == "central_difference" and not config.step < limit:
         raise InputError(
-            f"time.step_s: {config.time.step:g} is not below {limit:.4g} s, the stability limit "
+            f"time.step_s: {config.step:g} is not below {limit:.4g} s, the stability limit "
             "of central_difference for this model"
         )
     return Problem(disk, reduced, scene_of(config, reduced), float(limit))
@@ -74,7 +75,8 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         friction=config.contact.friction,
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
-        step=config.time.step,
+        step=config.step,
+        record_interval=resolution.record_interval(config, RECORD_INTERVAL),
         steady=SteadyCriteria(
             first_check=steady.first_check,
             window_revolutions=steady.window_revolutions,
@@ -89,4 +91,8 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 def time_grid(config: Config) -> SimpleNamespace:
     """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
-    return SimpleNamespace(step=config.time.step, n_bumps=config.casing.n_bumps)
+    return SimpleNamespace(
+        step=config.step,
+        n_bumps=config.casing.n_bumps,
+        record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+    )

@@ -1,0 +1,52 @@
+"""How long a time step may be for bumps and blades to be resolved, from the input alone."""
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hpcrub.config.schema import Config
+
+# Part of a bump pitch between the two points where a Gaussian bump has 1/e of its height
+WIDTH = 0.2
+CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
+RECORDS_PER_PERIOD = 20  # of the tips' displacement, at least
+
+
+def width_of_bump(config: "Config") -> float:
+    """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
+
+    Zero when it does not reach the tips.
+    """
+    height, clearance = config.casing.bump_height, config.casing.clearance
+    if height <= clearance:
+        return 0.0
+    part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
+    return WIDTH * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
+
+
+def bump_time(config: "Config") -> float:
+    """Time in which a tip passes the width of a bump at the highest speed [s]; inf: no contact."""
+    width = width_of_bump(config)
+    return width / (2.0 * math.pi * config.speeds.to_hz) if width > 0.0 else math.inf
+
+
+def blade_period(config: "Config") -> float:
+    """Period of the first bending mode of a blade clamped at the ring [s], about."""
+    length = config.disk.tip_radius - config.disk.hub_radius
+    wave_speed = math.sqrt(config.material.young_modulus / config.material.density)
+    slenderness = math.sqrt(12.0) * length**2 / config.disk.blade.thickness
+    return 2.0 * math.pi / CLAMPED * slenderness / wave_speed
+
+
+def time_step(config: "Config") -> float:
+    """Longest time step [s]: `time.step_s`, or less where bumps or blades need it."""
+    return min(
+        config.time.step_s,
+        bump_time(config) / config.time.steps_per_bump_width,
+        blade_period(config) / config.time.steps_per_period,
+    )
+
+
+def record_interval(config: "Config", usual: float) -> float:
+    """Longest time between two recorded displacements [s]; `usual`: what most disks need."""
+    return min(usual, blade_period(config) / RECORDS_PER_PERIOD)

@@ -1,0 +1,92 @@
+"""Whether the numbers of a study mean anything: what its time step and its model resolve.
+
+The limits are measured (`evidence/stress/plausibility.py`, docs/stress.md). What cannot have a
+result is refused; what may be wanted goes on with a warning that stands in the result file and
+under its figures.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hpcrub.config import resolution
+from hpcrub.config.schema import Config
+from hpcrub.response.sweep import can_touch
+from hpcrub.studies.problem import Problem
+
+STEPS_PER_BUMP_WIDTH = 8.0
+STEPS_PER_PERIOD = 20.0
+# harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
+HARMONICS = 7
+
+
+def steady_problems(config: Config) -> Iterator[str]:
+    """Lines on why no point of a study could pass a test of its steady state."""
+    steady, speeds = config.steady_state, config.speeds
+    window = steady.window_revolutions / speeds.from_hz  # the longest
+    if 2.0 * window > steady.max_time:
+        yield (
+            f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, "
+            f"which compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} "
+            f"Hz; at least {2.0 * window:.4g} s are needed"
+        )
+    # the ramp must be over before the last window begins, at the speed where that is first
+    ends = np.maximum(steady.first_check, 2.0 * steady.window_revolutions / speeds.values_hz)
+    begins = ends - steady.window_revolutions / speeds.values_hz
+    if config.casing.growth_time > begins.min():
+        needed = config.casing.growth_time + steady.window_revolutions / speeds.from_hz
+        yield (
+            f"casing.growth_time_s: the bumps still grow at {begins.min():.4g} s, when the first "
+            f"test of the steady state begins; a shorter one, or steady_state.first_check_s of at "
+            f"least {needed:.4g}, is needed"
+        )
+
+
+def steps_per_bump_width(config: Config) -> float:
+    """Time steps while a tip passes the width of a bump at the highest speed; inf: no contact."""
+    return resolution.bump_time(config) / config.step
+
+
+def steps_per_period(config: Config, problem: Problem) -> float:
+    """Time steps per period of the first family's highest mode."""
+    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
+    return float(2.0 * np.pi / np.sqrt(family[-1]) / config.step)
+
+
+def excited_hz(config: Config) -> float:
+    """Highest frequency that the bumps' shape excites [Hz]."""
+    return HARMONICS * config.casing.n_bumps * config.speeds.to_hz
+
+
+def numbers(config: Config, problem: Problem) -> Iterator[str]:
+    """What the time step and the model resolve, in words."""
+    top = np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi)
+    revolutions = config.steady_state.first_check * config.speeds.from_hz
+    yield f"{steps_per_bump_width(config):.3g} steps per bump width at {config.speeds.to_hz:g} Hz"
+    yield f"{steps_per_period(config, problem):.3g} steps per period of the first family"
+    yield f"{revolutions:.3g} revolutions before the first check"
+    yield f"modes up to {top:.4g} Hz, bumps excite up to {excited_hz(config):.4g} Hz"
+
+
+def warnings(config: Config, problem: Problem) -> Iterator[str]:
+    """Lines on what is not resolved; they go into the result file and under its figures."""
+    if not can_touch(problem.scene):
+        return
+    found = steps_per_bump_width(config)
+    if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
+        yield (
+            f"not resolved: {found:.3g} time steps per bump width, fewer than "
+            f"{STEPS_PER_BUMP_WIDTH:g} (time.steps_per_bump_width)"
+        )
+    found = steps_per_period(config, problem)
+    if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
+        yield (
+            f"not resolved: {found:.3g} time steps per period of the first family, fewer than "
+            f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"
+        )
+    top = float(np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi))
+    if top < config.casing.n_bumps * config.speeds.to_hz:
+        yield (
+            f"not resolved: the bumps pass at {config.casing.n_bumps * config.speeds.to_hz:.4g} "
+            f"Hz, above all modes of the model (up to {top:.4g} Hz; reduction.n_modes)"
+        )
