@@ -1,10 +1,10 @@
-"""How long a time step may be for bumps and blades to be resolved, from the input alone."""
+"""How long a time step may be for bumps and blades to be resolved, from the input alone.
+
+All functions take the `Config` of which they are a part.
+"""
 
 import math
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from hpcrub.config.schema import Config
+from typing import Any
 
 # Part of a bump pitch between the two points where a Gaussian bump has 1/e of its height
 WIDTH = 0.2
@@ -12,7 +12,7 @@ CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sq
 RECORDS_PER_PERIOD = 20  # of the tips' displacement, at least
 
 
-def width_of_bump(config: "Config") -> float:
+def width_of_bump(config: Any) -> float:
     """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
 
     Zero when it does not reach the tips.
@@ -24,13 +24,13 @@ def width_of_bump(config: "Config") -> float:
     return WIDTH * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
 
 
-def bump_time(config: "Config") -> float:
+def bump_time(config: Any) -> float:
     """Time in which a tip passes the width of a bump at the highest speed [s]; inf: no contact."""
     width = width_of_bump(config)
     return width / (2.0 * math.pi * config.speeds.to_hz) if width > 0.0 else math.inf
 
 
-def blade_period(config: "Config") -> float:
+def blade_period(config: Any) -> float:
     """Period of the first bending mode of a blade clamped at the ring [s], about."""
     length = config.disk.tip_radius - config.disk.hub_radius
     wave_speed = math.sqrt(config.material.young_modulus / config.material.density)
@@ -38,7 +38,7 @@ def blade_period(config: "Config") -> float:
     return 2.0 * math.pi / CLAMPED * slenderness / wave_speed
 
 
-def time_step(config: "Config") -> float:
+def time_step(config: Any) -> float:
     """Longest time step [s]: `time.step_s`, or less where bumps or blades need it."""
     return min(
         config.time.step_s,
@@ -47,6 +47,6 @@ def time_step(config: "Config") -> float:
     )
 
 
-def record_interval(config: "Config", usual: float) -> float:
+def record_interval(config: Any, usual: float) -> float:
     """Longest time between two recorded displacements [s]; `usual`: what most disks need."""
     return min(usual, blade_period(config) / RECORDS_PER_PERIOD)

@@ -120,9 +120,11 @@ class Disk(Section):
 class Material(Section):
     """Material and damping."""
 
-    young_modulus_gpa: Number = Field(210.0, gt=0, le=1e5, description="Young's modulus [GPa]")
-    density_kg_m3: Number = Field(7800.0, gt=0, le=1e6, description="density [kg/m³]")
-    damping_ratio: Number = Field(0.005, gt=0, lt=1, description="damping ratio of every mode [-]")
+    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5, description="Young's modulus [GPa]")
+    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6, description="density [kg/m³]")
+    damping_ratio: Number = Field(
+        0.005, ge=1e-6, lt=1, description="damping ratio of every mode [-]"
+    )
 
     young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
     density = si("density_kg_m3", "kg/m³")
@@ -165,7 +167,7 @@ class Forcing(Section):
     """Load of the linear response."""
 
     amplitude_n: Number = Field(
-        150.0, gt=0, le=1e9, description="radial load on every tip, linear response only [N]"
+        150.0, ge=1e-9, le=1e9, description="radial load on every tip, linear response only [N]"
     )
 
     amplitude = si("amplitude_n", "N")

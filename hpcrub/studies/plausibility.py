@@ -23,13 +23,14 @@ HARMONICS = 7
 def steady_problems(config: Config) -> Iterator[str]:
     """Lines on why no point of a study could pass a test of its steady state."""
     steady, speeds = config.steady_state, config.speeds
-    window = steady.window_revolutions / speeds.from_hz  # the longest
+    window = steady.window_revolutions / speeds.from_hz  # the longest [s]
     if 2.0 * window > steady.max_time:
         yield (
             f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, "
             f"which compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} "
             f"Hz; at least {2.0 * window:.4g} s are needed"
         )
+        return
     # the ramp must be over before the last window begins, at the speed where that is first
     ends = np.maximum(steady.first_check, 2.0 * steady.window_revolutions / speeds.values_hz)
     begins = ends - steady.window_revolutions / speeds.values_hz

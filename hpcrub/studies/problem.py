@@ -14,6 +14,8 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import RECORD_INTERVAL, Scene
 from hpcrub.studies import imported
 
+SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit
+
 
 class Model(NamedTuple):
     """The tuned disk, full and reduced."""
@@ -36,10 +38,18 @@ def build_model(config: Config) -> Model:
     if config.disk.model is not None:
         return Model(*imported.build(config))
     try:
-        disk = build_disk(config.disk, config.material)
-        return Model(disk, craig_bampton(disk, config.reduction.n_modes))
-    except (ValueError, np.linalg.LinAlgError) as error:
+        with np.errstate(all="ignore"):
+            disk = build_disk(config.disk, config.material)
+            reduced = craig_bampton(disk, config.reduction.n_modes)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
         raise InputError(f"disk: {error}") from None
+    values = reduced.tuned_eigenvalues
+    if not (np.isfinite(values).all() and values[0] > SMALLEST * values[-1]):
+        raise InputError(
+            "disk: the stiffnesses of its parts are too far apart for the arithmetic of this "
+            "program (lengths and thicknesses of disk, material)"
+        )
+    return Model(disk, reduced)
 
 
 def build_problem(config: Config) -> Problem:

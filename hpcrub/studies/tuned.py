@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import SweepResult
@@ -100,8 +101,10 @@ class TunedDisk:
     def check(self) -> None:
         """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
         if np.isnan(self.reference.contact):
+            reason = self.file.read("tuned/point_reason")
+            why = "; ".join(status.lines(status.count(reason), reason.size))
             raise HpcrubError(
-                "the tuned disk diverges at every speed: nothing to compare samples with"
+                f"the tuned disk has no result at any speed, nothing to compare samples with: {why}"
             )
         if not self.reference.usable:
             raise HpcrubError(

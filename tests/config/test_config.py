@@ -298,7 +298,7 @@ WRONG = [
     ("disk: {ring_thickness_mm: 0}", "disk.ring_thickness_mm: 0 is not a number above 0"),
     ("disk: {n_blades: 1}", "disk.n_blades: 1 is not a whole number from 2"),
     ("disk: {blade: {lean_deg: 90}}", "disk.blade.lean_deg: 90 is not a number above -90"),
-    ("material: {damping_ratio: 1}", "damping_ratio: 1 is not a number above 0 and below 1"),
+    ("material: {damping_ratio: 1}", "damping_ratio: 1 is not a number from 1e-06 and below 1"),
     ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
     ("time: {step_s: .inf}", "time.step_s: '.inf' is not a number"),
     ("time: {step_s: 1e999}", "time.step_s: inf is not a number"),
