@@ -31,7 +31,12 @@ def bump_time(config: Any) -> float:
 
 
 def blade_period(config: Any) -> float:
-    """Period of the first bending mode of a blade clamped at the ring [s], about."""
+    """Period of the first bending mode of a blade clamped at the ring [s], about.
+
+    Infinite for a model file, whose blades the input does not describe: there `time.step_s` counts.
+    """
+    if config.disk.model is not None:
+        return math.inf
     length = config.disk.tip_radius - config.disk.hub_radius
     wave_speed = math.sqrt(config.material.young_modulus / config.material.density)
     slenderness = math.sqrt(12.0) * length**2 / config.disk.blade.thickness
