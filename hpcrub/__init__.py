@@ -1,7 +1,7 @@
 """hpcrub: blade-tip rubbing of mistuned bladed disks.
 
-`hpcrub.open(FILE)` reads a result file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a
-figure of it.
+`hpcrub.compute(CONFIG)` computes a study of a `hpcrub.Config`. `hpcrub.open(FILE)` reads its result
+file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -10,9 +10,11 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from hpcrub import plot
+    from hpcrub.commands.notebook import compute
+    from hpcrub.config.schema import Config
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
-__all__ = ["__version__", "open", "plot"]
+__all__ = ["Config", "__version__", "compute", "open", "plot"]
 
 
 def __getattr__(name: str) -> Any:
@@ -21,6 +23,14 @@ def __getattr__(name: str) -> Any:
         from hpcrub.results.reader import open_file
 
         return open_file
+    if name == "compute":
+        from hpcrub.commands.notebook import compute
+
+        return compute
+    if name == "Config":
+        from hpcrub.config.schema import Config
+
+        return Config
     if name == "plot":
         from importlib import import_module
 

@@ -6,7 +6,7 @@ tables in docs/reference/ are made from them.
 """
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import pi
 from pathlib import Path
 from typing import Any, Literal
@@ -423,6 +423,11 @@ class Config(Section):
     def to_yaml(self) -> str:
         """The effective configuration, every key, as `from_yaml` reads it back."""
         return yaml_text.dump(self.model_dump(mode="json"))
+
+    @classmethod
+    def from_mapping(cls, keys: Mapping[str, Any]) -> "Config":
+        """Validated configuration of nested dictionaries. Raises InputError as `from_yaml`."""
+        return _validated(dict(keys))
 
     @classmethod
     def from_yaml(cls, text: str) -> "Config":

@@ -1,0 +1,108 @@
+"""`hpcrub.compute`: compute a study from Python, as the command line does."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hpcrub import studies
+from hpcrub.config.schema import Config, load_runs
+from hpcrub.errors import HpcrubError, InputError, Interrupted
+
+ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
+
+
+def compute(
+    config: Config | Mapping[str, Any] | str | os.PathLike[str],
+    ranks: int = 1,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    figures: bool = False,
+    quiet: bool = False,
+) -> Path:
+    """Compute a study and return its result file, to be read with `hpcrub.open`.
+
+    It runs in a process of its own, as from the command line: with one thread a rank, so that its
+    results are the same bits, and with all that is needed to stop and resume it.
+
+    Parameters
+    ----------
+    config
+        What to compute: a `hpcrub.Config`, the keys of an input as nested dictionaries, or the path
+        of an input file of a single run.
+    ranks
+        MPI ranks on this machine.
+    output
+        Result file; by default the configuration's own.
+    resume, overwrite
+        What to do with a result file that is there already; by default it is refused.
+    figures
+        Draw the figures of the study, too.
+    quiet
+        Print no progress.
+
+    Returns
+    -------
+    Path
+        Result file.
+
+    Raises
+    ------
+    InputError
+        Something is wrong with the input; nothing has been computed.
+    HpcrubError
+        The study has failed.
+
+    Examples
+    --------
+    >>> import hpcrub
+    >>> config = hpcrub.Config(mistuning={"samples": 20}, output="few.h5")
+    >>> with hpcrub.open(hpcrub.compute(config, ranks=2)) as file:
+    ...     table = file.to_dataframe("samples")
+    """
+    asked = _configuration(config)
+    if output is not None:
+        asked = asked.model_copy(update={"output": os.fspath(output)})
+    studies.check(asked)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "input.yaml")
+        path.write_text(asked.to_yaml(), encoding="utf-8")
+        options = ["--resume"] * resume + ["--overwrite"] * overwrite
+        options += ["--no-figures"] * (not figures)
+        launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
+        _call([*launcher, sys.executable, "-m", "hpcrub", "run", str(path), *options], quiet)
+    return Path(asked.output)
+
+
+def _configuration(config):
+    if isinstance(config, Config):
+        return config
+    if isinstance(config, Mapping):
+        return Config.from_mapping(config)
+    runs = load_runs(config)
+    if len(runs) != 1:
+        raise InputError(f"{config}: {len(runs)} runs; `hpcrub run` computes several")
+    return runs[0]
+
+
+def _call(command, quiet):
+    """Run a command, its output passed on line by line. Raises HpcrubError when it fails."""
+    # `hpcrub` itself is found from any working folder
+    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as errors:
+        pipe = {"stdout": subprocess.PIPE, "stderr": errors, "text": True}
+        with subprocess.Popen(command, env=environment, **pipe) as process:
+            for line in process.stdout:
+                if not quiet:
+                    print(line, end="", flush=True)
+        errors.seek(0)
+        said = [line for line in errors.read().splitlines() if line.startswith("hpcrub: ")]
+    if process.returncode:
+        text = said[-1].removeprefix("hpcrub: ") if said else f"exit code {process.returncode}"
+        raise ERRORS.get(process.returncode, HpcrubError)(text.removeprefix("error: "))

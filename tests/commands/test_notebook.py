@@ -1,0 +1,73 @@
+"""Studies from Python, and what editors know of an input: as a person would use them."""
+
+import json
+
+import pytest
+
+import hpcrub
+from hpcrub.commands import keys
+from hpcrub.config.schema import key_table
+from hpcrub.errors import HpcrubError, InputError
+from hpcrub.studies import STUDIES
+from tests.program import ROOT
+
+
+def test_a_study_from_python(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    config = hpcrub.Config(study="casing", casing={"n_bumps": 3}, output="casing.h5")
+    path = hpcrub.compute(config)
+    assert "3 bumps" in capfd.readouterr().out
+    with hpcrub.open(path) as file:
+        assert file.config.casing == config.casing
+        assert file["gap_m"].min() == pytest.approx(-1e-3)
+    with pytest.raises(InputError, match="casing.h5 exists: --resume goes on with it"):
+        hpcrub.compute(config)
+    again = hpcrub.compute(config, ranks=2, overwrite=True, quiet=True)
+    assert again == path
+    assert capfd.readouterr().out == ""
+
+
+def test_keys_and_input_files_are_configurations_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    keys_of_input = {"study": "casing", "casing": {"n_bumps": 5}}
+    path = hpcrub.compute(keys_of_input, output="five.h5", quiet=True)
+    with hpcrub.open(path) as file:
+        assert file.config.casing.n_bumps == 5
+    made = hpcrub.compute(ROOT / "inputs/casing.yaml", output="four.h5", quiet=True, figures=True)
+    assert made.with_suffix(".png").exists()
+
+
+@pytest.mark.parametrize(
+    ("keys_of_input", "message"),
+    [
+        ({"study": "casng"}, "study: 'casng' is not one of contact, .*did you mean casing"),
+        ({"casing": {"n_bump": 3}}, "casing.n_bump: unknown key; did you mean casing.n_bumps"),
+        ({"casing": {"growth_time_s": 20}}, "the bumps still grow at"),
+    ],
+)
+def test_wrong_input_is_an_exception_before_any_work(keys_of_input, message):
+    with pytest.raises(InputError, match=message):
+        hpcrub.compute(keys_of_input)
+
+
+def test_a_study_that_fails_is_an_exception(tmp_path):
+    config = hpcrub.Config(study="casing", output=str(tmp_path / "none" / "x.h5"))
+    (tmp_path / "none").write_text("no folder")
+    with pytest.raises(HpcrubError):
+        hpcrub.compute(config, quiet=True)
+
+
+def test_the_schema_of_editors_is_in_step_with_the_program():
+    stored = json.loads((ROOT / "inputs/schema.json").read_text(encoding="utf-8"))
+    assert stored == keys.schema(), "python -m hpcrub keys --schema > inputs/schema.json"
+    assert stored["properties"]["study"]["enum"] == list(STUDIES)
+    for path in (ROOT / "inputs").glob("*.yaml"):
+        first = path.read_text(encoding="utf-8").partition("\n")[0]
+        assert first == "# yaml-language-server: $schema=schema.json"
+
+
+def test_keys_are_printed(capsys):
+    assert keys.main(["casing"]) == 0
+    printed = capsys.readouterr().out
+    wanted = [key.path for key in key_table() if "casing" in key.path]
+    assert [line.partition(":")[0] for line in printed.splitlines()[::2]] == wanted
