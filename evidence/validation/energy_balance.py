@@ -239,7 +239,9 @@ def contact_work(scheme, state, polar, n_active, lane, books, work):
 
 
 @compiled
-def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, stride, books):
+def integrate(
+    lanes, scheme, contact, state, record, polar, spatial, n_blocks, block, stride, books
+):
     """`kernel.integrate`, step for step the same bits, with every step in the books (modified)."""
     n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
@@ -248,7 +250,7 @@ def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, str
         if block >= 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
-            n_active, _ = take_step(lanes, scheme, contact, state, polar, step, 0, True)
+            n_active, _ = take_step(lanes, scheme, contact, state, polar, spatial, step, 0, True)
             correct(lanes, scheme, state, n_active)
             account(lanes, scheme, state, polar, step, n_active, books)
             if block >= 0 and (step + 1) % stride == 0:

@@ -11,6 +11,7 @@ from hpcrub.contact.kernel import Contact, Record, Scheme, State
 from hpcrub.contact.lanes import TILE, aligned_zeros
 from hpcrub.contact.polar import Polar
 from hpcrub.contact.recurrence import coefficients
+from hpcrub.contact.spatial import Spatial
 from hpcrub.contact.status import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.model.casing import bump_table
 
@@ -37,6 +38,7 @@ class Bank(NamedTuple):
     state: State
     record: Record
     polar: Polar
+    spatial: Spatial | tuple[()]  # empty for a disk without axial motion
 
     def take(self, lanes):
         """A Bank of some of the lanes only."""
@@ -49,11 +51,14 @@ LANE_MEMBERS = {
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
+    Spatial: ("compliance", "before", "cosine", "sine", "touching", "factor", "right", "wrong"),
     Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
 }
 
 
 def _take(group, lanes):
+    if not group:
+        return group
     members = LANE_MEMBERS[type(group)]
     return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
 
@@ -75,7 +80,16 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
     interface = scene.interface
     n_modes, n_points = len(modes.omega), _padded(len(modes.normal))
     normal, tangential = _columns(modes.normal), _columns(modes.tangential)
-    load = -np.hstack([normal, tangential]) if polar else -(normal + scene.friction * tangential)
+    axial = _columns(modes.axial)
+    moves_axially = len(modes.axial) > 0
+    if polar and moves_axially:
+        raise ValueError("polar kinematics are for disks without axial motion")
+    if moves_axially:
+        load = -np.hstack([normal, tangential, axial])
+    elif polar:
+        load = -np.hstack([normal, tangential])
+    else:
+        load = -(normal + scene.friction * tangential)
     n_forces = load.shape[1] + 1
     bump = bump_table(
         interface.angle,
@@ -112,6 +126,7 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         penetration=aligned_zeros((n_points + 1, width)),
         multiplier=aligned_zeros((n_forces, width)),
         depth=aligned_zeros((n_points + 1, width)),
+        kick=aligned_zeros((n_modes, width)),
         active=np.full(n_forces + TILE, n_forces - 1),
         ramp=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
@@ -125,7 +140,8 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         peak=aligned_zeros((n_blocks * n_observed, width)),
     )
     polar = _allocate_polar(scene, grid, n_points, width)
-    bank = Bank(scheme, contact, state, record, polar)
+    spatial = _allocate_spatial(scene, grid, axial, width) if moves_axially else ()
+    bank = Bank(scheme, contact, state, record, polar, spatial)
     for lane, speed in enumerate(speeds_hz):
         fill_lane(bank, lane, modes, scene, 1.0 / (speed * grid.steps_per_revolution))
     return bank
@@ -161,11 +177,38 @@ def _allocate_polar(scene, grid, n_points, width):
     )
 
 
+def _allocate_spatial(scene, grid, axial, width):
+    interface, (n_modes, n_points) = scene.interface, axial.shape
+    starts = np.concatenate([[0], np.cumsum(interface.points_per_blade)])
+    most = int(interface.points_per_blade.max())
+    way = np.zeros(n_points)
+    way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
+    return Spatial(
+        points=np.argsort(interface.blade, kind="stable"),
+        starts=starts,
+        way=way,
+        friction=scene.friction,
+        axial=_aligned(axial),
+        compliance=aligned_zeros((3 * n_points**2, width)),
+        before=aligned_zeros((n_modes, width)),
+        cosine=aligned_zeros((n_points, width)),
+        sine=aligned_zeros((n_points, width)),
+        touching=aligned_zeros((n_points, width)),
+        blades=np.zeros(len(starts), dtype=np.int64),
+        chosen=np.zeros(most, dtype=np.int64),
+        factor=aligned_zeros((most**2, width)),
+        right=aligned_zeros((max(most, 2), width)),
+        wrong=aligned_zeros((most, width)),
+    )
+
+
 def empty_lane(bank, lane):
     """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
     scheme, state = bank.scheme, bank.state
     for array in (scheme.decay, scheme.gain, *bank.contact):
         array[:, lane] = 0.0
+    if bank.spatial:
+        bank.spatial.before[:, lane] = bank.spatial.touching[:, lane] = 0.0
     for array in (state.position, state.increment, state.multiplier, state.ramp, state.report):
         array[:, lane] = 0.0
     scheme.step[lane] = state.n_steps[lane] = 0
@@ -190,6 +233,9 @@ def fill_lane(bank, lane, modes, scene, h):
     motion = np.stack([modes.normal.T, modes.tangential.T])
     gain = scheme.gain[:, lane]
     W = np.array([[delassus(to, by, gain) for by in motion] for to in motion])
+    if bank.spatial:
+        _fill_spatial(bank, lane, modes, scene.friction)
+        return
     if bank.polar.enabled:
         _spread(bank.polar.compliance.reshape(2, 2, -1, scheme.decay.shape[1]), lane, W)
         bank.contact.reach[0, lane] = reach = _polar_reach(W, scene.friction)
@@ -200,6 +246,19 @@ def fill_lane(bank, lane, modes, scene, h):
     bank.state.report[FLAW, lane] = flaw = complementarity.flaw(normal)
     if flaw in (NONE, UNPROVEN):  # else the point has no forces, and no result once it touches
         _fill_contact(bank.contact, lane, normal)
+
+
+def _fill_spatial(bank, lane, modes, friction):
+    """Give a lane its compliances, and what is known of them for any direction of friction."""
+    gain, spatial = bank.scheme.gain[:, lane], bank.spatial
+    forces = modes.normal, modes.tangential, modes.axial
+    W = np.stack([delassus(modes.normal.T, by.T, gain) for by in forces])
+    flaw = complementarity.flaw(W[0] + friction * W[1])
+    bank.state.report[FLAW, lane] = flaw
+    if flaw in (NONE, UNPROVEN):
+        _spread(spatial.compliance.reshape(3, -1, spatial.compliance.shape[1]), lane, W)
+    parts = np.split(spatial.points, spatial.starts[1:-1])
+    bank.contact.reach[0, lane] = _spatial_reach(W, friction, parts)
 
 
 def _fill_contact(contact, lane, W):
@@ -245,6 +304,30 @@ def _spread(table, lane, values):
 
 def _reach(rho):
     return rho / (1.0 - rho) if rho < 1.0 else np.inf
+
+
+def _spatial_reach(W, friction, blades):
+    """Bound of `Contact.reach` between blades for any direction of friction.
+
+    The forces on blade b are at most |p| / σ_b for penetrations p of its points, σ_b the smallest
+    eigenvalue of the symmetric part of its Delassus operator.
+    """
+    if not np.isfinite(W).all():
+        return np.inf
+    turned = friction * np.hypot(W[1], W[2])  # of a single point, at most
+    influence = np.zeros(W.shape[1])
+    for points in blades:
+        own = np.ix_(points, points)
+        smallest = np.linalg.eigvalsh((W[0][own] + W[0][own].T) / 2.0)[0]
+        sides = np.hstack([W[1][own], W[2][own]])
+        smallest -= friction * np.linalg.norm(sides, 2)
+        if smallest <= 0.0:
+            return np.inf
+        per_force = np.linalg.norm(W[0][:, points], axis=1)
+        per_force += np.linalg.norm(turned[:, points], axis=1)
+        per_force[points] = 0.0
+        influence += per_force * math.sqrt(len(points)) / smallest
+    return _reach(influence.max())
 
 
 def _polar_reach(W, friction):

@@ -38,6 +38,7 @@ from hpcrub.contact.lanes import (
 )
 from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACTS, candidates, solve
 from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
+from hpcrub.contact.spatial import find_forces, remember
 from hpcrub.model import casing
 
 bump_ramp = compiled(casing.ramp)
@@ -64,7 +65,7 @@ class Scheme(NamedTuple):
     normal: np.ndarray  # R (K, C) [1/√kg]
     tangential: np.ndarray  # T (K, C)
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
-    load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1)
+    load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1), spatial: (K, 3C + 1)
     decay: np.ndarray  # (K, L) [-]
     squared: np.ndarray  # ω² (K,) [rad²/s²]; ω² gain is the factor of q in all schemes
     gain: np.ndarray  # (K, L) [s²]
@@ -90,8 +91,9 @@ class State(NamedTuple):
     position: np.ndarray  # q (K, L) [m·√kg]
     increment: np.ndarray  # d (K, L)
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
-    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; polar: (2C + 1, L)
-    depth: np.ndarray  # (C + 1, L) [m], work space of `solve_many`
+    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; (2C + 1, L), (3C + 1, L)
+    depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
+    kick: np.ndarray  # (K, L), work space of `correct`
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     ramp: np.ndarray  # (1, L) factor of the bumps, s(t) [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
@@ -109,7 +111,7 @@ class Record(NamedTuple):
 
 
 @compiled(inline=True)
-def predict(lanes, contacts, scheme, state, step):
+def predict(lanes, contacts, scheme, state, spatial, step):
     """Corrector of the step before, predictor of this one (state is modified).
 
     The first ``len(contacts)`` active points are corrected. Returns the deepest penetration of
@@ -129,6 +131,7 @@ def predict(lanes, contacts, scheme, state, step):
             kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
+        remember(spatial, k, d)
         d = load(lanes, scheme.decay, k) * d - (gain * splat(lanes, scheme.squared[k])) * q
         if loaded:
             d = d + splat(lanes, scheme.external[step, k]) * gain
@@ -155,13 +158,16 @@ def predict_more(lanes, first, scheme, state, step):
 @compiled
 def correct(lanes, scheme, state, n_active):
     """Corrector by itself, for any number of active points (state is modified)."""
+    if n_active == 0:
+        return
+    for first in range(0, n_active, TILE):
+        columns = indices(MANY_CONTACTS, state.active, first)
+        forces = tile_gather(lanes, state.multiplier, columns)
+        for k in range(state.position.shape[0]):
+            kick = splat(lanes, 0.0) if first == 0 else load(lanes, state.kick, k)
+            store(state.kick, k, tile_dot(scheme.load, k, columns, forces, kick))
     for k in range(state.position.shape[0]):
-        kick = splat(lanes, 0.0)
-        for first in range(0, n_active, TILE):
-            columns = indices(MANY_CONTACTS, state.active, first)
-            forces = tile_gather(lanes, state.multiplier, columns)
-            kick = tile_dot(scheme.load, k, columns, forces, kick)
-        kick = kick * load(lanes, scheme.gain, k)
+        kick = load(lanes, state.kick, k) * load(lanes, scheme.gain, k)
         store(state.position, k, load(lanes, state.position, k) + kick)
         store(state.increment, k, load(lanes, state.increment, k) + kick)
 
@@ -224,35 +230,37 @@ def raise_bumps(scheme, state):
 
 
 @compiled(inline=True)
-def apply_and_predict(lanes, scheme, state, step, n_active):
+def apply_and_predict(lanes, scheme, state, spatial, step, n_active):
     """Choose the narrowest pass that holds the active points; returns the deepest penetration."""
     if n_active > len(MANY_CONTACTS):
         correct(lanes, scheme, state, n_active)
         n_active = 0
     if n_active == 0:
-        deepest = predict(lanes, NO_CONTACTS, scheme, state, step)
+        deepest = predict(lanes, NO_CONTACTS, scheme, state, spatial, step)
     elif n_active <= len(FEW_CONTACTS):
-        deepest = predict(lanes, FEW_CONTACTS, scheme, state, step)
+        deepest = predict(lanes, FEW_CONTACTS, scheme, state, spatial, step)
     elif n_active <= len(SOME_CONTACTS):
-        deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
+        deepest = predict(lanes, SOME_CONTACTS, scheme, state, spatial, step)
     else:
-        deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
+        deepest = predict(lanes, MANY_CONTACTS, scheme, state, spatial, step)
     for first in range(TILE, state.penetration.shape[0] - 1, TILE):
         deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest
 
 
 @compiled(inline=True)
-def advance(lanes, scheme, contact, state, polar, step, n_active):
+def advance(lanes, scheme, contact, state, polar, spatial, step, n_active):
     """Predictor and multipliers of one step (state is modified); returns the active points.
 
     ``n_active`` points are still to be corrected for the step before.
     """
-    deepest = apply_and_predict(lanes, scheme, state, step, n_active)
+    deepest = apply_and_predict(lanes, scheme, state, spatial, step, n_active)
     if polar.enabled:
         deepest = displaced_depths(lanes, scheme, state, polar, step)
     if scheme.shortcuts.no_contact and not any_lane(below(splat(lanes, 0.0), deepest)):
         return 0
+    if len(spatial) > 0:
+        return find_forces(lanes, scheme, contact, state, spatial, deepest)
     n_active = candidates(lanes, contact, state, deepest, scheme.shortcuts.candidates)
     if polar.enabled:
         displaced_delassus(lanes, contact, state, polar, n_active)
@@ -263,7 +271,7 @@ def advance(lanes, scheme, contact, state, polar, step, n_active):
 
 
 @compiled(inline=True)
-def take_step(lanes, scheme, contact, state, polar, step, n_active, rising):
+def take_step(lanes, scheme, contact, state, polar, spatial, step, n_active, rising):
     """One time step of all lanes, its corrector still to come (state is modified).
 
     ``n_active`` points are still to be corrected for the step before. Returns the active points of
@@ -273,11 +281,11 @@ def take_step(lanes, scheme, contact, state, polar, step, n_active, rising):
         rising = raise_bumps(scheme, state) or not scheme.shortcuts.ramped
     for lane in range(len(lanes)):
         state.n_steps[lane] += 1
-    return advance(lanes, scheme, contact, state, polar, step, n_active), rising
+    return advance(lanes, scheme, contact, state, polar, spatial, step, n_active), rising
 
 
 @compiled
-def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, stride):
+def integrate(lanes, scheme, contact, state, record, polar, spatial, n_blocks, block, stride):
     """Take every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
 
     ``block`` is the place in the ring of the first block to record, or negative to record nothing;
@@ -292,7 +300,7 @@ def integrate(lanes, scheme, contact, state, record, polar, n_blocks, block, str
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
             n_active, rising = take_step(
-                lanes, scheme, contact, state, polar, step, n_active, rising
+                lanes, scheme, contact, state, polar, spatial, step, n_active, rising
             )
             if block >= 0 and (step + 1) % stride == 0:
                 row = place * (n_steps // stride) + step // stride

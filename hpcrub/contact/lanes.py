@@ -61,6 +61,17 @@ def larger(a, b):
     return np.where(a > b, a, b)
 
 
+def inverse(a):
+    """1/a in every lane; 0 where a is not positive."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(a > 0.0, 1.0 / a, 0.0)
+
+
+def length(a, b):
+    """√(a² + b²) in every lane."""
+    return np.sqrt(a * a + b * b)
+
+
 def below(a, b):
     """Mask of the lanes in which a < b; False where either is NaN."""
     return a < b
@@ -90,6 +101,11 @@ def tile_store(array, row, tile):
 def tile_add(tile, matrix, row, column, vector):
     """Each tile member plus ``matrix[row, column + i]`` times the vector."""
     return tuple(t + matrix[row, column + i] * vector for i, t in enumerate(tile))
+
+
+def tile_add_at(tile, matrix, row, columns, vector):
+    """Each tile member plus ``matrix[row, columns[i]]`` times the vector."""
+    return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
 def tile_dot(matrix, row, columns, tile, total):
@@ -164,12 +180,15 @@ for _plain in (
     fma,
     positive_part,
     larger,
+    inverse,
+    length,
     below,
     select,
     any_lane,
     tile_splat,
     tile_store,
     tile_add,
+    tile_add_at,
     tile_dot,
     tile_gather,
     tile_scatter,

@@ -142,6 +142,30 @@ def positive_part(typing, a):
 
 
 @intrinsic
+def inverse(typing, a):
+    def code(context, builder, signature, args):
+        one = _broadcast(builder, ir.Constant(DOUBLE, 1.0), a.width)
+        zero = ir.Constant(args[0].type, None)
+        positive = builder.fcmp_ordered(">", args[0], zero)
+        return builder.select(positive, builder.fdiv(one, args[0]), zero)
+
+    return a(a), code
+
+
+@intrinsic
+def length(typing, a, b):
+    def code(context, builder, signature, args):
+        kind = args[0].type
+        total = builder.fadd(builder.fmul(args[0], args[0]), builder.fmul(args[1], args[1]))
+        root = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(kind, [kind]), f"llvm.sqrt.v{a.width}f64"
+        )
+        return builder.call(root, [total])
+
+    return a(a, b), code
+
+
+@intrinsic
 def below(typing, a, b):
     def code(context, builder, signature, args):
         return builder.fcmp_ordered("<", *args)
@@ -221,6 +245,20 @@ def tile_add(typing, tile, matrix, row, column, vector):
         return value
 
     return tile(tile, matrix, types.intp, types.intp, vector), code
+
+
+@intrinsic
+def tile_add_at(typing, tile, matrix, row, columns, vector):
+    def code(context, builder, signature, args):
+        value = args[0]
+        for i, column in enumerate(cgutils.unpack_tuple(builder, args[3])):
+            scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, 0)
+            factor = _broadcast(builder, scalar, vector.width)
+            member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
+            value = builder.insert_value(value, member, i)
+        return value
+
+    return tile(tile, matrix, types.intp, columns, vector), code
 
 
 @intrinsic

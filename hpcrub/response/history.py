@@ -29,11 +29,12 @@ class Piece(NamedTuple):
     observed: np.ndarray  # observed displacements (R, O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
+    axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
     reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
 
 
 @compiled
-def trace(lanes, scheme, contact, state, polar, position, force, stride):
+def trace(lanes, scheme, contact, state, polar, spatial, position, force, stride):
     """Steps over the bump table once (state, position, force are modified).
 
     position (R, K, L): modal coordinates after every ``stride``-th step; force (R, F, L), zero on
@@ -41,7 +42,9 @@ def trace(lanes, scheme, contact, state, polar, position, force, stride):
     """
     n_active, rising = 0, True
     for step in range(scheme.bump.shape[0]):
-        n_active, rising = take_step(lanes, scheme, contact, state, polar, step, n_active, rising)
+        n_active, rising = take_step(
+            lanes, scheme, contact, state, polar, spatial, step, n_active, rising
+        )
         record = step // stride
         for a in range(n_active):
             i = state.active[a]
@@ -132,15 +135,16 @@ def _piece(bank, modes, scene, grid, n_speeds):
     position = np.empty((n_records, len(bank.state.position), width))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    trace(LANES, bank.scheme, bank.contact, bank.state, bank.polar, position, force, grid.stride)
+    groups = bank.scheme, bank.contact, bank.state, bank.polar, bank.spatial
+    trace(LANES, *groups, position, force, grid.stride)
     steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
     n_points, n_padded = len(scene.interface.angle), len(bank.contact.stiffness)
     force = force[:, :, :n_speeds] / grid.stride
-    normal = force[:, :n_points]
-    polar = bank.polar.enabled
-    tangential = force[:, n_padded : n_padded + n_points] if polar else scene.friction * normal
+    normal, tangential, axial = (force[:, k * n_padded :][:, :n_points] for k in range(3))
+    if not (bank.polar.enabled or bank.spatial):
+        tangential = scene.friction * normal
     time = steps * bank.scheme.step[:n_speeds]
     position = position[:, :, :n_speeds]
     with np.errstate(all="ignore"):  # numbers of a diverged speed
         observed = modes.observed @ position
-    return Piece(time, position, observed, normal, tangential, reason=np.empty(0))
+    return Piece(time, position, observed, normal, tangential, axial, reason=np.empty(0))

@@ -165,14 +165,14 @@ def test_poll_can_stop_a_sweep(modes):
 
 def test_a_sweep_of_small_steps_can_be_stopped_before_its_first_check(modes, monkeypatch):
     """As often as with large steps: `poll` is called after so many steps, not after a time."""
-    marched, march = [], kernel.march
+    marched, integrate = [], kernel.integrate
 
     def counted(lanes, *bank_and_blocks):
         *bank, n_blocks, _, _ = bank_and_blocks
         marched.append(n_blocks * len(bank[0].bump))
-        march(lanes, *bank_and_blocks)
+        integrate(lanes, *bank_and_blocks)
 
-    monkeypatch.setattr(kernel, "march", counted)
+    monkeypatch.setattr(kernel, "integrate", counted)
     for step in (2e-5, 1e-6):
         marched.clear()
         scene = scene_of(step=step, steady=SteadyCriteria(first_check=0.2, max_time=0.2))

@@ -1,0 +1,121 @@
+"""One three-dimensional compressor blade against an oval casing, beside two other programs.
+
+    python -m evidence.validation.blade3d PATH [STEP_US ...]
+
+PATH: an archive of the reduced blade (16 contact nodes with three dof each and 50 modes) and of the
+responses by Siconos (Moreau–Jean on the same matrices) and NLstep (massless boundary). It is not
+part of this project. Prints the difference of the response, root mean square over the peak, and
+what the solver of the contact forces does.
+"""
+
+import sys
+import time
+
+import numpy as np
+from scipy.linalg import eigh
+
+from hpcrub.contact import kernel
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.complementarity import SWEEPS
+from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import Modes
+from hpcrub.response.sweep import Grid, Scene
+
+STEPS_US = (18.7, 9.35, 5.0, 1.17)
+REVOLUTIONS = 2
+
+
+def modes_of(data):
+    """Modes of the Craig–Bampton model; the local frames are (inward, axial, against rotation)."""
+    eigenvalues, shapes = eigh(data["K_CB"], data["M_CB"])
+    points = 3 * np.arange(int(data["nc"]))
+    return Modes(
+        omega=np.sqrt(np.maximum(eigenvalues, 0.0)),
+        normal=-shapes[points],
+        tangential=-shapes[points + 2],
+        axial=shapes[points + 1],
+        observed=data["Tresp_CB"] @ shapes,
+        shapes=shapes,
+    )
+
+
+def scene_of(data):
+    """Scene: two bumps, whose shape `integrate` replaces by that of the archive; units N, mm, t."""
+    n, m = int(data["nc"]), len(data["M_CB"])
+    none = np.zeros((n, m))
+    interface = Interface(
+        blade=np.zeros(n, dtype=int),
+        angle=data["phi"],
+        radius=data["radius"],
+        axial_position=np.zeros(n),
+        clearance=np.zeros(n),
+        normal=none,
+        tangential=none,
+        axial=none,
+        observed=data["Tresp_CB"],
+        observed_blade=np.zeros(1, dtype=int),
+    )
+    mean = float(data["gmean_mm"])
+    return Scene(
+        interface, float(data["zeta"]), 2, 2.0 * mean, mean, 0.0, float(data["mu"]),
+        scheme="exact_modal",
+    )  # fmt: skip
+
+
+def integrate(data, step, turning=True):
+    """Times [s], response, most sweeps or tried sets of a step, and wall time per step [s].
+
+    Without ``turning`` friction stays circumferential, and forces are found point by point.
+    """
+    omega = float(data["Omrot_rad_s"])
+    n_steps = round(2.0 * np.pi / omega / step)
+    modes, scene = modes_of(data), scene_of(data)
+    if not turning:
+        modes = modes._replace(axial=modes.axial[:0])
+    bank = allocate(modes, scene, Grid(n_steps, 1, n_steps), 1, [omega / (2.0 * np.pi)])
+    turned = 2.0 * np.pi * np.arange(1, n_steps + 1) / n_steps
+    x = (np.mod(turned[:, None] + data["phi"], np.pi) / np.pi - 0.5) / 0.15
+    bumps = 2.0 * float(data["gmean_mm"]) * np.exp(-(x**2))
+    record = kernel.Record(
+        np.zeros((REVOLUTIONS * n_steps * 12, 1)), np.zeros((REVOLUTIONS * 12, 1))
+    )
+    bank = bank._replace(record=record)
+    bank.scheme.bump[:, : len(data["phi"])] = bumps
+    start = time.perf_counter()
+    kernel.integrate((0,), *bank, REVOLUTIONS, 0, 1)
+    seconds = time.perf_counter() - start
+    response = np.concatenate([[0.0], record.history.reshape(-1, 12)[:, 0]])
+    times = np.arange(len(response)) * 2.0 * np.pi / omega / n_steps
+    return times, response, bank.state.report[SWEEPS, 0], seconds / (REVOLUTIONS * n_steps)
+
+
+def main(path, *steps_us):
+    with np.load(path) as archive:
+        data = {name: archive[name] for name in archive.files}
+    steps = [float(s) for s in steps_us] or STEPS_US
+    for turning in (True, False):
+        integrate(data, 5e-5, turning)  # compiles
+    print("step [us] | Siconos: rms/peak, peak [%] | NLstep | most sets tried | us per step")
+    print("          | friction along the rotation only, forces point by point: same, most sweeps")
+    for step in steps:
+        for turning in (True, False):
+            t, u, effort, seconds = integrate(data, 1e-6 * step, turning)
+            cells = [
+                "{:8.3f} {:+8.3f}".format(*difference(data, peer, t, u))
+                for peer in ("siconos", "nlstep")
+            ]
+            head = f"{step:>9}" if turning else 9 * " "
+            print(" | ".join([head, *cells, f"{effort:5.0f}", f"{1e6 * seconds:7.1f}"]), flush=True)
+
+
+def difference(data, peer, t, u):
+    """Root mean square over peak, and of the peaks, from a peer's response [%]."""
+    inside = data[f"{peer}_t_s"] <= t[-1]
+    known, at = data[f"{peer}_q_mm"][inside], data[f"{peer}_t_s"][inside]
+    found, peak = np.interp(at, t, u), np.abs(known).max()
+    rms = np.sqrt(np.mean((found - known) ** 2))
+    return 100 * rms / peak, 100 * (np.abs(found).max() / peak - 1)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

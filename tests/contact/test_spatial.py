@@ -1,0 +1,161 @@
+"""Blades with several contact points that move in three dimensions.
+
+Truth: central differences on each mode in NumPy, with friction along the slip of the step before
+and contact forces found by trying sets of contacts; written without the kernel's increments.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hpcrub.contact import kernel, status
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
+from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.model import casing
+from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import Modes
+from hpcrub.response import history
+from hpcrub.response.sweep import Grid, Scene
+
+N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
+REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
+
+
+def made_up(seed=0, n_blades=N_BLADES, per_blade=PER_BLADE):
+    """Modes and Scene of blades whose points move nearly alike: stiffly coupled within a blade."""
+    rng = np.random.default_rng(seed)
+    n = n_blades * per_blade
+    blade = np.tile(np.arange(n_blades), per_blade)  # not in order
+    common = rng.normal(size=(n_blades, N_MODES))[blade]
+    normal = common + 0.3 * rng.normal(size=(n, N_MODES))
+    tangential = 0.5 * rng.normal(size=(n_blades, N_MODES))[blade] + 0.1 * normal
+    axial = 3.0 * rng.normal(size=(n_blades, N_MODES))[blade]
+    omega = 2.0 * np.pi * np.sort(rng.uniform(60.0, 3000.0, N_MODES))
+    modes = Modes(omega, normal, tangential, axial, np.vstack([tangential, axial]), np.eye(N_MODES))
+    interface = Interface(
+        blade=blade,
+        angle=2.0 * np.pi * blade / n_blades + 0.02 * rng.uniform(size=n),
+        radius=rng.uniform(0.4, 0.5, n),
+        axial_position=np.zeros(n),
+        clearance=2e-4 * rng.uniform(size=n),
+        normal=normal,
+        tangential=tangential,
+        axial=axial,
+        observed=modes.observed,
+        observed_blade=np.tile(blade, 2),
+    )
+    return modes, Scene(interface, XI, 2, 3e-3, 1e-3, 0.005, FRICTION)
+
+
+def integrate(modes, scene, speeds, n_steps, width=8):
+    """Observed displacements (n_steps, O, lanes) and the Bank."""
+    bank = allocate(modes, scene, Grid(REVOLUTION, 1, 1), width, speeds)
+    n_observed = bank.scheme.observed.shape[1]
+    n_blocks = -(-n_steps // REVOLUTION)
+    record = kernel.Record(
+        aligned_zeros((n_blocks * REVOLUTION * n_observed, width)),
+        aligned_zeros((n_blocks * n_observed, width)),
+    )
+    bank = bank._replace(record=record)
+    kernel.integrate((0,) * width, *bank, n_blocks, 0, 1)
+    found = record.history.reshape(-1, n_observed, width)
+    return found[:n_steps, : len(modes.observed), : len(speeds)], bank
+
+
+def forces_of(W, depth):
+    """Multipliers by trying every set of at most four of the deepest points."""
+    deep = np.argsort(-depth)[: (depth > -2e-3).sum()]
+    for size in range(6):
+        for chosen in map(list, itertools.combinations(deep, size)):
+            found = np.zeros(len(depth))
+            if size:
+                found[chosen] = np.linalg.solve(W[np.ix_(chosen, chosen)], depth[chosen])
+            if found.min() >= 0.0 and (depth - W @ found).max() <= 1e-15:
+                return found
+    raise AssertionError("no set of contacts fits")
+
+
+def textbook(modes, scene, speed, n_steps):
+    """Observed displacements (n_steps, O) and multipliers (n_steps, C)."""
+    h, points = 1.0 / (speed * REVOLUTION), scene.interface
+    w, c = modes.omega * h, scene.damping_ratio * modes.omega * h
+    q, before = np.zeros((2, len(w)))
+    seen, forces = [], []
+    for step in range(1, n_steps + 1):
+        free = ((2.0 - w**2) * q - (1.0 - c) * before) / (1.0 + c)
+        turned = points.angle + 2.0 * np.pi * step / REVOLUTION
+        bump = casing.bump_height(turned, scene.n_bumps, scene.bump_height)
+        depth = modes.normal @ free + casing.ramp(step * h, scene.ramp_time) * bump
+        depth -= scene.clearance + points.clearance
+        velocity = (q - before) / h
+        along = 2.0 * np.pi * speed * points.radius + modes.tangential @ velocity
+        across = modes.axial @ velocity
+        friction = along[:, None] * modes.tangential + across[:, None] * modes.axial
+        push = modes.normal + scene.friction * friction / np.hypot(along, across)[:, None]
+        per_force = h**2 / (1.0 + c)
+        found = np.zeros(len(depth))
+        if depth.max() > 0.0:
+            found = forces_of((modes.normal * per_force) @ push.T, depth)
+        q, before = free - per_force * (push.T @ found), q
+        seen.append(modes.observed @ q)
+        forces.append(found)
+    return np.array(seen), np.array(forces)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_turning_friction_on_several_points_is_the_textbook_scheme(seed):
+    modes, scene = made_up(seed)
+    expected, forces = textbook(modes, scene, SPEED, 700)
+    found, bank = integrate(modes, scene, [SPEED, 1.05 * SPEED], 700)
+    touching = forces > 0.0
+    assert touching.sum(axis=1).max() >= 2
+    assert touching.any(axis=0).sum() >= 5
+    assert np.abs(found[:, :, 0] - expected).max() < 1e-7 * np.abs(expected).max()
+    assert bank.state.report[UNSOLVED, 0] == 0.0
+    assert bank.state.report[FLAW, 0] in (status.NONE, status.UNPROVEN)
+    fixed, _ = integrate(modes._replace(axial=modes.axial[:0]), scene, [SPEED], 700)
+    assert np.abs(fixed[:, :, 0] - expected).max() > 1e-2 * np.abs(expected).max()
+
+
+def test_lanes_do_not_see_each_other_in_three_dimensions():
+    modes, scene = made_up(2)
+    speeds = np.linspace(28.0, 33.0, 8)
+    together, bank = integrate(modes, scene, speeds, 2 * REVOLUTION)
+    for lane, speed in enumerate(speeds):
+        alone, one = integrate(modes, scene, [speed], 2 * REVOLUTION)
+        assert np.abs(alone).max() > 1e-4
+        assert np.array_equal(alone[:, :, 0], together[:, :, lane])
+        assert one.state.report[SWEEPS, 0] == bank.state.report[SWEEPS, lane]
+
+
+def test_a_history_holds_the_forces_in_all_directions():
+    """Whose resultant opposes the slip: its axial part grows with the axial velocity."""
+    modes, scene = made_up(0)
+    scene = scene._replace(step=1.0 / (SPEED * REVOLUTION))
+    pieces = list(history.integrate(modes, scene, [SPEED], 0.5 / SPEED))
+    normal, tangential, axial = (
+        np.concatenate([getattr(piece, f"{name}_force") for piece in pieces])
+        for name in ("normal", "tangential", "axial")
+    )
+    assert normal.max() > 0.0
+    assert np.abs(axial).max() > 1e-3 * normal.max()
+    touching = normal > 1e-3 * normal.max()
+    friction = np.hypot(tangential, axial)[touching] / normal[touching]
+    assert friction.max() <= FRICTION * (1.0 + 1e-9)  # less where it turns between two records
+    assert np.median(friction) > 0.9 * FRICTION
+
+
+def test_few_sets_are_tried_where_points_are_stiffly_coupled():
+    """Point by point, the same problems take hundreds of sweeps."""
+    modes, scene = made_up(3, n_blades=2, per_blade=10)
+    _, bank = integrate(modes, scene, [SPEED], REVOLUTION)
+    assert 1 <= bank.state.report[SWEEPS, 0] <= 40
+    assert bank.state.report[UNSOLVED, 0] == 0.0
+
+
+def test_polar_kinematics_are_for_planar_disks():
+    modes, scene = made_up()
+    with pytest.raises(ValueError, match="axial motion"):
+        allocate(modes, scene._replace(kinematics="polar"), Grid(REVOLUTION, 1, 1), 8)
