@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import bump_ramp, correct, observe, take_step
+from hpcrub.contact.kernel import advance, bump_ramp, correct, observe, raise_bumps
 from hpcrub.model import casing
 
 NEGATIVE, BOUND, BEYOND = range(3)  # rows of `Books.negative`
@@ -250,7 +250,10 @@ def integrate(
         if block >= 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
-            n_active, _ = take_step(lanes, scheme, contact, state, polar, spatial, step, 0, True)
+            raise_bumps(scheme, state)
+            for lane in range(len(lanes)):
+                state.n_steps[lane] += 1
+            n_active = advance(lanes, scheme, contact, state, polar, spatial, step, 0)
             correct(lanes, scheme, state, n_active)
             account(lanes, scheme, state, polar, step, n_active, books)
             if block >= 0 and (step + 1) % stride == 0:

@@ -131,7 +131,8 @@ def predict(lanes, contacts, scheme, state, spatial, step):
             kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
-        remember(spatial, k, d)
+        if len(spatial) > 0:
+            remember(spatial, k, d)
         d = load(lanes, scheme.decay, k) * d - (gain * splat(lanes, scheme.squared[k])) * q
         if loaded:
             d = d + splat(lanes, scheme.external[step, k]) * gain
@@ -270,20 +271,6 @@ def advance(lanes, scheme, contact, state, polar, spatial, step, n_active):
     return n_active
 
 
-@compiled(inline=True)
-def take_step(lanes, scheme, contact, state, polar, spatial, step, n_active, rising):
-    """One time step of all lanes, its corrector still to come (state is modified).
-
-    ``n_active`` points are still to be corrected for the step before. Returns the active points of
-    this step, and whether any bump still rises.
-    """
-    if rising:
-        rising = raise_bumps(scheme, state) or not scheme.shortcuts.ramped
-    for lane in range(len(lanes)):
-        state.n_steps[lane] += 1
-    return advance(lanes, scheme, contact, state, polar, spatial, step, n_active), rising
-
-
 @compiled
 def integrate(lanes, scheme, contact, state, record, polar, spatial, n_blocks, block, stride):
     """Take every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
@@ -293,15 +280,18 @@ def integrate(lanes, scheme, contact, state, record, polar, spatial, n_blocks, b
     """
     n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]
-    n_active, rising = 0, True
+    n_active = 0
+    rising = True
     for b in range(n_blocks):
         place = (block + b) % (record.peak.shape[0] // n_observed)
         if block >= 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         for step in range(n_steps):
-            n_active, rising = take_step(
-                lanes, scheme, contact, state, polar, spatial, step, n_active, rising
-            )
+            if rising:
+                rising = raise_bumps(scheme, state) or not scheme.shortcuts.ramped
+            for lane in range(len(lanes)):
+                state.n_steps[lane] += 1
+            n_active = advance(lanes, scheme, contact, state, polar, spatial, step, n_active)
             if block >= 0 and (step + 1) % stride == 0:
                 row = place * (n_steps // stride) + step // stride
                 observe(lanes, scheme, state, record, row, place, n_active)

@@ -14,7 +14,7 @@ from hpcrub.contact import status
 from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import correct, take_step
+from hpcrub.contact.kernel import advance, correct, raise_bumps
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import Motion, Scene, cut_revolution, judge, speed_bands
 
@@ -40,11 +40,14 @@ def trace(lanes, scheme, contact, state, polar, spatial, position, force, stride
     position (R, K, L): modal coordinates after every ``stride``-th step; force (R, F, L), zero on
     entry: sums of the multipliers of the steps of a record.
     """
-    n_active, rising = 0, True
+    n_active = 0
+    rising = True
     for step in range(scheme.bump.shape[0]):
-        n_active, rising = take_step(
-            lanes, scheme, contact, state, polar, spatial, step, n_active, rising
-        )
+        if rising:
+            rising = raise_bumps(scheme, state)
+        for lane in range(len(lanes)):
+            state.n_steps[lane] += 1
+        n_active = advance(lanes, scheme, contact, state, polar, spatial, step, n_active)
         record = step // stride
         for a in range(n_active):
             i = state.active[a]
