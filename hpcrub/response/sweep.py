@@ -393,18 +393,24 @@ class _Band:
         return history[window, :, row, lane].ravel()
 
 
-def warm_up() -> None:
-    """Compile the kernel, or load it from the cache; the first call of a machine takes a minute."""
-    modes, scene = smallest_case()
+def warm_up(axial: bool = False) -> None:
+    """Compile the kernel, or load it from the cache; the first call of a machine takes a minute.
+
+    ``axial``: that of disks with axial motion.
+    """
+    modes, scene = smallest_case(axial)
     for width in (WIDTH, NARROWEST):
         run_sweep(modes, scene, [100.0], width=width)
 
 
-def smallest_case() -> tuple[Modes, Scene]:
-    """Modes and Scene of one mass and a few steps."""
+def smallest_case(axial: bool = False) -> tuple[Modes, Scene]:
+    """Modes and Scene of one mass and a few steps; ``axial``: it can move axially, too."""
     one = np.ones((1, 1))
-    return Modes.planar(np.ones(1), one, one), Scene(
-        interface=planar_interface(np.zeros(1), 1.0),
+    modes, interface = Modes.planar(np.ones(1), one, one), planar_interface(np.zeros(1), 1.0)
+    if axial:
+        modes, interface = modes._replace(axial=one), interface._replace(axial=np.zeros((1, 2)))
+    return modes, Scene(
+        interface=interface,
         damping_ratio=0.01,
         n_bumps=1,
         bump_height=2e-3,

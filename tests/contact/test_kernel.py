@@ -15,7 +15,7 @@ import sys
 import numpy as np
 import pytest
 
-from hpcrub.contact import kernel
+from hpcrub.contact import kernel, recurrence
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.recurrence import coefficients
@@ -250,6 +250,42 @@ def test_central_differences_are_of_second_order():
     errors = [released("central_difference", n) for n in steps]
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 1.95 < order < 2.05
+
+
+def phase(omega, h, damping_ratio=0.01):
+    """Angle [rad] by which the free samples of a mode turn in a step, and their decay."""
+    decay, gain = coefficients("exact_modal", np.array([omega]), damping_ratio, h)
+    trace = 1.0 + decay[0] - omega**2 * gain[0]
+    roots = np.roots([1.0, -trace, decay[0]])
+    return np.abs(np.angle(roots)).max(), np.abs(roots).max()
+
+
+def test_modes_too_fast_for_the_step_do_not_look_slow():
+    """Sampled exactly, a mode at ωh = 2πk + ε turns by ε: as slow as a mode that is not there."""
+    for omega_h in [2.01, 3.0, 2.0 * np.pi, 2.0 * np.pi + 0.05, 4.0 * np.pi - 0.1, 30.0, 300.0]:
+        angle, size = phase(omega_h / 1e-5, 1e-5)
+        assert np.pi / 2.0 - 0.05 < angle <= np.pi + 1e-12
+        assert size < 1.0
+    assert phase(1.9e5, 1e-5)[0] == pytest.approx(1.9 * np.sqrt(1.0 - 0.01**2), rel=1e-9)
+
+
+def test_the_rule_for_fast_modes_is_of_second_order(monkeypatch):
+    monkeypatch.setattr(recurrence, "LARGEST_PHASE", 0.0)
+    steps = np.array([500, 1000, 2000, 4000])
+    errors = [released("exact_modal", n) for n in steps]
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 1.95 < order < 2.05
+
+
+def test_a_constant_force_gives_its_static_deflection_at_any_step():
+    """Of a fast mode, damped as much as it is: after some hundred steps nothing else is left."""
+    for omega_h in (0.5, 1.9, 2.1, 20.0):
+        decay, gain = (c[0] for c in coefficients("exact_modal", np.array([omega_h]), 0.3, 1.0))
+        q = d = 0.0
+        for _ in range(2000):
+            d = decay * d - omega_h**2 * gain * q + gain
+            q += d
+        assert q == pytest.approx(1.0 / omega_h**2, rel=1e-9)
 
 
 def test_both_schemes_meet_at_small_steps():
