@@ -10,6 +10,7 @@ all schemes are the same three lines (``docs/theory.md`` derives them):
 decay and gain are numbers per mode and lane (`recurrence.coefficients`); R and T hold the normal
 and tangential displacement of every contact point per unit modal coordinate; W = R·gain·(R + μT)ᵀ.
 
+Points of disks with axial motion get their forces from `spatial`, in place of the multipliers here.
 The corrector of a step is applied on the way through the next predictor, so that each step reads
 and writes the modal state once. What one lane computes never depends on the other lanes.
 """

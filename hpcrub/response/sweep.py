@@ -372,7 +372,7 @@ class _Band:
             out.amplitude[index] = last.max()
             out.localisation[index] = localisation(self.scene.interface.of_blades(last))
         out.point_status[index], out.point_reason[index] = verdict, reason
-        out.max_sweeps[index] = self.bank.state.report[SWEEPS, lane]
+        out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
         if self.motion is not None:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):

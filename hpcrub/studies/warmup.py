@@ -74,12 +74,15 @@ def _say(text):
 
 def _more(config, histories):
     """What a study needs beside the kernel itself."""
+    if config.disk.model is not None:  # it may move axially
+        yield "axial"
     if histories:
         yield "history"
 
 
 def _load(more):
-    sweep.warm_up()
-    if "history" in more:
-        modes, scene = sweep.smallest_case()
-        list(history.integrate(modes, scene, [100.0], scene.steady.first_check))
+    for axial in (False, True) if "axial" in more else (False,):
+        sweep.warm_up(axial)
+        if "history" in more:
+            modes, scene = sweep.smallest_case(axial)
+            list(history.integrate(modes, scene, [100.0], scene.steady.first_check))
