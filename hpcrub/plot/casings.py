@@ -12,7 +12,7 @@ EXAGGERATED = 60  # radial deviations in the drawing
 
 @figure("casing", paper="1b, 3", what="casing, clearance and bumps", main=True)
 def casing(canvas: Canvas) -> None:
-    """The casing to an exaggerated scale, its gap around the circumference, and its growth."""
+    """The casing to an exaggerated scale, its gap around the circumference, and the bump ramp."""
     file = canvas.file
     round_, gap, growth = canvas.mosaic("AB;AC", (12, 5.6))
     _draw_round(round_, file)
@@ -29,7 +29,7 @@ def casing(canvas: Canvas) -> None:
     )
     gap.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
     growth.plot(1e3 * file.read("growth_time_s"), file.read("growth"), color=BLUE)
-    growth.set(xlabel="time [ms]", ylabel="growth factor [-]", ylim=(0, 1.05))
+    growth.set(xlabel="time [ms]", ylabel="bump ramp [-]", ylim=(0, 1.05))
 
 
 def _draw_round(axes: Axes, file: ResultFile) -> None:

@@ -17,7 +17,7 @@ from hpcrub.studies.time_response import first_steady
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
 BINS = 500  # of the envelope of a whole history
 DISKS = ("tuned disk", "mistuned disk")
-ENVELOPE = "0.8"
+ENVELOPE = "0.87"
 ROWS = (
     ("tangential_m", 1e3, "$u_t$ of the tips [mm]"),
     ("radial_m", 1e3, "$u_r$ of the tips [mm]"),
@@ -85,6 +85,7 @@ def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
     """The two windows of the first check that was passed, or of the last one."""
     checks, window = file.read("check_s"), float(file.read("window_s"))
     if not len(checks):
+        axes.set_title("ends before the first check of the steady state", fontsize=11)
         return
     passed = first_steady(file, disk)
     check = len(checks) - 1 if passed is None else passed

@@ -71,6 +71,6 @@ def draw(
 
 def handles(open_end: bool) -> list[Line2D]:
     """Legend entries that say what bars and arrows are."""
-    bar = Line2D([], [], color="0.4", lw=1.2, marker="_", ms=8, label=BARS)
+    bar = Line2D([], [], color="0.4", ls="", marker="|", ms=14, mew=1.2, label=BARS)
     arrow = Line2D([], [], color="0.4", ls="", marker=r"$\uparrow$", ms=10, label=ARROWS)
     return [bar, arrow] if open_end else [bar]

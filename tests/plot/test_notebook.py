@@ -280,6 +280,17 @@ def test_a_time_response_names_its_tip_and_windows():
     ]  # fmt: skip
 
 
+def test_a_history_without_a_check_says_so():
+    t = np.linspace(0, 0.3, 61)
+    wave = np.ones((1, 61, 12)) * t[:, None]
+    file = File(
+        "study: time_response\nspeeds: {from_hz: 30, to_hz: 30}",
+        deviation=np.zeros((1, 12)), time_s=t, tangential_m=wave, radial_m=wave, gap_m=wave,
+        force_n=wave, check_s=[], window_s=0.1, point_status=[1], point_reason=[0],
+    )  # fmt: skip
+    assert plot.time(file)[0].get_title() == "ends before the first check of the steady state"
+
+
 def test_the_legend_of_the_gap_leaves_the_bumps_free():
     angle = np.linspace(0, 2 * np.pi, 361)
     gap = 0.25e-3 - 1.25e-3 * np.abs(np.cos(2 * angle)) ** 9
