@@ -113,7 +113,10 @@ def _run_problems(c):
 def _pattern_problems(c):
     m, given = c.mistuning, patterns(vars(c.mistuning))
     if not given:
+        yield from _law_problems(c)
         return
+    if m.distribution != "uniform" or m.neighbour_correlation or m.intentional_percent:
+        yield f"mistuning.{given[0][0]}: one explicit sample; nothing of it is random or added"
     if len(given) > 1:
         yield f"mistuning.{given[1][0]}: mistuning.{given[0][0]} is given too; leave one out"
     key, values = given[0]
@@ -136,6 +139,28 @@ def _pattern_problems(c):
         yield f"mistuning.samples: {m.samples} {alone}"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
+
+
+def _law_problems(c):
+    m = c.mistuning
+    if (m.distribution == "measured") != (m.measured_percent is not None):
+        yield (
+            "mistuning.measured_percent: goes with mistuning.distribution: measured, which is "
+            f"{m.distribution}"
+        )
+    elif m.measured_percent is not None and not any(m.measured_percent):
+        yield "mistuning.measured_percent: all values are 0"
+    beneath = m.intentional_percent
+    if beneath and c.disk.is_resolved and c.disk.n_blades % len(beneath):
+        yield (
+            f"mistuning.intentional_percent: {len(beneath)} values cannot be repeated around "
+            f"{c.disk.n_blades} blades"
+        )
+    if m.largest >= 1.0:
+        yield (
+            f"mistuning.intentional_percent: with the half range a blade deviates by "
+            f"{100 * m.largest:.4g} %; less than 100 % is allowed"
+        )
 
 
 def _part_problems(c):

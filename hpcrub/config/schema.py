@@ -44,6 +44,7 @@ from hpcrub.config.types import (
     si,
 )
 from hpcrub.errors import InputError
+from hpcrub.model.mistuning import Law
 from hpcrub.response.steady import SteadyCriteria
 
 CRITERIA = SteadyCriteria()
@@ -285,6 +286,27 @@ class Mistuning(Section):
         description="runs of the tuned disk, each with blades stiffer by another "
         "1e-6, whose median amplitude is the reference; 1 in the paper",
     )
+    distribution: Literal["uniform", "normal", "measured"] = Field(
+        "uniform",
+        description="of a blade's deviation within the half range: uniform as in the paper, "
+        "truncated normal, or drawn from the blades of measured_percent",
+    )
+    truncation: Number = Field(
+        3.0, gt=0, le=8, description="standard deviations of a normal distribution per half range"
+    )
+    measured_percent: Deviations | None = Field(
+        None,
+        description="measured deviations of blades, drawn with replacement; scaled so that the "
+        "largest is the half range [%]",
+    )
+    neighbour_correlation: Number = Field(
+        0.0, ge=0, le=0.99, description="correlation of two neighbouring blades [-]"
+    )
+    intentional_percent: Deviations | None = Field(
+        None,
+        description="intentional mistuning beneath the random part, repeated around the disk: "
+        "two values for an A/B pattern, one for each blade for a sorted one [%]",
+    )
     pattern_gpa: Moduli | None = Field(
         None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
     )
@@ -300,6 +322,23 @@ class Mistuning(Section):
         description="what deviates: all stiffness of a blade, or that of its cantilever modes "
         "(component mode mistuning), of a model file only",
     )
+
+    @property
+    def law(self) -> Law:
+        """How the deviations of the blades are distributed."""
+        return Law(
+            self.distribution,
+            self.truncation,
+            tuple(value / 100 for value in self.measured_percent or ()),
+            self.neighbour_correlation,
+            tuple(value / 100 for value in self.intentional_percent or ()),
+        )
+
+    @property
+    def largest(self) -> float:
+        """Largest deviation of a blade that is possible at any level [-]."""
+        beneath = max((abs(value) / 100 for value in self.intentional_percent or ()), default=0.0)
+        return float(self.half_range.max() + beneath)
 
     @property
     def half_range(self) -> np.ndarray:

@@ -1,14 +1,84 @@
 """Stiffness deviation of every blade: random draws that depend on nothing but their place."""
 
+from typing import NamedTuple
+
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 STIFFNESS, START = range(2)  # streams: what is drawn
 
 
+class Law(NamedTuple):
+    """How the deviations of the blades are distributed within a level's half range."""
+
+    distribution: str = "uniform"  # normal: truncated; measured: drawn from a list
+    truncation: float = 3.0  # standard deviations of a normal distribution in the half range
+    measured: tuple[float, ...] = ()  # deviations of real blades; the largest is the half range
+    neighbour_correlation: float = 0.0  # of the normal scores of two neighbours
+    intentional: tuple[float, ...] = ()  # deviations [-] beneath the random part, repeated
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the random part, per half range [-]."""
+        if self.distribution == "measured":
+            return float(np.std(self.measured) / np.abs(self.measured).max())
+        if self.distribution == "normal":
+            t = self.truncation
+            inside = 2.0 * ndtr(t) - 1.0
+            density = np.exp(-(t**2) / 2.0) / np.sqrt(2.0 * np.pi)
+            return float(np.sqrt(1.0 - 2.0 * t * density / inside) / t)
+        return float(1.0 / np.sqrt(3.0))
+
+    def deviation(self, drawn: np.ndarray, half_range: float) -> np.ndarray:
+        """Deviations (N,) [-] from uniform random numbers in [-1, 1), (N,)."""
+        if self.neighbour_correlation:
+            drawn = correlated(drawn, self.neighbour_correlation)
+        random = half_range * self._quantile(drawn)
+        if not self.intentional:
+            return random
+        return random + np.resize(self.intentional, len(random))
+
+    def _quantile(self, drawn):
+        """Values in [-1, 1] of this distribution, of uniform ones."""
+        if self.distribution == "normal":
+            low = ndtr(-self.truncation)
+            return ndtri(low + (drawn + 1.0) / 2.0 * (1.0 - 2.0 * low)) / self.truncation
+        if self.distribution == "measured":
+            values = np.array(self.measured) / np.abs(self.measured).max()
+            return values[((drawn + 1.0) / 2.0 * len(values)).astype(int)]
+        return drawn
+
+
+UNIFORM = Law()
+
+
+def correlated(drawn: np.ndarray, correlation: float) -> np.ndarray:
+    """Uniform numbers whose normal scores are correlated around the disk.
+
+    Parameters
+    ----------
+    drawn : ndarray (N,)
+        Independent numbers in [-1, 1), one for each blade.
+    correlation : float
+        Of two neighbours, 0 or more; of blades k apart it is the k-th power.
+
+    Returns
+    -------
+    ndarray (N,)
+        In (-1, 1).
+    """
+    n = len(drawn)
+    apart = np.minimum(np.arange(n), n - np.arange(n))
+    spectrum = np.fft.rfft(correlation**apart).real  # of a circulant matrix: its eigenvalues
+    scores = ndtri((drawn + 1.0) / 2.0 + 2.0**-55)  # never of exactly zero
+    mixed = np.fft.irfft(np.fft.rfft(scores) * np.sqrt(np.maximum(spectrum, 0.0)), n)
+    return np.clip(2.0 * ndtr(mixed) - 1.0, -1.0, np.nextafter(1.0, 0.0))
+
+
 def stiffness_deviation(
-    seed: int, level: int, sample: int, n_blades: int, half_range: float
+    seed: int, level: int, sample: int, n_blades: int, half_range: float, law: Law = UNIFORM
 ) -> np.ndarray:
-    """Uniform stiffness deviations of the blades of one sample.
+    """Random stiffness deviations of the blades of one sample.
 
     Parameters
     ----------
@@ -20,17 +90,19 @@ def stiffness_deviation(
         Number N of blades.
     half_range : float
         Largest deviation [-].
+    law : Law
+        How they are distributed, uniformly by default.
 
     Returns
     -------
     ndarray (N,)
-        Deviations in [-half_range, half_range) [-].
+        Deviations in [-half_range, half_range) [-], and what is intentional.
 
     Notes
     -----
     Joachim, Nyssen, Batailly (2020), equations (3) and (4).
     """
-    return half_range * uniform(seed, STIFFNESS, level, sample, n_blades)
+    return law.deviation(uniform(seed, STIFFNESS, level, sample, n_blades), half_range)
 
 
 def uniform(seed: int, stream: int, level: int, sample: int, n: int) -> np.ndarray:

@@ -16,7 +16,24 @@ from hpcrub.studies.study import Poll, Study, Values
 KINDS = ("contact", "linear")
 FREE = "material.damping_ratio"
 # what, besides the physics, sets one population of disks apart from another
-SAME = (*PHYSICS, "mistuning.half_range_percent", "mistuning.pattern_gpa")
+SAME = (
+    *PHYSICS,
+    *(
+        f"mistuning.{key}"
+        for key in (
+            "half_range_percent",
+            "distribution",
+            "truncation",
+            "measured_percent",
+            "neighbour_correlation",
+            "intentional_percent",
+            "pattern_gpa",
+            "pattern_percent",
+            "blade_frequencies_hz",
+            "by",
+        )
+    ),
+)
 _CLP = ("case", "level", "percentile")
 LAYOUT = (
     Dataset("damping_ratio", ("case",), "1", "damping ratio of every mode"),

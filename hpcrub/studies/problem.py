@@ -67,7 +67,7 @@ def build_problem(config: Config) -> Problem:
         disk = None  # the full model is not needed any more, and would go to all ranks
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
-    stiffest = max(0.0, np.max(config.mistuning.half_range if pattern is None else pattern))
+    stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))
     limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
     if config.time.scheme == "central_difference" and not config.step < limit:
         raise InputError(

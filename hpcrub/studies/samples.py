@@ -38,7 +38,7 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     level, sample = config.levels[level], config.samples[sample]
     half_range = config.mistuning.half_range[level]
     return stiffness_deviation(
-        config.mistuning.seed, level, sample, config.disk.n_blades, half_range
+        config.mistuning.seed, level, sample, config.disk.n_blades, half_range, config.mistuning.law
     )
 
 
@@ -50,7 +50,11 @@ def sigma_of(config: Config) -> np.ndarray:
     """
     if config.pattern_deviation is not None:
         return np.array([np.std(config.pattern_deviation)])
-    return config.mistuning.half_range[list(config.levels)] / np.sqrt(3)
+    half_range = config.mistuning.half_range[list(config.levels)]
+    law = config.mistuning.law
+    if law.distribution == "uniform":
+        return half_range / np.sqrt(3)
+    return half_range * law.sigma
 
 
 def disks(config: Config) -> np.ndarray:
