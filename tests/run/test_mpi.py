@@ -134,7 +134,7 @@ MESSAGES = {  # of BAD_INPUTS
     "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
     "missing file": "nowhere.yaml: cannot be read (No such file or directory)",
     "not YAML": "broken.yaml: line 2, column 1: ",
-    "output folder is a file": "cannot write tiny.yaml/x.h5: Not a directory",
+    "output folder is a file": "tiny.yaml/x.h5: Not a directory",
     "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
     "existing output": "tiny.h5 exists: --resume goes on with it, --overwrite replaces it",
     "not a result": "broken.yaml is not an HDF5 file",
