@@ -142,7 +142,7 @@ def test_the_reference_disk_locks_itself_at_high_friction(modes, kinematics):
         assert result.max_sweeps[0] > 0
 
 
-def test_an_unstable_step_is_not_called_self_locking(modes):
+def test_an_unstable_step_is_not_called_jamming(modes):
     """Displaced kinematics: an overflow tells nothing of W_jj."""
     scene = scene_of(kinematics="polar", scheme="central_difference", step=1e-4)
     result = run_sweep(modes, scene, np.array([34.0]), width=8)

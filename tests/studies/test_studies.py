@@ -234,7 +234,7 @@ def test_interaction_map(folder):
 @pytest.mark.parametrize(
     ("failing", "words"),
     [
-        (("contact.friction=1.5",), "diverged: self-locking"),
+        (("contact.friction=1.5",), "diverged: jamming"),
         (("disk.spoke_thickness_mm=0.001", "contact.friction=0.5"), "diverged: displacements"),
     ],
 )
