@@ -178,17 +178,6 @@ def test_same_bits_on_any_number_of_ranks(study, ranks):
     assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
 
 
-def test_datasets_of_length_zero_do_not_hang_the_close(tmp_path):
-    """Two samples are fewer than one block of statistics: their datasets have length zero."""
-    text = TINY.replace("step: 1}", "step: 10}")
-    (tmp_path / "tiny.yaml").write_text(text, encoding="utf-8")
-    code, out, err = run(3, "tiny.yaml", "--no-figures", folder=tmp_path)
-    assert code == 0, out + err
-    with h5py.File(tmp_path / "results" / "tiny.h5") as file:
-        assert file["statistics/contact/percentile"].shape[-1] == 0
-        assert (file["samples/status"][:] == 1).all()
-
-
 def test_more_ranks_than_samples(study):
     """The sweeps of 21 speeds are cut into parts, on different ranks."""
     folder, _ = study
