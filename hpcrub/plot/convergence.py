@@ -11,7 +11,7 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import labels, ordered
 from hpcrub.plot.style import BLACK, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import confidence
+from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 
 FEW = 5  # estimates up to which each has a tick of its own
 MOST_COLUMNS = 4  # percentiles with a panel each; of more, the first, the middle and the last
@@ -72,6 +72,11 @@ def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = N
             panel.xaxis.set_major_locator(FixedLocator(seen) if few else LogLocator(subs=(1, 2, 5)))
             panel.xaxis.set_major_formatter("{x:,.0f}")
             panel.xaxis.set_minor_formatter("")
+    if min(np.isfinite(_values(f, name)).sum(axis=-1).max() for f in files) < MIN_VALUES:
+        canvas.note(
+            f"Convergence is not judged on fewer than {MIN_VALUES} estimates, each of "
+            "convergence.step more samples."
+        )
     handles = [
         Line2D([], [], color=colour, label=f"σ = {100 * sigma:.1f} %")
         for sigma, colour in colours.items()

@@ -70,7 +70,7 @@ def draw_response(
         )  # fmt: skip
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
-    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
 def _draw_pattern(axes: Axes, file: ResultFile, name: str, scale: float) -> None:

@@ -98,6 +98,15 @@ def test_too_few_samples_to_converge_are_said_to_be(random, name):
         plot.find(name)(file)
 
 
+def test_convergence_of_few_estimates_is_said_not_to_be_judged(random):
+    note = "Convergence is not judged on fewer than 10 estimates"
+    file = contact_file(random)  # 8 of them
+    assert note in plot.errors(file)[0].figure.legends[0].get_title().get_text()
+    file.values["statistics/contact/samples_seen"] = 5 * np.arange(1, 13)
+    file.values["statistics/contact/convergence_error"] = random.uniform(0.01, 0.1, (2, 3, 12))
+    assert note not in plot.errors(file)[0].figure.legends[0].get_title().get_text()
+
+
 @pytest.mark.parametrize("figure", plot.FIGURES, ids=lambda f: f.__name__)
 def test_every_figure_is_documented_and_exported(figure):
     assert getattr(hpcrub.plot, figure.__name__) is figure
