@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from hpcrub import __version__, studies
 from hpcrub.config.schema import Config
-from hpcrub.errors import HpcrubError, InputError, Interrupted, reason
+from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, reason
 from hpcrub.results import ownership, storage
 from hpcrub.results.storage import ResultFile
 from hpcrub.run import progress
@@ -175,7 +175,8 @@ def _compute(team, config, problem, log):
     try:
         _fill(team, config, problem, file, log)
     except HpcrubError as error:
-        if getattr(error, "shared", False):  # an error of one rank ends the job, closed or not
+        # an error of one rank, or of the disk, ends the job, closed or not
+        if getattr(error, "shared", False) and not isinstance(error, WriteError):
             file.close()
         raise
     log.phase("close")

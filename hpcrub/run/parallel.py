@@ -68,9 +68,12 @@ def run(program: Callable[["Team"], int]) -> int:
         shared = getattr(error, "shared", False)
         if not shared or team is None or team.rank == 0:
             _print_error(error, launched_rank() if team is None else 0)
-        if isinstance(error, WriteError) and (team is None or team.size == 1):
+        broken = isinstance(error, WriteError)
+        if broken and (team is None or team.size == 1):
             leave(error.exit_code)
-        if team is not None and not shared:
+        if broken and shared and team is not None and team.rank > 0:
+            time.sleep(1.0)  # rank 0 has said it, and ends all
+        if team is not None and (broken or not shared):
             team.abort(error.exit_code)
         return error.exit_code
     except MemoryError as error:

@@ -12,13 +12,14 @@ import numba
 import pytest
 
 from evidence.faults import disks, files, inputs, job
+from hpcrub.commands import execution
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.run.parallel import Team
-from hpcrub.studies import casing, warmup
+from hpcrub.studies import warmup
 from hpcrub.studies.files import open_result
 from tests.program import ROOT, TINY
 
@@ -42,19 +43,20 @@ def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
 def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
-    monkeypatch.setattr(casing, "prepare", lambda cfg: os.kill(os.getpid(), signal.SIGTERM))
+    stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)  # noqa: E731
+    monkeypatch.setattr(execution.size, "check", stop)
     assert cli.main(["a.yaml"]) == 75
-    assert capfd.readouterr().err == "hpcrub: stopped: SIGTERM came before a.h5 was opened\n"
+    expected = f"hpcrub: stopped: SIGTERM came before {tmp_path / 'a.h5'} was opened\n"
+    assert capfd.readouterr().err == expected
     assert not (tmp_path / "a.h5").exists()
 
 
 def test_a_file_that_was_taken_away_is_told(tmp_path):
-    team, log = Team(), SimpleNamespace(phase=lambda name: None)
-    file = SimpleNamespace(path=tmp_path / "a.h5", close=lambda: None)
+    path = tmp_path / "a.h5"
     with pytest.raises(HpcrubError, match=r"a\.h5 was removed or moved while this job ran"):
-        cli.close(team, file, log)
-    file.path.touch()
-    cli.close(team, file, log)
+        execution.require_there(path)
+    path.touch()
+    execution.require_there(path)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +107,7 @@ def test_a_source_is_never_overwritten(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     cfg = config.Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
     with pytest.raises(InputError, match="is one of the sources"):
-        cli.check_output(cfg, SimpleNamespace(resume=False, overwrite=True))
+        execution.check_output(cfg, execution.Existing(overwrite=True))
 
 
 @pytest.mark.parametrize("name", inputs.TEXTS)
