@@ -47,7 +47,7 @@ class Bank(NamedTuple):
 
 # Members that have one column (or one number) per lane
 LANE_MEMBERS = {
-    Scheme: ("decay", "gain", "step"),
+    Scheme: ("decay", "gain", "restoring", "step"),
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
@@ -106,8 +106,8 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         observed=_aligned(_columns(modes.observed)),
         load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
         decay=aligned_zeros((n_modes, width)),
-        squared=modes.omega**2,
         gain=aligned_zeros((n_modes, width)),
+        restoring=aligned_zeros((n_modes, width)),
         clearance=_aligned(clearance),
         step=np.zeros(width),
         bump=_aligned(_columns(bump.T)),
@@ -143,7 +143,8 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
     spatial = _allocate_spatial(scene, grid, axial, width) if moves_axially else ()
     bank = Bank(scheme, contact, state, record, polar, spatial)
     for lane, speed in enumerate(speeds_hz):
-        fill_lane(bank, lane, modes, scene, 1.0 / (speed * grid.steps_per_revolution))
+        h = 1.0 / (speed * grid.steps_per_revolution)
+        fill_lane(bank, lane, modes.at(speed), scene, h)
     return bank
 
 
@@ -205,7 +206,7 @@ def _allocate_spatial(scene, grid, axial, width):
 def empty_lane(bank, lane):
     """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.decay, scheme.gain, *bank.contact):
+    for array in (scheme.decay, scheme.gain, scheme.restoring, *bank.contact):
         array[:, lane] = 0.0
     if bank.spatial:
         bank.spatial.before[:, lane] = bank.spatial.touching[:, lane] = 0.0
@@ -220,7 +221,7 @@ def fill_lane(bank, lane, modes, scene, h):
     Args:
         bank: Bank.
         lane: index.
-        modes: Modes of the sample.
+        modes: Modes of the sample, at the lane's speed.
         scene: sweep.Scene.
         h: time step [s].
     """
@@ -229,6 +230,7 @@ def fill_lane(bank, lane, modes, scene, h):
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
         scene.scheme, modes.omega, scene.damping_ratio, h
     )
+    scheme.restoring[:, lane] = modes.omega**2 * scheme.gain[:, lane]
     scheme.step[lane] = h
     motion = np.stack([modes.normal.T, modes.tangential.T])
     gain = scheme.gain[:, lane]

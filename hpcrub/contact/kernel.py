@@ -68,8 +68,8 @@ class Scheme(NamedTuple):
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1), spatial: (K, 3C + 1)
     decay: np.ndarray  # (K, L) [-]
-    squared: np.ndarray  # ω² (K,) [rad²/s²]; ω² gain is the factor of q in all schemes
     gain: np.ndarray  # (K, L) [s²]
+    restoring: np.ndarray  # ω² gain (K, L) [-], ω of the lane's own speed of rotation
     clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]; polar: zero
@@ -134,7 +134,7 @@ def predict(lanes, contacts, scheme, state, spatial, step):
             d = d + kick
         if len(spatial) > 0:
             remember(spatial, k, d)
-        d = load(lanes, scheme.decay, k) * d - (gain * splat(lanes, scheme.squared[k])) * q
+        d = load(lanes, scheme.decay, k) * d - load(lanes, scheme.restoring, k) * q
         if loaded:
             d = d + splat(lanes, scheme.external[step, k]) * gain
         q = q + d

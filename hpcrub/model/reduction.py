@@ -48,6 +48,12 @@ class Modes(NamedTuple):
         change = (float(speed) ** powers - self.speed**powers) @ self.stiffening
         return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
 
+    def at(self, speed_hz: float) -> "Modes":
+        """The same modes with the frequencies of a speed of rotation [Hz], see `omega_at`."""
+        if not len(self.stiffening):
+            return self
+        return self._replace(omega=self.omega_at(2 * np.pi * speed_hz))
+
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
         """Modes (K,) of a planar structure that is known by its contact points (C, K) alone."""

@@ -334,8 +334,9 @@ class _Band:
         self.speed[lane] = waiting.pop(0) if waiting else None
         if self.speed[lane] is None:
             return
-        h = 1.0 / (self.speeds_hz[self.speed[lane]] * self.grid.steps_per_revolution)
-        bank.fill_lane(self.bank, lane, self.modes, self.scene, h)
+        speed = self.speeds_hz[self.speed[lane]]
+        h = 1.0 / (speed * self.grid.steps_per_revolution)
+        bank.fill_lane(self.bank, lane, self.modes.at(speed), self.scene, h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         self.start[lane], self.passed[lane] = now, 0
