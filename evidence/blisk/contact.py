@@ -1,0 +1,63 @@
+"""The rubbing blisk beside Moreau-Jean time stepping on the same reduced matrices.
+
+`python -m evidence.blisk.contact` writes docs/figures/blisk_response.png (5 min); ends with 1 when
+an amplitude differs by more than LIMIT.
+"""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from evidence.blisk.moreau_jean import Case, integrate
+from hpcrub.config.schema import load_runs
+from hpcrub.model.imported import neutral, reduced
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results import model_file
+from hpcrub.studies.imported import resolved
+from hpcrub.studies.problem import build_problem
+from hpcrub.studies.samples import modes_of
+
+INPUT = "inputs/blisk/contact.yaml"
+FIGURE = Path("docs/figures/blisk_response.png")
+COMPARED = (209.0, 211.0, 213.0, 215.0, 217.0)  # [Hz]
+STEP = 2e-6  # of the second program [s]
+LIMIT = 0.02  # where the motion repeats itself to about as much
+
+
+def main():
+    """Both programs at some speeds of the example; returns the exit code."""
+    config = resolved(load_runs(INPUT)[0])
+    problem = build_problem(config)
+    modes = modes_of(config, problem, np.zeros(config.disk.n_blades))
+    speeds = config.speeds.values_hz
+    ours = run_sweep(modes, problem.scene, speeds).amplitude
+    theirs = [second(config, speed) for speed in COMPARED]
+    worst = 0.0
+    for speed, other in zip(COMPARED, theirs, strict=True):
+        mine = np.interp(speed, speeds, ours)
+        worst = max(worst, abs(mine / other - 1))
+        print(f"{speed:g} Hz: {1e3 * mine:.4f} mm, Moreau-Jean {1e3 * other:.4f} mm, "
+              f"{100 * (mine / other - 1):+.2f} %")  # fmt: skip
+    figure, axes = plt.subplots(figsize=(6, 3.6), layout="constrained")
+    axes.plot(speeds, 1e3 * ours, "o-", color="C0", label="hpcrub")
+    axes.plot(COMPARED, 1e3 * np.array(theirs), "x", color="C1", ms=8, label="Moreau-Jean")
+    axes.set(xlabel="speed of rotation [Hz]", ylabel="amplitude of the tips [mm]", ylim=(0, None))
+    axes.legend(frameon=False)
+    figure.savefig(FIGURE, dpi=150)
+    return int(not worst <= LIMIT)
+
+
+def second(config, speed):
+    """Amplitude over the last three revolutions by the second program [m]."""
+    arrays = model_file.read(config.disk.model)
+    model = reduced.reduced_model(neutral.from_arrays(arrays), 2 * np.pi * speed)
+    casing = config.casing
+    case = Case(speed, casing.n_bumps, casing.bump_height, casing.clearance, casing.growth_time,
+                config.contact.friction, config.material.damping_ratio)  # fmt: skip
+    seen = integrate(model, case, STEP, config.steady_state.first_check)
+    return np.abs(seen[-round(3 / speed / STEP) :]).max()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
