@@ -103,8 +103,15 @@ def report(file: ResultFile) -> Iterator[str]:
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
 
 
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    if config.disk.model is not None:
+        yield "disk.model: modal is of the planar disk; `hpcrub import model` prints frequencies"
+
+
 STUDY = Study(
     name="modal",
+    problems=problems,
     figures="1, 2",
     what="the disk, its mode shapes, SAFE diagram",
     layout=lambda config: LAYOUT,

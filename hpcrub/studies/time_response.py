@@ -40,6 +40,19 @@ LAYOUT = (
 SCALES = {"time": "time_s", "check": "check_s"}
 
 
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets; of a disk with several contact points on a blade, motions are of every point."""
+    if config.disk.n_points == config.disk.n_blades:
+        return LAYOUT
+    points = {"blade": "point"}
+    return tuple(
+        line._replace(dimensions=tuple(points.get(d, d) for d in line.dimensions))
+        if line.dimensions == _DTB
+        else line
+        for line in LAYOUT
+    )
+
+
 def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
@@ -48,6 +61,7 @@ def sizes(config: Config) -> dict[str, int]:
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         ),
         "blade": config.disk.n_blades,
+        "point": config.disk.n_points,
         "check": len(_checks(config)),
     }
 
@@ -189,7 +203,7 @@ STUDY = Study(
     name="time_response",
     figures="5",
     what="one simulation in full",
-    layout=lambda config: LAYOUT,
+    layout=layout,
     scales=SCALES,
     sizes=sizes,
     constants=constants,
