@@ -15,7 +15,7 @@ from hpcrub.errors import HpcrubError
 from hpcrub.response.sweep import can_touch
 from hpcrub.run import progress
 from hpcrub.run.parallel import Team
-from hpcrub.studies import cost, files, plausibility
+from hpcrub.studies import cost, files, plausibility, size
 from hpcrub.studies.problem import Model, Problem, build_model, build_problem
 from hpcrub.studies.warmup import warm_up
 
@@ -45,8 +45,10 @@ def _one(config, existing, n_ranks):
     if study.has_disk:
         _print_model(out, config, problem or build_model(config))
     out.print(f"computes:             {', '.join(amount(config))}", soft_wrap=True)
-    size = files.file_size(config) / 1e6
-    out.print(f"output:               {size:,.4g} MB in {config.output}", soft_wrap=True)
+    length = files.file_size(config) / 1e6
+    out.print(f"output:               {length:,.4g} MB in {config.output}", soft_wrap=True)
+    memory = size.size(config).memory / 1e6
+    out.print(f"memory:               {memory:,.4g} MB of each rank, at most", soft_wrap=True)
     for line in plausibility.numbers(config, problem) if study.integrates else ():
         out.print(f"resolution:           {line}", soft_wrap=True)
     for line in warnings(config):
