@@ -1,7 +1,7 @@
 """Disks of model files: what a configuration lacks of them, and the model itself."""
 
 import functools
-from pathlib import Path
+import os
 
 import numpy as np
 
@@ -72,7 +72,8 @@ def memory(config: Config) -> int:
     """Memory that the model takes, roughly [bytes]."""
     m = config.n_coordinates
     matrices = (2 * config.disk.n_blades + 12) * NUMBER * m**2
-    return matrices + FILL * Path(str(config.disk.model)).stat().st_size
+    path = str(config.disk.model)
+    return matrices + (FILL * os.path.getsize(path) if os.path.exists(path) else 0)
 
 
 def _mistuned(config):
