@@ -21,8 +21,8 @@ from hpcrub.studies.samples import modes_of
 INPUT = "inputs/blisk/contact.yaml"
 FIGURE = Path("docs/figures/blisk_response.png")
 COMPARED = (209.0, 211.0, 213.0, 215.0, 217.0)  # [Hz]
-STEP = 2e-6  # of the second program [s]
-LIMIT = 0.02  # where the motion repeats itself to about as much
+STEP = 1e-6  # of the second program [s]
+LIMIT = 0.01
 
 
 def main():
