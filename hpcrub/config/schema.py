@@ -211,7 +211,7 @@ class Time(Section):
         ge=1,
         le=1e4,
         description="time steps while a tip passes a bump's width at the highest speed, at least; "
-        "fewer than 8 are marked as not resolved [-]",
+        "fewer than 12 are marked as not resolved [-]",
     )
     steps_per_period: Number = Field(
         40.0,

@@ -1,8 +1,9 @@
 """Whether the numbers of a study mean anything: what its time step and its model resolve.
 
-The limits are measured (`evidence/stress/plausibility.py`, docs/stress.md). What cannot have a
-result is refused; what may be wanted goes on with a warning that stands in the result file and
-under its figures.
+The limit of the steps per bump width follows from the errors and the order of docs/stress.md; the
+others are provisional until `evidence/stress/plausibility.py` has been run in full. What cannot
+have a result is refused; what may be wanted goes on with a warning that stands in the result file
+and under its figures.
 """
 
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from hpcrub.config.schema import Config
 from hpcrub.response.sweep import can_touch
 from hpcrub.studies.problem import Problem
 
-STEPS_PER_BUMP_WIDTH = 8.0
+STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 20.0
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7

@@ -1,0 +1,83 @@
+"""Several runs of one input: one that fails keeps no other, a table says how each has ended."""
+
+from pathlib import Path
+
+import pytest
+
+from hpcrub.commands import run as cli
+from hpcrub.config.schema import load_runs
+from hpcrub.errors import InputError
+from hpcrub.studies.files import open_result
+from tests.program import TINY
+
+RUNS = "study: casing\nruns: [{casing.n_bumps: 3}, {casing.n_bumps: 5}]\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_table_at_the_end_and_the_total_before(folder, capfd):
+    Path("a.yaml").write_text(RUNS)
+    assert cli.main(["a.yaml", "--dry-run"]) == 0
+    said = capfd.readouterr().out
+    for text in ("run 1 of 2", "run 2 of 2", "all 2 runs:", "core hours"):
+        assert text in said
+    assert not Path("results").exists()
+    assert cli.main(["a.yaml"]) == 0
+    said = capfd.readouterr().out
+    for text in ("run 2 of 2", "casing.n_bumps=5", "5 bumps, smallest gap"):
+        assert text in said
+
+
+def test_a_run_that_fails_does_not_keep_the_next_one(folder, capfd):
+    stuck = "{contact.friction: 1, disk.blade.lean_deg: 0, output: stuck.h5}"
+    last = "{study: casing, output: last.h5}"
+    Path("a.yaml").write_text(TINY + f"runs: [{stuck}, {last}]\n")
+    assert cli.main(["a.yaml", "--no-figures"]) == 1
+    said = capfd.readouterr().out
+    assert "this run failed: the tuned disk has no result at any speed" in said
+    open_result("last.h5").close()
+    assert cli.main(["a.yaml", "--no-figures", "--resume"]) == 1  # it is tried again, last.h5 not
+    assert "bumps, smallest gap" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("runs", "message"),
+    [
+        ("[{output: a.h5}, {output: ./a.h5}]", "two runs have the output a.h5"),
+        ("[{casing.n_bumps: 3, casing: {n_bumps: 4}}]", "casing.n_bumps is given twice"),
+        ("[{casing: {n_bumps: 4}, casing.n_bumps: 3}]", "casing.n_bumps is given twice"),
+    ],
+)
+def test_runs_that_contradict_each_other(folder, runs, message):
+    Path("a.yaml").write_text(f"runs: {runs}\n")
+    with pytest.raises(InputError) as caught:
+        load_runs("a.yaml")
+    assert message in str(caught.value)
+
+
+def test_keys_of_two_forms_in_one_run_are_all_kept(folder):
+    Path("a.yaml").write_text("runs: [{casing.n_bumps: 3, casing: {clearance_mm: 0.5}}]\n")
+    (config,) = load_runs("a.yaml")
+    assert (config.casing.n_bumps, config.casing.clearance_mm) == (3, 0.5)
+
+
+def test_a_link_to_the_output_of_another_run_is_found(folder, capfd):
+    Path("real").mkdir()
+    Path("link").symlink_to("real")
+    Path("a.yaml").write_text("study: casing\nruns: [{output: real/a.h5}, {output: link/a.h5}]\n")
+    assert cli.main(["a.yaml"]) == 2
+    assert "two runs have the output" in capfd.readouterr().err
+    assert not any(Path("real").iterdir())
+
+
+def test_the_former_name_of_the_key_is_read_with_a_warning(folder, capfd):
+    Path("a.yaml").write_text(RUNS.replace("runs:", "sweep:"))
+    assert len(load_runs("a.yaml")) == 2
+    assert capfd.readouterr().err.count("warning: the key sweep is called runs now") == 1
+    Path("a.yaml").write_text(RUNS + "sweep: []\n")
+    with pytest.raises(InputError, match="sweep: the former name of runs, which is given, too"):
+        load_runs("a.yaml")
