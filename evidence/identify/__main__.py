@@ -45,7 +45,7 @@ def parse(argv):
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     more = parser.add_argument
-    more("--folder", type=Path, default=Path("results/identify"), help="of the evaluations")
+    more("--folder", type=Path, default=Path(__file__).parent, help="of the evaluations")
     more("--cores", type=int, default=1, help="evaluations side by side, each on one core")
     more("--minutes", type=float, default=float("inf"), help="time given")
     more("--points", type=int, default=256, help="of the whole range, a power of two")
@@ -67,9 +67,9 @@ def run(book, options):
         search.repeat(book, leader.disk)
     losses = search.losses(book, trials[0].disk)
     print(f"the best disk in other draws: loss {losses.mean():.1f} ± {losses.std(ddof=1):.1f}")
+    tested = search.to_test(trials, losses, N_DISKS)
+    book.measure([("conclusions", trial.disk, 0) for trial in tested])
     book.measure([("predictions", leader.disk, 0) for leader in leaders])
-    chosen = search.apart(search.as_good(trials, losses), N_DISKS)
-    book.measure([("conclusions", trial.disk, 0) for trial in chosen])
 
 
 if __name__ == "__main__":

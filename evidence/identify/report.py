@@ -19,8 +19,8 @@ NAMES = {
     "blade_thickness_mm": "blade thickness [mm]",
     "skew": "skew of the bow [-]",
     "ring_inset_mm": "ring inside the hub circle [mm]",
-    "ring_width": "width of the ring over the blades' [-]",
-    "spoke_width": "width of the spokes over the blades' [-]",
+    "ring_width": "ring's width over blades' [-]",
+    "spoke_width": "spokes' width over blades' [-]",
 }
 
 
@@ -50,7 +50,7 @@ def write(book, folder):
     if tested:
         parts += [
             "### The paper's conclusions\n",
-            _conclusions(tested, leaders[0].disk),
+            _conclusions(tested, good, leaders[0].disk),
             _margins_figure(tested, folder / "figures" / "identification_conclusions.png"),
         ]
     page = folder / "identification.md"
@@ -61,8 +61,8 @@ def write(book, folder):
 def _effort(book, leaders, losses, good):
     counts = ", ".join(f"{stage} {len(book.of(stage))}" for stage in paper.STAGES)
     text = (
-        f"Disks that each stage was computed of: {counts}. That took {book.spent / 3600:.1f} core "
-        "hours with all that is below, on cores shared with other programs.\n\n"
+        f"Disks that each stage was computed of: {counts}. With all that is below the "
+        f"evaluations took {book.spent / 3600:.1f} hours, on a core shared with other programs.\n\n"
     )
     for name, leader, others in zip(_names(leaders), leaders, losses, strict=True):
         text += f"The loss of the {name} disk is {leader.loss:.1f}"
@@ -117,24 +117,36 @@ def _cell(statement, found, fresh):
     values = [numbers[statement.name] for numbers in fresh if statement.name in numbers]
     if len(values) > 1:
         mean = np.mean(values)
-        return f"{mean:.4g} ± {np.std(values, ddof=1):.2g}: {statement.verdict(mean)}"
+        spread = round(np.std(values, ddof=1), 6)
+        return f"{mean:.4g} ± {spread:.2g}: {statement.verdict(mean)}"
     if statement.name not in found:
         return ""
     value = found[statement.name]
     return f"{value:.4g}: {statement.verdict(value)}"
 
 
-def _conclusions(tested, best):
+def _conclusions(tested, good, best):
+    """Table of the conclusions: how many disks agree, of the set and of all that were tested."""
+    inside = {trial.disk for trial in good}
+    groups = [list(tested)]
+    if not set(tested) <= inside:
+        groups.insert(0, [disk for disk in tested if disk in inside])
+    heads = [
+        f"{name} {len(group)}"
+        for name, group in zip(("of the set,", "of all,"), groups, strict=False)
+    ]
     rows = []
     for c in conclusions.CONCLUSIONS:
-        found = [answers[c.name] for answers in tested.values()]
-        count = {v: sum(a.verdict == v for a in found) for v in ("holds", "open", "fails")}
-        margins = np.array([a.margin for a in found])
-        own = tested[best].verdict if best in tested else ""
+        counts = [_counts([tested[disk][c.name].verdict for disk in group]) for group in groups]
+        margins = np.array([answers[c.name].margin for answers in tested.values()])
+        own = tested[best][c.name].verdict if best in tested else ""
         spread = f"{np.median(margins):.3f} [{margins.min():.3f}, {margins.max():.3f}]"
-        rows.append([c.text, *map(str, count.values()), own, spread])
-    head = ["conclusion", "holds", "open", "fails", "best disk", "margin: median [range]"]
-    return table(head, rows)
+        rows.append([c.text, *counts, own, spread])
+    return table(["conclusion", *heads, "best disk", "margin: median [range]"], rows)
+
+
+def _counts(verdicts):
+    return ", ".join(f"{verdicts.count(v)} {v}" for v in ("holds", "open", "fails"))
 
 
 def _set_figure(trials, good, path):
@@ -171,12 +183,12 @@ def _margins_figure(tested, path):
             panel.plot([place, place], [a.low, a.high], color=colour)
             panel.plot(place, a.margin, "o", ms=4, color=colour)
         panel.axhline(0, color="black", lw=0.8)
-        panel.set_title(c.text, fontsize=9)
+        panel.set_title(c.text, fontsize=8)
         panel.set_xticks([])
     for panel in grid[:, 0]:
         panel.set_ylabel("margin")
     for panel in grid[1]:
-        panel.set_xlabel("disks of the set, by margin")
+        panel.set_xlabel("disks, by margin")
     figure.savefig(path)
     plt.close(figure)
     return (

@@ -190,6 +190,26 @@ def as_good(trials, losses):
     return [trial for trial in trials if trial.loss <= limit]
 
 
+def to_test(trials, losses, n):
+    """Disks that the conclusions are tested on: those of the set, the next best if these are few.
+
+    Parameters
+    ----------
+    trials : list of Trial
+        The best first.
+    losses : (m,)
+        Of the best disk in other draws.
+    n : int
+        How many disks.
+
+    Returns
+    -------
+    list of Trial
+    """
+    good = as_good(trials, losses)
+    return apart(good, n) if len(good) > n else trials[:n]
+
+
 def apart(trials, n):
     """At most n trials that lie as far apart as possible, the best among them.
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from evidence.identify import book as books
-from evidence.identify import conclusions, disks, paper, report, search
+from evidence.identify import conclusions, disks, paper, predictions, report, search, stages
 from hpcrub.config.schema import Config
 from hpcrub.model.disk import build_disk
 
@@ -98,6 +98,32 @@ def test_place_and_unit_of_are_inverse():
     placed = disks.place(unit, bounds, OLD)
     np.testing.assert_allclose(disks.unit_of(placed, bounds), unit, atol=1e-12)
     assert placed.blade_thickness_mm == OLD.blade_thickness_mm
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Stages of few runs and samples."""
+    for name in ("N_LINEAR", "N_TUNED", "N_PATTERN", "N_SAMPLES"):
+        monkeypatch.setattr(stages, name, 1)
+    monkeypatch.setattr(conclusions, "N_SAMPLES", 1)
+    monkeypatch.setattr(predictions, "N_SAMPLES", {3: 1, 4: 1, 6: 1})
+    monkeypatch.setattr(predictions, "N_TUNED", 1)
+    monkeypatch.setattr(predictions, "LONGEST", 0.5)
+
+
+def test_every_stage_finds_the_numbers_of_its_statements(few):
+    for stage, compute in books.COMPUTE.items():
+        found = compute(disks.EARLIER[1], 0)
+        numbers = {s.name for s in paper.STATEMENTS if s.stage == stage}
+        assert numbers <= set(found), stage
+        assert all(np.isfinite(found[name]) for name in numbers), stage
+
+
+def test_without_mistuning_nothing_is_amplified(few, monkeypatch):
+    monkeypatch.setattr(stages, "HALF_RANGES", (0.0, 0.0))
+    for cloud in stages.amplifications(disks.reduced(disks.EARLIER[1]), 6, 0, 2):
+        assert cloud.contact == pytest.approx([1, 1])
+        assert cloud.linear == pytest.approx([1, 1])
 
 
 def test_cost_and_verdict():
