@@ -84,6 +84,17 @@ def test_branches_that_cross_in_amplitude_keep_their_labels():
     np.testing.assert_array_equal(found, np.tile([[0], [0], [1]], 80))
 
 
+def test_motions_that_differ_by_many_standard_errors_are_told_apart():
+    """A mean of 60 windows that do not resemble each other has the error scatter/√60."""
+    rng = np.random.default_rng(5)
+    scatter, n_apart = 0.3, 0
+    means = np.array([[1.0, 1.0 + 14.0 * scatter / np.sqrt(N_WINDOWS)], [0.15, 0.15]])
+    for _ in range(50):
+        spread = np.reshape([scatter, 0.02], (2, 1, 1)) * noise(rng, (2, 2), 0.0)
+        n_apart += coexistence.split(means[..., None] + spread, 1e-3).max()
+    assert n_apart >= 48
+
+
 def test_a_branch_that_ends_leaves_the_label_of_the_other():
     amplitude = np.ones((3, 50))
     amplitude[2, :20] = 1.3  # the third start falls to the branch of the others

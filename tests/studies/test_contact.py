@@ -1,5 +1,7 @@
 """The study on one rank, in this process: what it computes, what it stores, what it refuses."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -30,49 +32,76 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_study_from_file_to_figure(tiny, folder, capfd):
-    assert main(tiny) == 0
-    out = capfd.readouterr().out
-    for text in ("A_nl", "A_lin", "steady", "diverged", "steps per second and core"):
-        assert text in out
-    for text in ("confidence intervals (95 %)", "contact forces: at most"):
-        assert text in out
-    assert (folder / "results/tiny.png").exists()
-    names = ["tiny.h5", "tiny.png", "tiny.runs.jsonl"]
-    assert sorted(p.name for p in (folder / "results").iterdir()) == names
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Folder of a finished tiny study."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "tiny.yaml").write_text(TINY + "output: results/tiny.h5\n", encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main("tiny.yaml") == 0
+    return folder
 
-    file = open_result("results/tiny.h5")
+
+@pytest.fixture
+def file(finished):
+    """Its open result file."""
+    file = open_result(finished / "results/tiny.h5")
+    yield file
+    file.close()
+
+
+@pytest.fixture
+def copied(finished, folder):
+    """The working folder, with a copy of all that."""
+    shutil.copytree(finished, folder, dirs_exist_ok=True)
+    return folder
+
+
+def test_a_study_leaves_its_file_figure_and_log(finished):
+    names = ["tiny.h5", "tiny.png", "tiny.runs.jsonl"]
+    assert sorted(p.name for p in (finished / "results").iterdir()) == names
+
+
+def test_amplifications_are_peaks_over_the_reference(file):
     assert (file.status() == DONE).all()
-    tuned = file.tuned()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
-    amplification = peaks / tuned["reference_amplitude_m"]
-    np.testing.assert_array_equal(file.read("samples/amplification"), amplification)
-    assert np.abs(file.read("samples/deviation")).max(axis=(1, 2)) == pytest.approx(
-        [0.02, 0.04], rel=0.2
-    )
-    for kind, name in (("contact", "amplification"), ("linear", "linear_amplification")):
-        values = file.read(f"samples/{name}")
-        for level in range(2):
-            expected = running_percentiles(values[level], [1, 50, 99], 1, 2.81)
-            expected = (
-                expected._asdict()
-                | running_intervals(values[level], [1, 50, 99], 1, 2.81)._asdict()
-            )
-            for key in set(expected) - {"samples_seen"}:
-                stored = file.read(f"statistics/{kind}/{key}", level)
-                np.testing.assert_array_equal(stored, expected[key])
+    reference = file.tuned()["reference_amplitude_m"]
+    np.testing.assert_array_equal(file.read("samples/amplification"), peaks / reference)
+
+
+def test_the_deviations_reach_to_the_half_range_of_their_level(file):
+    largest = np.abs(file.read("samples/deviation")).max(axis=(1, 2))
+    assert largest == pytest.approx([0.02, 0.04], rel=0.2)
+    assert (largest <= [0.02, 0.04]).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("contact", "amplification"), ("linear", "linear_amplification")]
+)
+def test_the_statistics_are_those_of_the_amplifications(file, kind, name):
+    for level, values in enumerate(file.read(f"samples/{name}")):
+        arguments = values, [1, 50, 99], 1, 2.81
+        expected = running_percentiles(*arguments)._asdict()
+        expected |= running_intervals(*arguments)._asdict()
+        for key in set(expected) - {"samples_seen"}:
+            stored = file.read(f"statistics/{kind}/{key}", level)
+            np.testing.assert_array_equal(stored, expected[key])
+
+
+def test_the_summary_has_the_percentiles_of_every_level(file):
     columns = cells(level_table(file))
     for level in range(2):
         for column, name in ((3, "amplification"), (4, "linear_amplification")):
             percentiles = np.percentile(file.read(f"samples/{name}", level), [1, 50, 99])
-            assert [float(word) for word in columns[column][level].split("/")] == pytest.approx(
-                percentiles, abs=5.1e-4
-            )
-    file.close()
+            words = columns[column][level].split("/")
+            assert [float(word) for word in words] == pytest.approx(percentiles, abs=5.1e-4)
 
+
+def test_a_finished_study_is_summed_up_again_and_not_changed(copied, capfd):
     before = datasets("results/tiny.h5")
-    assert main(tiny, "--resume") == 0  # complete: the summary again
+    assert main("tiny.yaml", "--resume") == 0
     assert "A_nl" in capfd.readouterr().out
     assert datasets("results/tiny.h5") == before
 
@@ -134,8 +163,7 @@ def lines_of_points(file):
     return [line for line in point_lines(file) if not line.startswith("not steady: ")]
 
 
-def test_failed_points_are_told_in_words(tiny, folder):
-    assert main(tiny) == 0
+def test_failed_points_are_told_in_words(copied):
     file = open_result("results/tiny.h5", mode="r+")
     most = max(file.read("samples/max_sweeps").max(), file.read("tuned/max_sweeps").max())
     assert 1 < most < 50
@@ -309,8 +337,13 @@ def test_a_result_that_another_job_has_just_finished_is_kept(tiny, folder, capfd
     assert [p.name for p in (folder / "results").iterdir()] == ["tiny.h5"]
 
 
-def test_existing_output(tiny, folder, capfd):
-    assert main(tiny, "--resume") == 0  # nothing there: it starts
+def test_resume_of_nothing_begins(tiny, folder):
+    assert main(tiny, "--resume", "--no-figures") == 0
+    assert (open_result("results/tiny.h5").status() == DONE).all()
+
+
+def test_an_existing_result_is_kept_unless_told(copied, capfd):
+    tiny = "tiny.yaml"
     assert main(tiny) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "--resume" in line
@@ -318,7 +351,7 @@ def test_existing_output(tiny, folder, capfd):
     assert main(tiny, "--set", "casing.n_bumps=3", "--resume") == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "casing.n_bumps: 4 in the file, 3 asked for" in line
-    assert main(tiny, "--set", "casing.n_bumps=3", "--overwrite") == 0
+    assert main(tiny, "--set", "casing.n_bumps=3", "--overwrite", "--no-figures") == 0
 
 
 @pytest.mark.parametrize(

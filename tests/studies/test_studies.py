@@ -4,6 +4,8 @@ Truth: closed forms of the casing and of a tuned disk, brute force over speeds f
 the binomial coverage of an interval, and that ranks and interruptions change nothing.
 """
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -31,9 +33,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def compute(name, *overrides):
+def compute(name, *overrides, options=()):
     """Run inputs/NAME.yaml with overrides in the current folder; returns its open ResultFile."""
-    arguments = [str(ROOT / "inputs" / f"{name}.yaml"), "--output", f"{name}.h5"]
+    arguments = [str(ROOT / "inputs" / f"{name}.yaml"), "--output", f"{name}.h5", *options]
     for override in overrides:
         arguments += ["--set", override]
     assert cli.main(arguments) == 0
@@ -47,24 +49,39 @@ def test_every_study_has_an_input_and_a_figure():
         assert any(name in figure.about.studies for figure in plot.FIGURES)
 
 
-def test_modes_of_the_tuned_disk_come_in_pairs(folder):
-    file = compute("modal")
-    for kind in ("full", "reduced"):
-        family = file.read(f"{kind}/frequencies_hz")[:12]
-        diameters = file.read(f"{kind}/nodal_diameters")[:12]
-        # a cyclic disk: 0 and N/2 diameters once, all others twice, with equal frequencies
-        assert sorted(diameters) == [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6]
-        for d in range(1, 6):
-            pair = family[diameters == d]
-            assert pair[0] == pytest.approx(pair[1], rel=1e-9)
-        assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
-    # Rayleigh: a reduced model is never softer
-    full, reduced = file.read("full/frequencies_hz"), file.read("reduced/frequencies_hz")
+@pytest.fixture(scope="module")
+def modal(tmp_path_factory):
+    """Open result file of the modal study."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("modal"))
+        file = compute("modal", options=["--no-figures"])
+    yield file
+    file.close()
+
+
+@pytest.mark.parametrize("kind", ["full", "reduced"])
+def test_modes_of_the_tuned_disk_come_in_pairs(modal, kind):
+    """Cyclic: 0 and N/2 diameters once, all others twice, with equal frequencies."""
+    family = modal.read(f"{kind}/frequencies_hz")[:12]
+    diameters = modal.read(f"{kind}/nodal_diameters")[:12]
+    assert sorted(diameters) == [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6]
+    for d in range(1, 6):
+        pair = family[diameters == d]
+        assert pair[0] == pytest.approx(pair[1], rel=1e-9)
+    assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
+
+
+def test_a_reduced_model_is_never_softer(modal):
+    """Rayleigh."""
+    full, reduced = (modal.read(f"{kind}/frequencies_hz") for kind in ("full", "reduced"))
     assert (reduced >= full[: len(reduced)] * (1 - 1e-9)).all()
-    shapes = file.read("shapes")
+
+
+def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):
+    shapes = modal.read("shapes")
     assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)
-    inner = file.read("spokes")[:, 0]
-    assert (shapes[:, inner] == 0.0).all()  # clamped
+    inner = modal.read("spokes")[:, 0]
+    assert (shapes[:, inner] == 0.0).all()
 
 
 def test_casing(folder):
@@ -174,36 +191,57 @@ def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
     )
 
 
-def test_time_response(folder):
+@pytest.fixture(scope="module")
+def response(tmp_path_factory):
+    """Open result file of a time response: the tuned disk and a pattern."""
     pattern = "mistuning.pattern_gpa=[205,215,205,215,205,215,205,215,205,215,205,215]"
     speed = "speeds.from_hz=33.8", "speeds.to_hz=33.8"
-    file = compute("time_response", *QUICK, *speed, pattern, "history.duration_s=0.9")
-    assert len(file.read("deviation")) == 2
-    assert np.abs(file.read("tangential_m")).max() > 1e-3
-    assert file.read("gap_m").min() > -1e-6
-    problem, speed = build_problem(file.config), file.config.speeds.from_hz
-    time, window, checks = (file.read(name) for name in ("time_s", "window_s", "check_s"))
-    assert window == pytest.approx(3 / speed)
-    for disk, deviation in enumerate(file.read("deviation")):
-        u = file.read("tangential_m", disk)
-        for check, end in enumerate(checks):
-            place = (end - time) / window + 1e-9  # how many windows before the check
-            before, last = u[(place > 1) & (place < 2)], u[(place > 0) & (place < 1)]
-            tip = np.abs(last).max(axis=0).argmax()
-            size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
-            change = abs(size - size_before) / size
-            assert file.read("tip", (disk, check)) == tip
-            assert file.read("amplitude_change", (disk, check)) == pytest.approx(change)
-            correlation = np.corrcoef(before[:, tip], last[:, tip])[0, 1]
-            assert file.read("correlation", (disk, check)) == pytest.approx(correlation)
-        sweep = run_sweep(mistuned_modes(problem.reduced, deviation), problem.scene, [speed])
-        assert sweep.point_status[0] == STEADY
-        found = time_response.first_steady(file, disk)
-        assert found == disk  # the tuned disk at the first check, the pattern at the second
-        assert checks[found] == pytest.approx(sweep.time[0])
-        assert file.read("point_status")[disk] == STEADY
-    assert not file.read("point_reason").any()
-    assert (folder / "time_response.png").exists()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("response"))
+        file = compute("time_response", *QUICK, *speed, pattern, "history.duration_s=0.9")
+        assert Path("time_response.png").exists()
+    yield file
+    file.close()
+
+
+def test_a_time_response_moves_and_stays_outside_the_casing(response):
+    assert len(response.read("deviation")) == 2
+    assert np.abs(response.read("tangential_m")).max() > 1e-3
+    assert response.read("gap_m").min() > -1e-6
+    assert not response.read("point_reason").any()
+
+
+@pytest.mark.parametrize("disk", [0, 1])
+def test_the_checks_of_a_time_response_are_those_of_its_motion(response, disk):
+    """Tip, change of amplitude and correlation of two windows, from the motion that is stored."""
+    time, window, checks = (response.read(name) for name in ("time_s", "window_s", "check_s"))
+    assert window == pytest.approx(3 / response.config.speeds.from_hz)
+    u = response.read("tangential_m", disk)
+    for check, end in enumerate(checks):
+        place = (end - time) / window + 1e-9  # how many windows before the check
+        before, last = u[(place > 1) & (place < 2)], u[(place > 0) & (place < 1)]
+        tip = np.abs(last).max(axis=0).argmax()
+        size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
+        change = abs(size - size_before) / size
+        assert response.read("tip", (disk, check)) == tip
+        assert response.read("amplitude_change", (disk, check)) == pytest.approx(change)
+        correlation = np.corrcoef(before[:, tip], last[:, tip])[0, 1]
+        assert response.read("correlation", (disk, check)) == pytest.approx(correlation)
+
+
+@pytest.mark.parametrize("disk", [0, 1])
+def test_a_time_response_is_steady_when_its_sweep_is(response, disk):
+    """The tuned disk at the first check, the pattern at the second."""
+    problem, speed = build_problem(response.config), response.config.speeds.from_hz
+    modes = mistuned_modes(problem.reduced, response.read("deviation", disk))
+    sweep = run_sweep(modes, problem.scene, [speed])
+    assert sweep.point_status[0] == response.read("point_status")[disk] == STEADY
+    found = time_response.first_steady(response, disk)
+    assert found == disk
+    assert response.read("check_s")[found] == pytest.approx(sweep.time[0])
+
+
+def test_a_time_response_has_one_speed():
     assert "one speed" in refusal("study: time_response")
 
 
