@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
+from hpcrub.commands import execution
 from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.contact.status import NO_POINT
@@ -250,8 +251,14 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     assert again == tables
 
 
-def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, capfd):
-    assert main(tiny, "--set=forcing.amplitude_n=1e-320") == 1
+def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, capfd, monkeypatch):
+    def broken(reduced, deviation):
+        if deviation.max() > 1e-3:  # not the runs of the tuned disk
+            raise np.linalg.LinAlgError("Eigenvalues did not converge")
+        return mistuned_modes(reduced, deviation)
+
+    monkeypatch.setattr(samples, "mistuned_modes", broken)
+    assert main(tiny) == 1
     (line,) = error_lines(capfd.readouterr().err)
     assert line.startswith("hpcrub: error: all 4 samples have failed")
     with open_result("results/tiny.h5") as file:
@@ -263,14 +270,14 @@ def test_a_working_folder_that_is_removed_takes_nothing_with_it(tiny, folder, mo
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    check = cli.check_output
+    check = execution.check_output
 
     def removing(cfg, options):
         if elsewhere.exists():
             elsewhere.rmdir()
         return check(cfg, options)
 
-    monkeypatch.setattr(cli, "check_output", removing)
+    monkeypatch.setattr(execution, "check_output", removing)
     assert main(tiny, "--output", "../there.h5") == 0
     assert sorted(p.name for p in folder.glob("there.*")) == [
         "there.h5",
@@ -309,18 +316,17 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
     assert main(tiny, "--dry-run") == 0
     out = capfd.readouterr().out
     assert "90.1" in out  # first frequency of the reference disk
-    assert "simulations:          39 = (2 levels x 2 samples + 9 tuned) x 3 speeds" in out
-    assert "stability limit" in out
-    assert "estimated run time" in out
+    for key in ("computes:", "output:", "stability limit:", "measured:", "estimated run time:"):
+        assert key in out
     assert not (folder / "results").exists()
 
 
 @pytest.mark.parametrize("kind", ["contact", "branches"])
 def test_dry_run_where_nothing_touches(tiny, folder, capfd, kind):
     assert main(tiny, "--dry-run", "--set=casing.clearance_mm=2", f"--set=study={kind}") == 0
-    (line,) = [line for line in capfd.readouterr().out.splitlines() if "run time" in line]
-    assert "nan" not in line
-    assert (" 0 s on 1 rank" in line) == (kind == "contact")  # branches are deflected by hand
+    out = capfd.readouterr().out
+    assert "nan" not in out
+    assert "the bumps do not reach the blades" in out
 
 
 def test_a_result_that_another_job_has_just_finished_is_kept(tiny, folder, capfd, monkeypatch):

@@ -142,8 +142,8 @@ def test_dry_run_tells_of_the_model(folder, capfd, name, disk, marches):
     assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
     out = capfd.readouterr().out
     assert ("first frequencies:    90.12" in out) == disk  # [Hz], the paper
-    assert ("stability limit:" in out) == ("estimated run time:" in out) == marches
-    assert "tasks:" in out
+    assert ("stability limit:" in out) == marches
+    assert "computes:" in out
     assert "output:" in out
     assert not any(folder.iterdir())
 
@@ -186,9 +186,9 @@ def test_inspect_of_a_study_too_short_for_statistics(folder, capsys):
     pattern = "mistuning: {pattern_gpa: [" + "210, " * 11 + "211]}"
     files.lay_out("pattern.h5", config.Config.from_yaml(pattern))
     assert inspect.main(["pattern.h5"]) == 0
-    assert "statistics/contact/percentile (level 1 x percentile 3 x block 0) [1] :" in (
-        capsys.readouterr().out
-    )
+    lines = capsys.readouterr().out.splitlines()
+    (line,) = [line for line in lines if line.strip().startswith("statistics/contact/percentile (")]
+    assert "percentile 3 x block 0) [1]: " in line
 
 
 @pytest.fixture(scope="module")
@@ -241,8 +241,11 @@ def test_a_time_response_is_steady_when_its_sweep_is(response, disk):
     assert response.read("check_s")[found] == pytest.approx(sweep.time[0])
 
 
-def test_a_time_response_has_one_speed():
-    assert "one speed" in refusal("study: time_response")
+def test_a_time_response_has_one_speed(folder, capfd):
+    path = str(ROOT / "inputs" / "time_response.yaml")
+    assert cli.main([path, "--set", "speeds.from_hz=30", "--set", "speeds.to_hz=31"]) == 2
+    assert "speeds.to_hz: 31.0 is not speeds.from_hz, 30.0" in capfd.readouterr().err
+    assert not any(folder.iterdir())
 
 
 def test_interaction_map(folder):
@@ -293,7 +296,7 @@ def test_a_history_without_a_result_says_so(folder, capfd, failing, words):
     file = compute("interaction_map", *QUICK, *failing, *spans, *speeds)
     out = capfd.readouterr().out
     assert f"pattern: 3 of 3 points: {words}" in out
-    assert "mm" not in out
+    assert " mm" not in out
     assert status.are_fatal(file.read("point_reason")).all()
     assert np.isnan(file.read("spectrum_m")).all()
     assert np.isnan(file.read("amplitude_m")).all()
@@ -306,9 +309,3 @@ def test_a_map_of_a_disk_at_rest_is_drawn(folder):
     file = compute("interaction_map", *QUICK, *spans, *speeds, "casing.bump_height_mm=0.1")
     assert not file.read("amplitude_m").any()
     assert not file.read("point_reason").any()
-
-
-def refusal(text):
-    with pytest.raises(config.InputError) as caught:
-        config.Config.from_yaml(text)
-    return str(caught.value)
