@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.commands import inspect, merge
 from hpcrub.commands import run as cli
@@ -404,7 +405,7 @@ def test_the_largest_study_can_be_cut():
 )
 def test_impossible_parts_are_refused(text, message):
     with pytest.raises(InputError) as caught:
-        config.Config.from_yaml(text)
+        studies.check(config.Config.from_yaml(text))
     assert message in str(caught.value)
 
 
