@@ -20,8 +20,8 @@ from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
-from hpcrub.results.storage import ResultFile
 from hpcrub.studies import energy
+from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from tests.program import TINY
 
@@ -34,8 +34,8 @@ def test_strain_energy_is_that_of_the_full_model(basis):
     keys = ONE_SPEED | {"reduction.basis": basis}
     cfg = config.replaced(config.Config.from_yaml(TINY), keys)
     model, deviation = build_problem(cfg), np.linspace(-0.03, 0.03, 12)
-    problem = energy.Problem(cfg, model, deviation[None])
-    found = {name: values for name, _, values in energy.compute(problem, 1, lambda: None)}
+    problem = energy.Chosen(model, deviation[None])
+    found = {name: values for name, _, values in energy.compute(cfg, problem, 1, lambda: None)}
     found = found["energy_j"]
 
     disk, own = mistune(model.disk, deviation), basis == "per_sample"
@@ -69,8 +69,8 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     cfg = config.replaced(
         config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
     )
-    problem = energy.Problem(cfg, build_problem(cfg), np.zeros((1, 12)))
-    list(energy.compute(problem, 0, lambda: None))
+    problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
+    list(energy.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
 
 
@@ -109,7 +109,7 @@ def change(path, dataset, where, value):
 def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
     assert run("energy", "--dry-run", energy={"samples": 12}) == 0
     assert "stability limit" in capfd.readouterr().out
-    largest = ResultFile.open("source.h5").read("samples/amplification").argmax()
+    largest = open_result("source.h5").read("samples/amplification").argmax()
     where = tuple(map(int, np.unravel_index(largest, (2, 6))))
     change("source.h5", "samples/status", where, FAILED)
     for samples in (12, 100):
@@ -151,5 +151,5 @@ def test_a_result_file_alone_is_enough(folder, capfd, study, sources, sections):
     change("source.h5", "samples/linear_amplification", (1, 2), 1.25)
     capfd.readouterr()
     assert run(study, "--resume", sources=sources, **sections) == 2
-    assert f"sources: source.h5 has changed since {study}.h5" in capfd.readouterr().err
+    assert "sources: source.h5 has changed since" in capfd.readouterr().err
     assert Path(f"{study}.h5").read_bytes() == before
