@@ -131,7 +131,8 @@ def write_error(folder):
         job, code = run(
             folder / f"{ranks}", "study.yaml", script=folder / "failing.py", ranks=ranks
         )
-        yield judged(job, code, [1], ["cannot write", "No space left on device"])
+        why = [] if ranks else ["No space left on device"]  # MPI-IO does not pass it on
+        yield judged(job, code, [1], ["cannot write", *why])
 
 
 def removed(folder):
