@@ -71,7 +71,7 @@ def build_problem(config: Config) -> Problem:
     limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
     if config.time.scheme == "central_difference" and not config.step < limit:
         raise InputError(
-            f"time.step_s: {config.step:g} is not below {limit:.4g} s, the stability limit "
+            f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
             "of central_difference for this model"
         )
     return Problem(disk, reduced, scene_of(config, reduced), float(limit))
