@@ -1,6 +1,6 @@
 """hpcrub: blade-tip rubbing of mistuned bladed disks.
 
-`hpcrub.compute(CONFIG)` computes a study of a `hpcrub.Config`. `hpcrub.open(FILE)` reads its result
+`hpcrub.run(CONFIG)` computes a study of a `hpcrub.Config`. `hpcrub.open(FILE)` reads its result
 file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it.
 """
 
@@ -10,11 +10,11 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from hpcrub import plot
-    from hpcrub.commands.notebook import compute
+    from hpcrub.commands.notebook import run
     from hpcrub.config.schema import Config
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
-__all__ = ["Config", "__version__", "compute", "open", "plot"]
+__all__ = ["Config", "__version__", "open", "plot", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -23,10 +23,10 @@ def __getattr__(name: str) -> Any:
         from hpcrub.results.reader import open_file
 
         return open_file
-    if name == "compute":
-        from hpcrub.commands.notebook import compute
+    if name == "run":
+        from hpcrub.commands.notebook import run
 
-        return compute
+        return run
     if name == "Config":
         from hpcrub.config.schema import Config
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from hpcrub import __version__
-from hpcrub.run import parallel
+from hpcrub.ranks import parallel
 
 COMMANDS = {
     "run": "compute the study of an input file, and draw its figures",

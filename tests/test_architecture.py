@@ -11,10 +11,10 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "hpcrub"
 ROOMS = [
-    "errors", "model", "contact", "response", "statistics", "config", "results", "run", "studies",
+    "errors", "model", "contact", "response", "statistics", "config", "results", "ranks", "studies",
     "plot", "commands",
 ]  # fmt: skip
-# `import_module` loads a room after `run`, or a figure, when it is asked for: for time alone
+# `import_module` loads a room after `ranks`, or a figure, when it is asked for: for time alone
 LAZY = {"hpcrub.__main__", "hpcrub.plot", "hpcrub"}
 
 
@@ -72,7 +72,7 @@ def test_no_module_imports_in_a_circle():
 
 
 def test_one_module_imports_mpi_and_one_hdf5():
-    for library, owner in (("mpi4py", "run/parallel.py"), ("h5py", "results/storage.py")):
+    for library, owner in (("mpi4py", "ranks/parallel.py"), ("h5py", "results/storage.py")):
         users = set()
         for path in MODULES.values():
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from evidence.reproduce import plan, report
 from hpcrub.config import schema as config
-from hpcrub.run.progress import duration
+from hpcrub.ranks.progress import duration
 from hpcrub.studies import cost, linear
 from hpcrub.studies import problem as study
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.schedule import Sample, most_parts
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE
-from hpcrub.run.parallel import Team
-from hpcrub.run.schedule import Sample, most_parts
 from hpcrub.studies import contact
 from hpcrub.studies.problem import build_problem
 from hpcrub.studies.samples import deviation, modes_of

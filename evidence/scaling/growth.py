@@ -9,9 +9,9 @@ import numpy as np
 
 from evidence.scaling import costs
 from hpcrub.config.schema import Config
+from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
 from hpcrub.results.layout import DONE
-from hpcrub.run.parallel import Team
 from hpcrub.statistics import percentiles as statistics
 from hpcrub.studies import contact, files
 

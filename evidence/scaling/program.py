@@ -23,7 +23,7 @@ mistuning: {{samples: {samples}}}
 # tasks that cost nothing: what is left is rank 0's work for each of them
 MESSAGES = """\
 import sys, time
-from hpcrub.run import parallel, schedule
+from hpcrub.ranks import parallel, schedule
 
 schedule.SERVES_ONLY = 0
 N = 4000
@@ -42,7 +42,7 @@ sys.exit(parallel.run(program))
 # the real dispatcher with ranks that sleep instead of computing, so that none lacks a core
 SLEEPING = """\
 import pickle, sys, time
-from hpcrub.run import parallel, schedule
+from hpcrub.ranks import parallel, schedule
 from evidence.scaling.simulate import TUNED_RUNS
 
 costs, n_samples, nap = pickle.load(open(sys.argv[1], "rb"))

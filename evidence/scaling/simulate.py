@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Mistuning
-from hpcrub.run import schedule
-from hpcrub.run.parallel import PAUSE
+from hpcrub.ranks import schedule
+from hpcrub.ranks.parallel import PAUSE
 
 TUNED_RUNS = Mistuning().tuned_runs
 

@@ -12,9 +12,9 @@ from hpcrub.commands.execution import Existing, Finished, amount, examine, exami
 from hpcrub.config.schema import Config, differences
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
+from hpcrub.ranks import progress
+from hpcrub.ranks.parallel import Team
 from hpcrub.response.sweep import can_touch
-from hpcrub.run import progress
-from hpcrub.run.parallel import Team
 from hpcrub.studies import cost, files, plausibility, size
 from hpcrub.studies.problem import Model, Problem, build_model, build_problem
 from hpcrub.studies.warmup import warm_up

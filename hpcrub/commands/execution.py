@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 from hpcrub import __version__, studies
 from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError, reason
+from hpcrub.ranks import progress
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.runlog import RunLog, Work
 from hpcrub.results import ownership, storage
 from hpcrub.results.storage import ResultFile
-from hpcrub.run import progress
-from hpcrub.run.parallel import Team
-from hpcrub.run.runlog import RunLog, Work
 from hpcrub.studies import files, plausibility, size
 from hpcrub.studies.problem import build_problem
 from hpcrub.studies.study import Job

@@ -8,7 +8,7 @@ from pathlib import Path
 import hpcrub
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError, reason
-from hpcrub.run.progress import console
+from hpcrub.ranks.progress import console
 
 KINDS = "csv", "netcdf", "parquet"
 TABLES = "samples", "points"

@@ -21,8 +21,8 @@ from hpcrub.model.imported import (
 from hpcrub.model.imported.frames import about_z, node_angle
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import PARTS, Lists
+from hpcrub.ranks.progress import console
 from hpcrub.results import model_file
-from hpcrub.run.progress import console
 
 MODES_PER_DIAMETER = 3
 MODES_OF_DISK = 4  # for each blade

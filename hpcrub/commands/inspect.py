@@ -12,9 +12,9 @@ from hpcrub import studies
 from hpcrub.config import schema as configuration
 from hpcrub.config.text import flatten, show
 from hpcrub.errors import InputError
+from hpcrub.ranks.progress import console
 from hpcrub.results.layout import DONE, FAILED, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.run.progress import console
 from hpcrub.studies.files import open_result
 
 AT_ONCE = 2**20  # values read at once

@@ -20,10 +20,10 @@ import numpy as np
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import HpcrubError, InputError, reason
+from hpcrub.ranks.parallel import Team
 from hpcrub.results import ownership, storage
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.run.parallel import Team
 from hpcrub.studies import files, size
 from hpcrub.studies.contact import STUDY, MonteCarlo
 

@@ -1,4 +1,4 @@
-"""`hpcrub.compute`: compute a study from Python, as the command line does."""
+"""`hpcrub.run`: compute a study from Python, as the command line does."""
 
 import os
 import subprocess
@@ -15,7 +15,7 @@ from hpcrub.errors import HpcrubError, InputError, Interrupted
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
 
 
-def compute(
+def run(
     config: Config | Mapping[str, Any] | str | os.PathLike[str],
     ranks: int = 1,
     *,
@@ -62,7 +62,7 @@ def compute(
     --------
     >>> import hpcrub
     >>> config = hpcrub.Config(mistuning={"samples": 20}, output="few.h5")
-    >>> with hpcrub.open(hpcrub.compute(config, ranks=2)) as file:
+    >>> with hpcrub.open(hpcrub.run(config, ranks=2)) as file:
     ...     table = file.to_dataframe("samples")
     """
     asked = _configuration(config)

@@ -11,7 +11,7 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.plot import FIGURES, find, pictures
-from hpcrub.run.progress import console
+from hpcrub.ranks.progress import console
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -23,10 +23,10 @@ from hpcrub.commands.execution import Existing, Figures, Finished, examine_all, 
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.ranks import parallel, progress
+from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
 from hpcrub.results.layout import PENDING
-from hpcrub.run import parallel, progress
-from hpcrub.run.parallel import Team
 from hpcrub.studies import files, imported
 
 EXAMPLE = """\

@@ -16,13 +16,13 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, Interrupted
+from hpcrub.ranks import schedule
+from hpcrub.ranks.parallel import PAUSE, Team
+from hpcrub.ranks.progress import Progress
+from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, KINDS, LAYOUT, PENDING, SCALES
 from hpcrub.results.storage import ResultFile
-from hpcrub.run import schedule
-from hpcrub.run.parallel import PAUSE, Team
-from hpcrub.run.progress import Progress
-from hpcrub.run.runlog import Work
 from hpcrub.statistics.percentiles import (
     first_converged,
     judged_error,

@@ -12,11 +12,11 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.progress import Progress, console, print_line
+from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, Dataset, computed_by
 from hpcrub.results.storage import ResultFile
-from hpcrub.run.parallel import Team
-from hpcrub.run.progress import Progress, console, print_line
-from hpcrub.run.runlog import Work
 from hpcrub.studies.cost import Cost
 from hpcrub.studies.warmup import warm_up
 

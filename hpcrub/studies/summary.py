@@ -10,9 +10,9 @@ from rich.table import Table
 
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
+from hpcrub.ranks.progress import WIDTH, console, duration, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.run.progress import WIDTH, console, duration, print_line
 from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval
 
 ROWS = 1000  # samples read at once

@@ -9,8 +9,8 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes
+from hpcrub.ranks.schedule import Tuned, most_parts, n_parts
 from hpcrub.response.sweep import SweepResult
-from hpcrub.run.schedule import Tuned, most_parts, n_parts
 from hpcrub.studies.amplification import Reference, linear_amplitude, peak, point_values
 from hpcrub.studies.problem import Problem
 from hpcrub.studies.samples import modes_of

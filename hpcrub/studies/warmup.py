@@ -8,9 +8,9 @@ import numba
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.errors import reason
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.progress import Progress
 from hpcrub.response import history, sweep
-from hpcrub.run.parallel import Team
-from hpcrub.run.progress import Progress
 
 MARK = "complete"  # begin of the names of files that say what the cache holds
 

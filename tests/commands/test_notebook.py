@@ -15,14 +15,14 @@ from tests.program import ROOT
 def test_a_study_from_python(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     config = hpcrub.Config(study="casing", casing={"n_bumps": 3}, output="casing.h5")
-    path = hpcrub.compute(config)
+    path = hpcrub.run(config)
     assert "3 bumps" in capfd.readouterr().out
     with hpcrub.open(path) as file:
         assert file.config.casing == config.casing
         assert file["gap_m"].min() == pytest.approx(-1e-3)
     with pytest.raises(InputError, match="casing.h5 exists: --resume goes on with it"):
-        hpcrub.compute(config)
-    again = hpcrub.compute(config, ranks=2, overwrite=True, quiet=True)
+        hpcrub.run(config)
+    again = hpcrub.run(config, ranks=2, overwrite=True, quiet=True)
     assert again == path
     assert capfd.readouterr().out == ""
 
@@ -30,10 +30,10 @@ def test_a_study_from_python(tmp_path, monkeypatch, capfd):
 def test_keys_and_input_files_are_configurations_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     keys_of_input = {"study": "casing", "casing": {"n_bumps": 5}}
-    path = hpcrub.compute(keys_of_input, output="five.h5", quiet=True)
+    path = hpcrub.run(keys_of_input, output="five.h5", quiet=True)
     with hpcrub.open(path) as file:
         assert file.config.casing.n_bumps == 5
-    made = hpcrub.compute(ROOT / "inputs/casing.yaml", output="four.h5", quiet=True, figures=True)
+    made = hpcrub.run(ROOT / "inputs/casing.yaml", output="four.h5", quiet=True, figures=True)
     assert made.with_suffix(".png").exists()
 
 
@@ -47,14 +47,14 @@ def test_keys_and_input_files_are_configurations_too(tmp_path, monkeypatch):
 )
 def test_wrong_input_is_an_exception_before_any_work(keys_of_input, message):
     with pytest.raises(InputError, match=message):
-        hpcrub.compute(keys_of_input)
+        hpcrub.run(keys_of_input)
 
 
 def test_a_study_that_fails_is_an_exception(tmp_path):
     config = hpcrub.Config(study="casing", output=str(tmp_path / "none" / "x.h5"))
     (tmp_path / "none").write_text("no folder")
     with pytest.raises(HpcrubError):
-        hpcrub.compute(config, quiet=True)
+        hpcrub.run(config, quiet=True)
 
 
 def test_the_schema_of_editors_is_in_step_with_the_program():

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from hpcrub import errors
-from hpcrub.run.runlog import RunLog, Work
+from hpcrub.ranks.runlog import RunLog, Work
 from tests.program import ROOT
 
 REFERENCE = ROOT / "docs" / "reference"

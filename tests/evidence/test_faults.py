@@ -18,7 +18,7 @@ from hpcrub.config import schema as config
 from hpcrub.config.schema import Config
 from hpcrub.contact import jit
 from hpcrub.errors import HpcrubError, InputError
-from hpcrub.run.parallel import Team
+from hpcrub.ranks.parallel import Team
 from hpcrub.studies import warmup
 from hpcrub.studies.files import open_result
 from tests.program import ROOT, TINY

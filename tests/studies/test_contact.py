@@ -10,11 +10,11 @@ from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.contact.status import NO_POINT
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.ranks.parallel import Team
 from hpcrub.response import sweep
 from hpcrub.response.sweep import SweepResult
 from hpcrub.results import ownership
 from hpcrub.results.layout import DONE, FAILED
-from hpcrub.run.parallel import Team
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import amplification, samples
 from hpcrub.studies import problem as study

@@ -22,10 +22,10 @@ from hpcrub.contact import status
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.plot.pictures import draw
+from hpcrub.ranks.runlog import RunLog, Work
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import DONE
-from hpcrub.run.runlog import RunLog, Work
 from hpcrub.studies import cross, energy, files
 from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem

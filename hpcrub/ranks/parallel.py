@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
-from hpcrub.run.schedule import Assignments, Tasks
+from hpcrub.ranks.schedule import Assignments, Tasks
 
 PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
 TO_ROOT, FROM_ROOT = 1, 2  # message tags

@@ -14,8 +14,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
 from rich.progress import Progress as Bar
 
 from hpcrub.config.schema import Config
+from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
-from hpcrub.run.parallel import launched_size
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles

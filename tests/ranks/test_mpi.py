@@ -21,7 +21,7 @@ WAIT = 60.0  # [s] for anything to happen
 
 DRIVER = """\
 import os, signal, sys, time
-from hpcrub.run import parallel, schedule
+from hpcrub.ranks import parallel, schedule
 from hpcrub.errors import InputError
 
 if "waits" in sys.argv:  # several tasks with a message, all of which wait for the first task
@@ -93,7 +93,7 @@ sys.exit(main())
 BAD_INPUTS = """\
 import os, sys
 from hpcrub.commands import run as cli
-from hpcrub.run import parallel
+from hpcrub.ranks import parallel
 
 inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],

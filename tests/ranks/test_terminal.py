@@ -17,7 +17,7 @@ from hpcrub.config import schema as config
 from hpcrub.contact import kernel
 from hpcrub.response import history
 from hpcrub.studies import warmup
-from hpcrub.run.parallel import Team
+from hpcrub.ranks.parallel import Team
 
 cfg = config.Config.from_yaml(sys.argv[1])
 compiled = kernel.integrate, history.trace

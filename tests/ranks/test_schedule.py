@@ -9,9 +9,9 @@ import pytest
 from evidence.scaling import growth, simulate
 from evidence.scaling.costs import Costs
 from hpcrub.commands import run as cli
+from hpcrub.ranks import runlog
+from hpcrub.ranks.schedule import Assignments, StudyTasks, Tasks, Tuned, most_parts, n_parts
 from hpcrub.results import storage
-from hpcrub.run import runlog
-from hpcrub.run.schedule import Assignments, StudyTasks, Tasks, Tuned, most_parts, n_parts
 
 
 def fake_costs(n=5, most=6):
