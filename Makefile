@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference docs clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference readme docs clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -81,6 +81,8 @@ identify: $(STAMP)  ## search for the paper's disk, or go on, and write docs/ide
 
 reference: $(STAMP)  ## write the tables of docs/reference anew
 	@$(VENV_PYTHON) docs/tables.py
+
+readme: reference  ## the old name of reference
 
 docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a broken link inside
 	@$(VENV_PYTHON) -m sphinx -q --fail-on-warning --keep-going docs build/docs

@@ -5,7 +5,7 @@ from datetime import date
 
 from evidence.reproduce import numbers, plan, rows, sensitivity
 from hpcrub import __version__, plot
-from hpcrub.config.schema import Time
+from hpcrub.config.sections import Time
 from hpcrub.plot.pictures import draw
 
 DEFAULT = Time()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.config.schema import Mistuning
+from hpcrub.config.sections import Mistuning
 from hpcrub.ranks import schedule
 from hpcrub.ranks.parallel import PAUSE
 

@@ -210,7 +210,7 @@ def frequencies_by_diameter(model: neutral.NeutralModel, speed: float) -> np.nda
 
 
 def _sorted_by_diameter(values, shapes, angle, model, n_diameters):
-    """Like contact points of all blades → table of `frequencies_by_diameter`."""
+    """Table of `frequencies_by_diameter` for like contact points of all blades."""
     order = np.argsort(model.contact_blade, kind="stable")
     shapes = shapes.reshape(-1, len(angle), shapes.shape[1])[:, order]
     like = shapes.reshape(len(shapes), model.n_blades, -1, shapes.shape[2])

@@ -1,4 +1,4 @@
-"""Keys of a configuration that must fit each other → one line per misfit."""
+"""Keys of a configuration that must fit each other, and a line for each that does not."""
 
 from collections.abc import Iterator
 from itertools import pairwise

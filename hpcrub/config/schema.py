@@ -1,15 +1,9 @@
-"""YAML text → validated `Config`.
-
-Keys carry the user's unit (`clearance_mm`); the property without the unit (`clearance`) is SI.
-Every key has a default, a range and a description here and nowhere else: error messages and the
-tables in docs/reference/ are made from them.
-"""
+"""The whole input of a study, `Config`, and how it is read from a YAML text and overrides."""
 
 import sys
 from collections.abc import Iterable, Mapping
-from math import pi
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
@@ -18,6 +12,19 @@ from hpcrub.config import checks as config_checks
 from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
+from hpcrub.config.sections import (
+    Casing,
+    Contact,
+    Convergence,
+    Disk,
+    Forcing,
+    Material,
+    Mistuning,
+    Reduction,
+    Speeds,
+    SteadyState,
+    Time,
+)
 from hpcrub.config.study_keys import (
     Branches,
     Energy,
@@ -28,343 +35,13 @@ from hpcrub.config.study_keys import (
     StudyName,
 )
 from hpcrub.config.types import (
-    MOST_SAMPLES,
-    Checksum,
-    Deviations,
     FileName,
     Files,
-    Frequencies,
-    Levels,
-    Moduli,
-    Number,
-    Percentiles,
     Section,
-    Switch,
-    Whole,
-    si,
 )
 from hpcrub.errors import InputError
-from hpcrub.model.mistuning import Law
-from hpcrub.response.steady import SteadyCriteria
 
-CRITERIA = SteadyCriteria()
 RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
-
-
-class Blade(Section):
-    """Blades: a chord that leans and bows."""
-
-    n_elements: Whole = Field(5, ge=1, le=50, description="beam elements per blade")
-    thickness_mm: Number = Field(13.44, gt=0, le=1e4, description="thickness of a blade [mm]")
-    lean_deg: Number = Field(
-        45.41, gt=-90, lt=90, description="angle of the chord with the radius at the root [deg]"
-    )
-    bow: Number = Field(
-        -0.0459, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
-    )
-
-    thickness = si("thickness_mm", "m", per=1000)
-    lean = si("lean_deg", "rad", times=pi, per=180)
-
-
-class Disk(Section):
-    """Dimensions of the bladed disk."""
-
-    n_blades: Whole = Field(12, ge=2, le=200, description="number of blades")
-    tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
-    hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
-    inner_radius_mm: Number = Field(
-        169.9, gt=0, le=1e5, description="radius at which the spokes are clamped [mm]"
-    )
-    width_mm: Number = Field(100.0, gt=0, le=1e5, description="axial width of all sections [mm]")
-    ring_thickness_mm: Number = Field(13.39, gt=0, le=1e4, description="thickness of ring [mm]")
-    spoke_thickness_mm: Number = Field(7.23, gt=0, le=1e4, description="thickness of spokes [mm]")
-    blade: Blade = Blade()
-    model: FileName | None = Field(
-        None,
-        description="model file of any bladed disk (hpcrub import) in place of the planar one; the "
-        "other keys of disk and the material are then not used, but for the damping ratio",
-    )
-    model_sha256: Checksum | None = Field(
-        None, description="checksum of the model file, filled in when a run begins"
-    )
-    n_contact_nodes: Whole | None = Field(
-        None, ge=2, le=100_000, description="of the model file, filled in when a run begins"
-    )
-    n_directions: Whole | None = Field(
-        None, ge=2, le=3, description="in which they move, filled in when a run begins"
-    )
-
-    tip_radius = si("tip_radius_mm", "m", per=1000)
-    hub_radius = si("hub_radius_mm", "m", per=1000)
-    inner_radius = si("inner_radius_mm", "m", per=1000)
-    width = si("width_mm", "m", per=1000)
-    ring_thickness = si("ring_thickness_mm", "m", per=1000)
-    spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
-
-    @property
-    def is_resolved(self) -> bool:
-        """Whether all keys are those of the disk: not before the model file has been looked at."""
-        return self.model is None or self.model_sha256 is not None
-
-    @property
-    def n_points(self) -> int:
-        """Contact points."""
-        return self.n_contact_nodes or self.n_blades
-
-    @property
-    def n_dof(self) -> int:
-        """Degrees of freedom of the planar disk."""
-        return self.n_blades * (3 * self.blade.n_elements + 5)
-
-
-class Material(Section):
-    """Material and damping."""
-
-    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5, description="Young's modulus [GPa]")
-    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6, description="density [kg/m³]")
-    damping_ratio: Number = Field(
-        0.005, ge=1e-6, lt=1, description="damping ratio of every mode [-]"
-    )
-
-    young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
-    density = si("density_kg_m3", "kg/m³")
-
-
-class Reduction(Section):
-    """How the disk is reduced."""
-
-    n_modes: Whole = Field(60, ge=0, description="fixed-interface modes of the Craig-Bampton basis")
-    basis: Literal["tuned", "per_sample"] = Field(
-        "tuned", description="basis of the tuned disk for all samples, or a new one for each"
-    )
-
-
-class Casing(Section):
-    """Bumps, clearance and their ramp."""
-
-    n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
-    clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
-    bump_height_mm: Number = Field(1.25, ge=0, le=1e4, description="height of the bumps [mm]")
-    growth_time_s: Number = Field(
-        0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
-    )
-
-    clearance = si("clearance_mm", "m", per=1000)
-    bump_height = si("bump_height_mm", "m", per=1000)
-    growth_time = si("growth_time_s", "s")
-
-
-class Contact(Section):
-    """Contact between blades and casing."""
-
-    friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
-    kinematics: Literal["small", "polar"] = Field(
-        "small", description="gap by small displacements, or of the displaced tip"
-    )
-
-
-class Forcing(Section):
-    """Load of the linear response."""
-
-    amplitude_n: Number = Field(
-        150.0, ge=1e-9, le=1e9, description="radial load on every tip, linear response only [N]"
-    )
-
-    amplitude = si("amplitude_n", "N")
-
-
-class Speeds(Section):
-    """Speeds of rotation that are looked at."""
-
-    from_hz: Number = Field(33.5, gt=0, le=1e5, description="lowest speed of rotation [Hz]")
-    to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
-    step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
-    search: Literal["full", "peak"] = Field(
-        "full", description="compute all speeds, or only those around the largest amplitudes"
-    )
-
-    @property
-    def n_values(self) -> int:
-        """Number of speeds."""
-        # a millionth of a step forgives the rounding of decimal fractions
-        return int((self.to_hz - self.from_hz) / self.step_hz + 1e-6) + 1
-
-    @property
-    def values_hz(self) -> np.ndarray:
-        """Speeds from `from_hz` by `step_hz`, `to_hz` included when a step falls on it (S,)."""
-        values = np.round(self.from_hz + self.step_hz * np.arange(self.n_values), 10)
-        return np.minimum(values, self.to_hz)
-
-
-class Time(Section):
-    """Time integration."""
-
-    scheme: Literal["central_difference", "exact_modal"] = Field(
-        "exact_modal", description="time integration between contacts"
-    )
-    step_s: Number = Field(
-        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
-    )
-    steps_per_bump_width: Number = Field(
-        16.0,
-        ge=1,
-        le=1e4,
-        description="time steps while a tip passes a bump's width at the highest speed, at least; "
-        "fewer than 12 are marked as not resolved [-]",
-    )
-    steps_per_period: Number = Field(
-        40.0,
-        ge=1,
-        le=1e5,
-        description="time steps per period of a clamped blade's first bending, at least; fewer "
-        "than 20 per period of the first family are marked as not resolved [-]",
-    )
-
-    step = si("step_s", "s")
-
-
-class SteadyState(Section):
-    """When a motion counts as steady."""
-
-    first_check_s: Number = Field(
-        CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
-    )
-    window_revolutions: Whole = Field(
-        CRITERIA.window_revolutions,
-        ge=1,
-        le=1000,
-        description="revolutions compared with as many before them",
-    )
-    extend_revolutions: Whole = Field(
-        CRITERIA.extend_revolutions,
-        ge=1,
-        le=10000,
-        description="revolutions to the next check when not yet steady",
-    )
-    min_correlation: Number = Field(
-        CRITERIA.min_correlation,
-        ge=0,
-        le=1,
-        description="correlation of the two windows when steady, at least [-]",
-    )
-    max_amplitude_change: Number = Field(
-        CRITERIA.max_amplitude_change,
-        gt=0,
-        le=1,
-        description="relative change of amplitude when steady, below [-]",
-    )
-    max_time_s: Number = Field(
-        CRITERIA.max_time,
-        gt=0,
-        le=1e4,
-        description="simulated time after which a point is given up [s]",
-    )
-    confirmations: Whole = Field(
-        CRITERIA.confirmations,
-        ge=1,
-        le=1000,
-        description="checks passed in succession until steady; 1 in the paper",
-    )
-
-    first_check = si("first_check_s", "s")
-    max_time = si("max_time_s", "s")
-
-
-class Mistuning(Section):
-    """Levels, samples and patterns of mistuning."""
-
-    half_range_percent: Levels = Field(
-        (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
-    )
-    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES, description="samples per level")
-    seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
-    tuned_runs: Whole = Field(
-        9,
-        ge=1,
-        le=1000,
-        description="runs of the tuned disk, each with blades stiffer by another "
-        "1e-6, whose median amplitude is the reference; 1 in the paper",
-    )
-    distribution: Literal["uniform", "normal", "measured"] = Field(
-        "uniform",
-        description="of a blade's deviation within the half range: uniform as in the paper, "
-        "truncated normal, or drawn from the blades of measured_percent",
-    )
-    truncation: Number = Field(
-        3.0, gt=0, le=8, description="standard deviations of a normal distribution per half range"
-    )
-    measured_percent: Deviations | None = Field(
-        None,
-        description="measured deviations of blades, drawn with replacement; scaled so that the "
-        "largest is the half range [%]",
-    )
-    neighbour_correlation: Number = Field(
-        0.0, ge=0, le=0.99, description="correlation of two neighbouring blades [-]"
-    )
-    intentional_percent: Deviations | None = Field(
-        None,
-        description="intentional mistuning beneath the random part, repeated around the disk: "
-        "two values for an A/B pattern, one for each blade for a sorted one [%]",
-    )
-    pattern_gpa: Moduli | None = Field(
-        None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
-    )
-    pattern_percent: Deviations | None = Field(
-        None, description="the same, as relative deviations of each blade's stiffness [%]"
-    )
-    blade_frequencies_hz: Frequencies | None = Field(
-        None,
-        description="the same, as frequencies of each blade alone; deviations are from their mean",
-    )
-    by: Literal["blade_stiffness", "cantilever_modes"] = Field(
-        "blade_stiffness",
-        description="what deviates: all stiffness of a blade, or that of its cantilever modes "
-        "(component mode mistuning), of a model file only",
-    )
-
-    @property
-    def law(self) -> Law:
-        """How the deviations of the blades are distributed."""
-        return Law(
-            self.distribution,
-            self.truncation,
-            tuple(value / 100 for value in self.measured_percent or ()),
-            self.neighbour_correlation,
-            tuple(value / 100 for value in self.intentional_percent or ()),
-        )
-
-    @property
-    def largest(self) -> float:
-        """Largest deviation of a blade that is possible at any level [-]."""
-        beneath = max((abs(value) / 100 for value in self.intentional_percent or ()), default=0.0)
-        return float(self.half_range.max() + beneath)
-
-    @property
-    def half_range(self) -> np.ndarray:
-        """Largest relative deviation of stiffness of every level [-], (V,)."""
-        return np.array(self.half_range_percent) / 100
-
-
-class Convergence(Section):
-    """Percentiles and when they are known well enough."""
-
-    percentiles: Percentiles = Field(
-        (1.0, 50.0, 99.0), description="percentiles of the amplifications, increasing [%]"
-    )
-    z: Number = Field(2.81, gt=0, le=10, description="normal quantile of the convergence error [-]")
-    step: Whole = Field(10, ge=1, le=1_000_000, description="samples between two estimates")
-    criterion: Literal["standard_error", "interval"] = Field(
-        "standard_error",
-        description="error that is compared with the target: equation (6), as in the paper, which "
-        "is too optimistic, or half the confidence interval",
-    )
-    target_error: Number = Field(
-        0.005, gt=0, le=1, description="error of the amplifications' percentiles aimed at [-]"
-    )
-    stop_when_converged: Switch = Field(
-        False, description="end the study as soon as all levels are at the target"
-    )
 
 
 class Config(Section):

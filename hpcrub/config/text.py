@@ -1,4 +1,8 @@
-"""Configuration ↔ words: what a key allows, error lines, overrides, the table of keys."""
+"""What a key allows, in words: error lines, overrides, the table of keys.
+
+For users who misspell a key or leave its range: pydantic's own messages name neither the key that
+was meant nor its unit.
+"""
 
 import difflib
 import re
@@ -204,13 +208,13 @@ def _first_variant(node):
 
 @cache
 def _leaves(model):
-    """Path of every key that holds a value → its JSON schema."""
+    """JSON schema of every key that holds a value, by its path."""
     return {p: n for p, n in _walk(model.model_json_schema()) if "properties" not in n}
 
 
 @cache
 def _children(model):
-    """Path of every section ("" the whole) → names of its keys."""
+    """Names of the keys of every section, by its path ("" the whole)."""
     schema = model.model_json_schema()
     sections = {p: list(n["properties"]) for p, n in _walk(schema) if "properties" in n}
     return {"": list(schema["properties"])} | sections

@@ -1,8 +1,8 @@
-"""YAML text → plain numbers, texts, lists and mappings, strictly and safely.
+"""Reading YAML strictly and safely: plain numbers, texts, lists and mappings.
 
-The rules of YAML 1.2 for plain scalars, because those of YAML 1.1 (PyYAML's) read `1e-6` as a
-text, `010` as eight, `12:30` as 750 and `no` as false. Anchors, aliases, tags and duplicate keys
-have no use in an input file and are refused.
+For users whose input says `1e-6`, `no` or the same key twice. Scalars follow YAML 1.2, because
+YAML 1.1 (PyYAML's) reads `1e-6` as a text, `010` as eight, `12:30` as 750 and `no` as false.
+Anchors, aliases, tags and duplicate keys have no use in an input file and are refused.
 """
 
 import re

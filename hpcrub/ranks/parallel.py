@@ -1,4 +1,4 @@
-"""Tasks → ranks. The only module that imports mpi4py, and only when the program runs under MPI.
+"""Tasks on MPI ranks. The only module that imports mpi4py, and only when running under MPI.
 
 Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
 ranks from a `poll()` that the computation calls every few hundredths of a second. No threads and no

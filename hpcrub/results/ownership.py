@@ -1,4 +1,4 @@
-"""Names of output files → who may write there: one job at a time, over nothing of somebody else."""
+"""Who may write an output file: one job at a time, over nothing of somebody else."""
 
 import contextlib
 import errno

@@ -1,4 +1,4 @@
-"""`Config` → what a study computes with: the tuned disk, full and reduced, and the scene."""
+"""What a study computes with: the tuned disk, full and reduced, and the scene."""
 
 from types import SimpleNamespace
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Input → the disks that it asks for: how their blades are mistuned, and their modes."""
+"""The disks that an input asks for: how their blades are mistuned, and their modes."""
 
 from typing import NamedTuple
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from hpcrub import studies
 from hpcrub.config import schema as config
+from hpcrub.config import sections
 from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.errors import InputError
@@ -108,7 +109,7 @@ def test_speeds_include_both_ends_whatever_the_rounding(low, high, step, count):
 )  # thousandths of Hz
 def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n):
     low, high = start / 1000, (start + step * (n - 1)) / 1000
-    speeds = config.Speeds(from_hz=low, to_hz=high, step_hz=step / 1000)
+    speeds = sections.Speeds(from_hz=low, to_hz=high, step_hz=step / 1000)
     assert len(speeds.values_hz) == n
     assert speeds.values_hz[-1] == high
 
@@ -373,4 +374,4 @@ def test_more_errors_are_counted():
 def test_not_a_number_from_python_is_refused():
     for value in (float("nan"), float("inf")):
         with pytest.raises(ValidationError):
-            config.Time(step_s=value)
+            sections.Time(step_s=value)
