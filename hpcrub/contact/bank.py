@@ -1,7 +1,8 @@
 """Banks of lanes: all that the kernel works on to integrate speeds of one sample in time."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,18 +15,25 @@ from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.spatial import Spatial
 from hpcrub.contact.status import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.model.casing import bump_table
+from hpcrub.model.reduction import Modes
 
 
-def delassus(motion, load, gain):
+def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarray:
     """Displacement of every contact point per unit force on every other in one step.
 
-    Args:
-        motion: displacement of the points per unit modal coordinate (K, C) [1/√kg].
-        load: modal force of a unit force on each point (K, C) [1/√kg].
-        gain: (K,) [s²].
+    Parameters
+    ----------
+    motion : ndarray (K, C)
+        Displacement of the points per unit modal coordinate [1/√kg].
+    load : ndarray (K, C)
+        Modal force of a unit force on each point [1/√kg].
+    gain : ndarray (K,)
+        Factor of a modal force in the scheme [s²].
 
-    Returns:
-        (C, C) [m/N].
+    Returns
+    -------
+    ndarray (C, C)
+        [m/N].
     """
     return (motion * gain[:, None]).T @ load
 
@@ -40,8 +48,8 @@ class Bank(NamedTuple):
     polar: Polar
     spatial: Spatial | tuple[()]  # empty for a disk without axial motion
 
-    def take(self, lanes):
-        """A Bank of some of the lanes only."""
+    def take(self, lanes: slice | np.ndarray) -> "Bank":
+        """A Bank with copies of some of the lanes only."""
         return Bank(*(_take(group, lanes) for group in self))
 
 
@@ -63,34 +71,59 @@ def _take(group, lanes):
     return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
 
 
-def allocate(modes, scene, grid, width, speeds_hz=()):
+def allocate(
+    modes: Modes, scene: Any, grid: Any, width: int, speeds_hz: Iterable[float] = ()
+) -> Bank:
     """Lanes for one sample and one band of speeds.
 
-    Args:
-        modes: Modes of the sample.
-        scene: sweep.Scene.
-        grid: sweep.Grid.
-        width: number of lanes.
-        speeds_hz: of the first lanes, at most ``width`` [Hz]; the others are idle.
+    Parameters
+    ----------
+    modes : Modes
+        Of the sample.
+    scene : response.sweep.Scene
+        Casing, friction and integration scheme.
+    grid : response.sweep.Grid
+        How a revolution is cut into steps, blocks and records.
+    width : int
+        Number of lanes.
+    speeds_hz : iterable of float, optional
+        Speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
 
-    Returns:
-        Bank.
+    Returns
+    -------
+    Bank
+        Lanes at rest.
+
+    Raises
+    ------
+    ValueError
+        For polar kinematics of a disk with axial motion.
     """
+    moves_axially = len(modes.axial) > 0
+    if scene.kinematics == "polar" and moves_axially:
+        raise ValueError("polar kinematics are for disks without axial motion")
+    scheme = _allocate_scheme(modes, scene, grid, width)
+    n_points = scheme.normal.shape[1]
+    contact = Contact(
+        coupling=aligned_zeros(((n_points + 1) ** 2, width)),
+        stiffness=aligned_zeros((n_points, width)),
+        reach=aligned_zeros((1, width)),
+    )
+    state = _allocate_state(scheme, width)
+    record = _allocate_record(scene, grid, scheme.observed.shape[1], width)
+    polar = _allocate_polar(scene, grid, n_points, width)
+    spatial = _allocate_spatial(scene, grid, modes, width) if moves_axially else ()
+    bank = Bank(scheme, contact, state, record, polar, spatial)
+    for lane, speed in enumerate(speeds_hz):
+        h = 1.0 / (speed * grid.steps_per_revolution)
+        fill_lane(bank, lane, modes.at(speed), scene, h)
+    return bank
+
+
+def _allocate_scheme(modes, scene, grid, width):
     polar = scene.kinematics == "polar"
     interface = scene.interface
-    n_modes, n_points = len(modes.omega), _padded(len(modes.normal))
-    normal, tangential = _columns(modes.normal), _columns(modes.tangential)
-    axial = _columns(modes.axial)
-    moves_axially = len(modes.axial) > 0
-    if polar and moves_axially:
-        raise ValueError("polar kinematics are for disks without axial motion")
-    if moves_axially:
-        load = -np.hstack([normal, tangential, axial])
-    elif polar:
-        load = -np.hstack([normal, tangential])
-    else:
-        load = -(normal + scene.friction * tangential)
-    n_forces = load.shape[1] + 1
+    normal = _columns(modes.normal)
     bump = bump_table(
         interface.angle,
         scene.n_bumps,
@@ -98,13 +131,14 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         grid.steps_per_revolution,
         grid.steps_per_block,
     )
-    clearance = np.full((1, n_points), np.inf)  # nothing touches at the padding
+    clearance = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     clearance[0, : len(modes.normal)] = 0.0 if polar else scene.clearance + interface.clearance
-    scheme = Scheme(
+    n_modes = len(modes.omega)
+    return Scheme(
         normal=_aligned(normal),
-        tangential=_aligned(tangential),
+        tangential=_aligned(_columns(modes.tangential)),
         observed=_aligned(_columns(modes.observed)),
-        load=_aligned(np.pad(load, ((0, 0), (0, 1)))),
+        load=_aligned(np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         restoring=aligned_zeros((n_modes, width)),
@@ -115,12 +149,22 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         ramp_time=scene.ramp_time,
         shortcuts=scene.shortcuts,
     )
-    contact = Contact(
-        coupling=aligned_zeros(((n_points + 1) ** 2, width)),
-        stiffness=aligned_zeros((n_points, width)),
-        reach=aligned_zeros((1, width)),
-    )
-    state = State(
+
+
+def _unit_loads(modes, scene):
+    """Modal forces of a unit multiplier in every row of `State.multiplier` but the last."""
+    normal, tangential = _columns(modes.normal), _columns(modes.tangential)
+    if len(modes.axial) > 0:
+        return -np.hstack([normal, tangential, _columns(modes.axial)])
+    if scene.kinematics == "polar":
+        return -np.hstack([normal, tangential])
+    return -(normal + scene.friction * tangential)
+
+
+def _allocate_state(scheme, width):
+    n_modes, n_points = scheme.normal.shape
+    n_forces = scheme.load.shape[1]
+    return State(
         position=aligned_zeros((n_modes, width)),
         increment=aligned_zeros((n_modes, width)),
         penetration=aligned_zeros((n_points + 1, width)),
@@ -132,20 +176,15 @@ def allocate(modes, scene, grid, width, speeds_hz=()):
         n_steps=np.zeros(width, dtype=np.int64),
         report=aligned_zeros((4, width)),
     )
+
+
+def _allocate_record(scene, grid, n_observed, width):
     n_blocks = 2 * scene.steady.window_revolutions * grid.blocks_per_revolution
     n_records = grid.steps_per_block // grid.stride
-    n_observed = scheme.observed.shape[1]
-    record = Record(
+    return Record(
         history=aligned_zeros((n_blocks * n_records * n_observed, width)),
         peak=aligned_zeros((n_blocks * n_observed, width)),
     )
-    polar = _allocate_polar(scene, grid, n_points, width)
-    spatial = _allocate_spatial(scene, grid, axial, width) if moves_axially else ()
-    bank = Bank(scheme, contact, state, record, polar, spatial)
-    for lane, speed in enumerate(speeds_hz):
-        h = 1.0 / (speed * grid.steps_per_revolution)
-        fill_lane(bank, lane, modes.at(speed), scene, h)
-    return bank
 
 
 def _padded(n):
@@ -178,8 +217,9 @@ def _allocate_polar(scene, grid, n_points, width):
     )
 
 
-def _allocate_spatial(scene, grid, axial, width):
-    interface, (n_modes, n_points) = scene.interface, axial.shape
+def _allocate_spatial(scene, grid, modes, width):
+    interface, axial = scene.interface, _columns(modes.axial)
+    n_modes, n_points = axial.shape
     starts = np.concatenate([[0], np.cumsum(interface.points_per_blade)])
     most = int(interface.points_per_blade.max())
     way = np.zeros(n_points)
@@ -203,8 +243,16 @@ def _allocate_spatial(scene, grid, axial, width):
     )
 
 
-def empty_lane(bank, lane):
-    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
+def empty_lane(bank: Bank, lane: int) -> None:
+    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it.
+
+    Parameters
+    ----------
+    bank : Bank
+        Bank of the lane (modified).
+    lane : int
+        Index of the lane.
+    """
     scheme, state = bank.scheme, bank.state
     for array in (scheme.decay, scheme.gain, scheme.restoring, *bank.contact):
         array[:, lane] = 0.0
@@ -215,15 +263,21 @@ def empty_lane(bank, lane):
     scheme.step[lane] = state.n_steps[lane] = 0
 
 
-def fill_lane(bank, lane, modes, scene, h):
+def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None:
     """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
-    Args:
-        bank: Bank.
-        lane: index.
-        modes: Modes of the sample, at the lane's speed.
-        scene: sweep.Scene.
-        h: time step [s].
+    Parameters
+    ----------
+    bank : Bank
+        Bank of the lane (modified).
+    lane : int
+        Index of the lane.
+    modes : Modes
+        Of the sample, at the lane's speed.
+    scene : response.sweep.Scene
+        Casing, friction and integration scheme.
+    h : float
+        Time step [s].
     """
     empty_lane(bank, lane)
     scheme = bank.scheme
@@ -273,15 +327,23 @@ def _fill_contact(contact, lane, W):
     contact.reach[0, lane] = _reach(np.abs(coupling).sum(axis=1).max())
 
 
-def set_motion(bank, lane, position, velocity, time):
+def set_motion(
+    bank: Bank, lane: int, position: np.ndarray, velocity: np.ndarray, time: float
+) -> None:
     """Start a filled lane from a motion at the begin of a block (bank is modified).
 
-    Args:
-        bank: Bank.
-        lane: index.
-        position: modal coordinates (K,).
-        velocity: (K,), mean over the step before.
-        time: since the bumps began to grow [s].
+    Parameters
+    ----------
+    bank : Bank
+        Bank of the lane (modified).
+    lane : int
+        Index of the lane.
+    position : ndarray (K,)
+        Modal coordinates [m·√kg].
+    velocity : ndarray (K,)
+        Modal velocities, mean over the step before [m·√kg/s].
+    time : float
+        Since the bumps began to grow [s].
     """
     h = bank.scheme.step[lane]
     bank.state.position[:, lane] = position
@@ -289,8 +351,25 @@ def set_motion(bank, lane, position, velocity, time):
     bank.state.n_steps[lane] = round(time / h)
 
 
-def motion(bank, lane):
-    """Position, velocity and time of a lane, as `set_motion` takes them."""
+def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Motion of a lane, as `set_motion` takes it.
+
+    Parameters
+    ----------
+    bank : Bank
+        Bank of the lane.
+    lane : int
+        Index of the lane.
+
+    Returns
+    -------
+    position : ndarray (K,)
+        Modal coordinates [m·√kg].
+    velocity : ndarray (K,)
+        Modal velocities, mean over the step before [m·√kg/s].
+    time : float
+        Since the bumps began to grow [s].
+    """
     h, state = bank.scheme.step[lane], bank.state
     velocity = state.increment[:, lane] / h
     return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h

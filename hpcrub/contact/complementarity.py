@@ -18,15 +18,19 @@ PIVOTS = 20  # allowed to `pivot` per row; one or two are usual
 SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest penetration
 
 
-def flaw(W):
+def flaw(W: np.ndarray) -> int:
     """What keeps the contact forces from being unique.
 
-    Args:
-        W: Delassus operator (n, n) [m/N].
+    Parameters
+    ----------
+    W : ndarray (n, n)
+        Delassus operator [m/N].
 
-    Returns:
-        code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many
-        points to decide, NOT_FINITE.
+    Returns
+    -------
+    int
+        Code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many points to
+        decide, NOT_FINITE.
     """
     if not np.isfinite(W).all():
         return NOT_FINITE
@@ -44,11 +48,23 @@ def flaw(W):
     return NONE if is_p_matrix(W) else NOT_UNIQUE
 
 
-def is_p_matrix(W):
-    """Whether all principal minors are positive, by the Schur complements of Tsatsomeros and Li.
+def is_p_matrix(W: np.ndarray) -> bool:
+    """Whether all principal minors are positive.
 
-    W is a P-matrix if and only if W_00 > 0 and both W without row and column 0, and its Schur
-    complement with respect to W_00, are P-matrices.
+    Parameters
+    ----------
+    W : ndarray (n, n)
+        Any square matrix, as the Delassus operator [m/N].
+
+    Returns
+    -------
+    bool
+        Whether W is a P-matrix.
+
+    Notes
+    -----
+    By the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and both
+    W without row and column 0, and its Schur complement with respect to W_00, are P-matrices.
     """
     stack = np.asarray(W, dtype=float)[None]
     while stack.shape[-1] > 0:
@@ -62,8 +78,20 @@ def is_p_matrix(W):
 
 
 @compiled
-def pivot(tableau, basis, row, column):
-    """Bring ``column`` into the basis in place of that of ``row`` (tableau, basis modified)."""
+def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
+    """Bring a column into the basis in place of that of a row (tableau, basis modified).
+
+    Parameters
+    ----------
+    tableau : ndarray (n, 2n + 2)
+        Columns of w, x, the artificial variable and the right-hand side.
+    basis : ndarray (n,) int
+        Column that is basic in each row.
+    row : int
+        Row whose variable leaves the basis.
+    column : int
+        Column that enters the basis.
+    """
     tableau[row] /= tableau[row, column]
     for i in range(len(basis)):
         if i != row:
@@ -72,9 +100,25 @@ def pivot(tableau, basis, row, column):
 
 
 @compiled
-def leaving_row(tableau, basis, column):
-    """Row of the smallest ratio, the artificial variable first; −1 for an unbounded ray.
+def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
+    """Row of the smallest ratio, the artificial variable first.
 
+    Parameters
+    ----------
+    tableau : ndarray (n, 2n + 2)
+        Columns of w, x, the artificial variable and the right-hand side.
+    basis : ndarray (n,) int
+        Column that is basic in each row.
+    column : int
+        Column that enters the basis.
+
+    Returns
+    -------
+    int
+        Row; −1 for an unbounded ray.
+
+    Notes
+    -----
     Equal ratios, as of equal penetrations, are compared as if the right-hand sides were different
     by ever smaller amounts (lexicographically): else the method runs in circles.
     """
@@ -90,8 +134,8 @@ def leaving_row(tableau, basis, column):
 
 
 @compiled
-def comes_first(tableau, basis, column, i, j):
-    """Whether row i goes before row j of the same ratio."""
+def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: int) -> bool:
+    """Whether row i goes before row j of the same ratio; the rest as in `leaving_row`."""
     n = len(basis)
     if basis[i] == 2 * n or basis[j] == 2 * n:
         return basis[i] == 2 * n
@@ -103,16 +147,26 @@ def comes_first(tableau, basis, column, i, j):
 
 
 @compiled
-def solve_by_pivoting(M, p, x):
+def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
     """Solve x ≥ 0, w = Mx − p ≥ 0, x·w = 0 with some p > 0 by Lemke's method (x is modified).
 
-    Args:
-        M: (n, n).
-        p: (n,).
-        x: (n,) result; zero when none is found.
+    Parameters
+    ----------
+    M : ndarray (n, n)
+        Delassus operator, its columns scaled at will.
+    p : ndarray (n,)
+        Penetrations [m].
+    x : ndarray (n,)
+        Result, in p over the unit of M; zero when none is found.
 
-    Returns:
+    Returns
+    -------
+    bool
         Whether it is solved. Lemke's method solves every problem with a P-matrix.
+
+    Notes
+    -----
+    Cottle, Pang, Stone (1992), chapter 4.
     """
     n = len(p)
     tableau = np.zeros((n, 2 * n + 2))  # w, x, the artificial variable, right-hand side

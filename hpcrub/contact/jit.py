@@ -72,8 +72,8 @@ def _is_ours(folder):
     return all(f.st_uid == os.geteuid() and not f.st_mode & OTHERS_WRITE for f in found)
 
 
-if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = _cache_folder()
+if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = _cache_folder()  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
@@ -99,7 +99,20 @@ class _Cache(FunctionCache):
 
 
 def compiled(function: Callable | None = None, *, inline: bool = False) -> Any:
-    """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached."""
+    """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached.
+
+    Parameters
+    ----------
+    function : Callable, optional
+        To compile; without it a decorator is returned.
+    inline : bool, optional
+        Whether it becomes part of every function that calls it.
+
+    Returns
+    -------
+    Any
+        Dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
+    """
 
     def decorate(f):
         dispatcher = numba.njit(f, error_model="numpy", nogil=True, forceinline=inline)

@@ -38,8 +38,8 @@ from hpcrub.contact.lanes import (
     tile_store,
 )
 from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACTS, candidates, solve
-from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
-from hpcrub.contact.spatial import find_forces, remember
+from hpcrub.contact.polar import Polar, displaced_delassus, displaced_depths, displaced_forces
+from hpcrub.contact.spatial import Spatial, find_forces, remember
 from hpcrub.model import casing
 
 bump_ramp = compiled(casing.ramp)
@@ -59,8 +59,10 @@ class Shortcuts(NamedTuple):
 
 
 class Scheme(NamedTuple):
-    """What the steps read. K modes, L lanes, C contact points and O observed displacements,
-    both padded to multiples of TILE.
+    """What the steps read.
+
+    K modes, L lanes, C contact points and O observed displacements, both padded to multiples of
+    TILE.
     """
 
     normal: np.ndarray  # R (K, C) [1/√kg]
@@ -112,11 +114,29 @@ class Record(NamedTuple):
 
 
 @compiled(inline=True)
-def predict(lanes, contacts, scheme, state, spatial, step):
+def predict(
+    lanes: tuple,
+    contacts: tuple,
+    scheme: Scheme,
+    state: State,
+    spatial: Spatial | tuple[()],
+    step: int,
+) -> np.ndarray:
     """Corrector of the step before, predictor of this one (state is modified).
 
-    The first ``len(contacts)`` active points are corrected. Returns the deepest penetration of
-    the first TILE contact points.
+    Parameters
+    ----------
+    lanes, scheme, state, spatial
+        As in `integrate`.
+    contacts : tuple
+        As many zeros as there are first active points to correct.
+    step : int
+        Row of the bump table.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest penetration of the first TILE contact points [m].
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
@@ -146,8 +166,23 @@ def predict(lanes, contacts, scheme, state, spatial, step):
 
 
 @compiled
-def predict_more(lanes, first, scheme, state, step):
-    """Penetrations of the contact points from ``first`` on (modified); returns the deepest."""
+def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: int) -> np.ndarray:
+    """Penetrations of one more tile of contact points (state is modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state
+        As in `integrate`.
+    first : int
+        First contact point of the tile.
+    step : int
+        Row of the bump table.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest of these penetrations [m].
+    """
     depth = tile_splat(TIPS, splat(lanes, 0.0))
     depth = tile_add(depth, scheme.clearance, 0, first, splat(lanes, -1.0))
     depth = tile_add(depth, scheme.bump, step, first, load(lanes, state.ramp, 0))
@@ -158,8 +193,16 @@ def predict_more(lanes, first, scheme, state, step):
 
 
 @compiled
-def correct(lanes, scheme, state, n_active):
-    """Corrector by itself, for any number of active points (state is modified)."""
+def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+    """Corrector by itself, for any number of active points (state is modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state
+        As in `integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+    """
     if n_active == 0:
         return
     for first in range(0, n_active, TILE):
@@ -175,8 +218,21 @@ def correct(lanes, scheme, state, n_active):
 
 
 @compiled(inline=True)
-def settle(lanes, contacts, scheme, state):
-    """Corrector by itself (state is modified); the first TILE observed displacements."""
+def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple:
+    """Corrector by itself, for a few active points (state is modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state
+        As in `integrate`.
+    contacts : tuple
+        As many zeros as there are first active points to correct.
+
+    Returns
+    -------
+    tuple of ndarray (L,)
+        First TILE observed displacements [m].
+    """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
     seen = tile_splat(TIPS, splat(lanes, 0.0))
@@ -193,8 +249,22 @@ def settle(lanes, contacts, scheme, state):
 
 
 @compiled
-def observe(lanes, scheme, state, record, row, block, n_active):
-    """Apply the corrector and record all observed displacements (state, record are modified)."""
+def observe(
+    lanes: tuple, scheme: Scheme, state: State, record: Record, row: int, block: int, n_active: int
+) -> None:
+    """Apply the corrector and record all observed displacements (state, record are modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state, record
+        As in `integrate`.
+    row : int
+        Place of the record in the ring, in records.
+    block : int
+        Place of its block in the ring.
+    n_active : int
+        Entries of `State.active` that count.
+    """
     n_observed = scheme.observed.shape[1]
     if n_active > len(MANY_CONTACTS):
         correct(lanes, scheme, state, n_active)
@@ -221,8 +291,19 @@ def observe(lanes, scheme, state, record, row, block, n_active):
 
 
 @compiled
-def raise_bumps(scheme, state):
-    """Factor of the bumps at the coming step (state is modified); False once all are at 1."""
+def raise_bumps(scheme: Scheme, state: State) -> bool:
+    """Factor of the bumps at the coming step (state is modified).
+
+    Parameters
+    ----------
+    scheme, state
+        As in `integrate`.
+
+    Returns
+    -------
+    bool
+        False once the bumps of all lanes have their full height.
+    """
     rising = False
     for lane in range(scheme.step.shape[0]):
         t = (state.n_steps[lane] + 1) * scheme.step[lane]
@@ -232,8 +313,30 @@ def raise_bumps(scheme, state):
 
 
 @compiled(inline=True)
-def apply_and_predict(lanes, scheme, state, spatial, step, n_active):
-    """Choose the narrowest pass that holds the active points; returns the deepest penetration."""
+def apply_and_predict(
+    lanes: tuple,
+    scheme: Scheme,
+    state: State,
+    spatial: Spatial | tuple[()],
+    step: int,
+    n_active: int,
+) -> np.ndarray:
+    """Choose the narrowest pass that holds the active points (state is modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state, spatial
+        As in `integrate`.
+    step : int
+        Row of the bump table.
+    n_active : int
+        Entries of `State.active` that count.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest penetration of all contact points [m].
+    """
     if n_active > len(MANY_CONTACTS):
         correct(lanes, scheme, state, n_active)
         n_active = 0
@@ -251,10 +354,31 @@ def apply_and_predict(lanes, scheme, state, spatial, step, n_active):
 
 
 @compiled(inline=True)
-def advance(lanes, scheme, contact, state, polar, spatial, step, n_active):
-    """Predictor and multipliers of one step (state is modified); returns the active points.
+def advance(
+    lanes: tuple,
+    scheme: Scheme,
+    contact: Contact,
+    state: State,
+    polar: Polar,
+    spatial: Spatial | tuple[()],
+    step: int,
+    n_active: int,
+) -> int:
+    """Predictor and multipliers of one step (state is modified).
 
-    ``n_active`` points are still to be corrected for the step before.
+    Parameters
+    ----------
+    lanes, scheme, contact, state, polar, spatial
+        As in `integrate`.
+    step : int
+        Row of the bump table.
+    n_active : int
+        Active points that are still to be corrected for the step before.
+
+    Returns
+    -------
+    int
+        Active points of this step, which its own corrector still needs.
     """
     deepest = apply_and_predict(lanes, scheme, state, spatial, step, n_active)
     if polar.enabled:
@@ -273,11 +397,47 @@ def advance(lanes, scheme, contact, state, polar, spatial, step, n_active):
 
 
 @compiled
-def integrate(lanes, scheme, contact, state, record, polar, spatial, n_blocks, block, stride):
-    """Take every lane over ``n_blocks`` blocks of the bump table (state, record are modified).
+def integrate(
+    lanes: tuple,
+    scheme: Scheme,
+    contact: Contact,
+    state: State,
+    record: Record,
+    polar: Polar,
+    spatial: Spatial | tuple[()],
+    n_blocks: int,
+    block: int,
+    stride: int,
+) -> None:
+    """Take every lane over some blocks of the bump table.
 
-    ``block`` is the place in the ring of the first block to record, or negative to record nothing;
-    every ``stride``-th step is recorded. Forces of the last step are applied before it returns.
+    Parameters
+    ----------
+    lanes : tuple
+        As many zeros as there are lanes, which tells the compiler the width.
+    scheme : Scheme
+        What the steps read.
+    contact : Contact
+        Delassus operator of every lane (modified by polar and spatial contact).
+    state : State
+        Motion of every lane (modified).
+    record : Record
+        Where observed displacements go (modified).
+    polar : Polar
+        Contact in the displaced position (modified where it is enabled).
+    spatial : Spatial or ()
+        Contact with axial motion (modified); empty for disks without.
+    n_blocks : int
+        Blocks to integrate.
+    block : int
+        Place in the ring of the first block to record; negative to record nothing.
+    stride : int
+        Steps from one record to the next.
+
+    Notes
+    -----
+    The forces of the last step are applied before it returns. Joachim, Nyssen, Batailly (2020),
+    section 2.2.2, gives the scheme; ``docs/theory.md`` derives this form of it.
     """
     n_observed = scheme.observed.shape[1]
     n_steps = scheme.bump.shape[0]

@@ -13,6 +13,7 @@ whose *length* tells the compiler the vector width, ``tile`` one whose length te
 """
 
 import operator
+from typing import Any
 
 import numpy as np
 from numba.core.extending import overload
@@ -23,114 +24,152 @@ TILE = 12  # vectors of a full tile: with their operands they fill the registers
 TIPS = (0,) * TILE
 
 
-def aligned_zeros(shape):
-    """Zeros of ``shape`` on a cache-line boundary, so that no vector load straddles two lines."""
+def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
+    """Zeros on a cache-line boundary, so that no vector load straddles two lines.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Shape of the array.
+
+    Returns
+    -------
+    ndarray
+        Zeros, float64.
+    """
     n_bytes = int(np.prod(shape)) * 8
     raw = np.zeros(n_bytes + 64, dtype=np.uint8)
     start = -raw.ctypes.data % 64
     return raw[start : start + n_bytes].view(np.float64).reshape(shape)
 
 
-def splat(lanes, x):
+def splat(lanes: tuple, x: float) -> np.ndarray:
     """The number ``x`` in every lane."""
     return np.full(len(lanes), x)
 
 
-def load(lanes, array, row):
+def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
     """Row ``row`` of a lane array."""
     return array[row].copy()
 
 
-def store(array, row, vector):
+def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
     """Write ``vector`` to row ``row`` of a lane array (modified)."""
     array[row] = vector
 
 
-def fma(a, b, c):
+def fma(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """a·b + c, fused where the machine can."""
     return a * b + c
 
 
-def positive_part(a):
+def positive_part(a: np.ndarray) -> np.ndarray:
     """max(a, 0) of every lane; NaN becomes 0."""
     return np.where(a > 0.0, a, 0.0)
 
 
-def larger(a, b):
+def larger(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The larger of a and b in every lane; b where a is NaN."""
     return np.where(a > b, a, b)
 
 
-def inverse(a):
+def inverse(a: np.ndarray) -> np.ndarray:
     """1/a in every lane; 0 where a is not positive."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(a > 0.0, 1.0 / a, 0.0)
 
 
-def length(a, b):
+def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """√(a² + b²) in every lane."""
     return np.sqrt(a * a + b * b)
 
 
-def below(a, b):
+def below(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Mask of the lanes in which a < b; False where either is NaN."""
     return a < b
 
 
-def select(mask, a, b):
+def select(mask: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """A where the mask holds, b elsewhere."""
     return np.where(mask, a, b)
 
 
-def any_lane(mask):
+def any_lane(mask: np.ndarray) -> bool:
     """Whether the mask holds in any lane."""
     return bool(np.any(mask))
 
 
-def tile_splat(tile, vector):
+def tile_splat(tile: tuple, vector: np.ndarray) -> tuple:
     """A tile whose members are all ``vector``."""
     return tuple(vector for _ in tile)
 
 
-def tile_store(array, row, tile):
+def tile_store(array: np.ndarray, row: int, tile: tuple) -> None:
     """Write a tile to rows ``row`` … of a lane array (modified)."""
     for i, vector in enumerate(tile):
         array[row + i] = vector
 
 
-def tile_add(tile, matrix, row, column, vector):
+def tile_add(tile: tuple, matrix: np.ndarray, row: int, column: int, vector: np.ndarray) -> tuple:
     """Each tile member plus ``matrix[row, column + i]`` times the vector."""
     return tuple(t + matrix[row, column + i] * vector for i, t in enumerate(tile))
 
 
-def tile_add_at(tile, matrix, row, columns, vector):
+def tile_add_at(
+    tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: np.ndarray
+) -> tuple:
     """Each tile member plus ``matrix[row, columns[i]]`` times the vector."""
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
-def tile_dot(matrix, row, columns, tile, total):
+def tile_dot(
+    matrix: np.ndarray, row: int, columns: tuple, tile: tuple, total: np.ndarray
+) -> np.ndarray:
     """Total + Σ ``matrix[row, columns[i]]``·tile[i] in order: a zero member changes no bit."""
     for column, t in zip(columns, tile, strict=True):
         total = total + matrix[row, column] * t
     return total
 
 
-def tile_gather(lanes, array, rows):
+def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
     """The rows of a lane array that the tuple ``rows`` names, as a tile."""
     return tuple(array[row].copy() for row in rows)
 
 
-def tile_scatter(array, rows, tile):
+def tile_scatter(array: np.ndarray, rows: tuple, tile: tuple) -> None:
     """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
     for row, vector in zip(rows, tile, strict=True):
         array[row] = vector
 
 
-def tile_relax(coupling, n_rows, rows, depth, x, changing):
+def tile_relax(
+    coupling: np.ndarray, n_rows: int, rows: tuple, depth: Any, x: Any, changing: np.ndarray
+) -> tuple[tuple, tuple, np.ndarray]:
     """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
 
-    ``coupling`` holds C, of zero diagonal, with entry (i, j) in row i·n_rows + j. Lanes outside the
-    mask ``changing`` stay as they are. Returns depth, x and the largest change of any x.
+    Parameters
+    ----------
+    coupling : ndarray (n_rows², L)
+        C, of zero diagonal, with entry (i, j) in row i·n_rows + j [-].
+    n_rows : int
+        Rows of C.
+    rows : tuple of int
+        Rows of C that the members of the tiles belong to.
+    depth : tuple of ndarray (L,)
+        Tile of depths before the sweep [m].
+    x : tuple of ndarray (L,)
+        Tile of unknowns before the sweep [m].
+    changing : ndarray (L,) bool
+        Lanes to relax; the others stay as they are.
+
+    Returns
+    -------
+    depth : tuple of ndarray (L,)
+        Depths after the sweep [m].
+    x : tuple of ndarray (L,)
+        Unknowns after the sweep [m].
+    change : ndarray (L,)
+        Largest change of any x [m].
     """
     depth, x = list(depth), list(x)
     change = np.zeros_like(depth[0])
@@ -145,7 +184,7 @@ def tile_relax(coupling, n_rows, rows, depth, x, changing):
     return tuple(depth), tuple(x), change
 
 
-def tile_largest(tile):
+def tile_largest(tile: tuple) -> np.ndarray:
     """The largest member of a tile, lane by lane."""
     result = tile[0]
     for t in tile[1:]:
@@ -153,7 +192,7 @@ def tile_largest(tile):
     return result
 
 
-def indices(tile, array, first):
+def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:
     """Members ``first`` … of an integer array as a tuple as long as ``tile``."""
     return tuple(int(array[first + i]) for i in range(len(tile)))
 

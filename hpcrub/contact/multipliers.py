@@ -5,6 +5,8 @@ converged is frozen, sums run in the order of the contact points, and points tha
 another lane only add exact zeros: no lane sees another.
 """
 
+from typing import Any
+
 import numpy as np
 
 from hpcrub.contact.complementarity import STUCK, SWEEPS, UNSOLVED, solve_by_pivoting
@@ -39,13 +41,29 @@ TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
 @compiled(inline=True)
-def candidates(lanes, contact, state, deepest, shortcut):
-    """List the points that may carry a force in any lane (state.active, modified); return how many.
+def candidates(lanes: tuple, contact: Any, state: Any, deepest: np.ndarray, shortcut: bool) -> int:
+    """List the points that may carry a force in any lane (state.active, modified).
 
+    Parameters
+    ----------
+    lanes, contact, state
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+    shortcut : bool
+        Leave out the points that cannot; otherwise all are listed.
+
+    Returns
+    -------
+    int
+        Points in the list.
+
+    Notes
+    -----
     Others can gain a point in by at most ``reach`` times the deepest penetration: with ρ < 1 the
-    largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so
-    reach = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
-    changes no bit.
+    largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so reach
+    = ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out changes
+    no bit.
     """
     last = state.penetration.shape[0] - 1
     threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
@@ -60,8 +78,10 @@ def candidates(lanes, contact, state, deepest, shortcut):
 
 
 @compiled(inline=True)
-def unsettled(lanes, limit, change, largest):
-    """Lanes that did not converge, from the change of the last sweep and the largest of all."""
+def unsettled(
+    lanes: tuple, limit: np.ndarray, change: np.ndarray, largest: np.ndarray
+) -> np.ndarray:
+    """Lanes (L,) that did not converge, by the change of the last sweep and the largest [m]."""
     # the tolerance of a denormal penetration is 0
     far = larger(splat(lanes, RUNAWAY) * limit, splat(lanes, RUNAWAY * TOLERANCE))
     ran_away = below(far, largest)
@@ -69,10 +89,28 @@ def unsettled(lanes, limit, change, largest):
 
 
 @compiled(inline=True)
-def solve_few(lanes, slots, contact, state, limit, changing):
-    """Multipliers of at most ``len(slots)`` active points, all in registers; see `solve`.
+def solve_few(
+    lanes: tuple, slots: tuple, contact: Any, state: Any, limit: np.ndarray, changing: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of a few active points, all in registers; see `solve`.
 
-    Returns the lanes that did not converge, and how many sweeps each lane took.
+    Parameters
+    ----------
+    lanes, contact, state
+        As in `kernel.integrate`.
+    slots : tuple
+        As many zeros as there is room for points, no fewer than are active.
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    changing : ndarray (L,) bool
+        Lanes in which anything penetrates.
+
+    Returns
+    -------
+    unsettled : ndarray (L,) bool
+        Lanes that did not converge.
+    sweeps : ndarray (L,)
+        Sweeps that each lane took.
     """
     sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
     rows = indices(slots, state.active, 0)
@@ -90,8 +128,29 @@ def solve_few(lanes, slots, contact, state, limit, changing):
 
 
 @compiled
-def solve_many(lanes, contact, state, n_active, limit, changing):
-    """Multipliers of any number of active points, bit for bit as `solve_few`."""
+def solve_many(
+    lanes: tuple, contact: Any, state: Any, n_active: int, limit: np.ndarray, changing: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of any number of active points, bit for bit as `solve_few`.
+
+    Parameters
+    ----------
+    lanes, contact, state
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    changing : ndarray (L,) bool
+        Lanes in which anything penetrates.
+
+    Returns
+    -------
+    unsettled : ndarray (L,) bool
+        Lanes that did not converge.
+    sweeps : ndarray (L,)
+        Sweeps that each lane took.
+    """
     n_rows = state.penetration.shape[0]
     sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
     for a in range(n_active):
@@ -120,10 +179,17 @@ def solve_many(lanes, contact, state, n_active, limit, changing):
 
 
 @compiled
-def solve_stuck(lanes, contact, state, n_active):
+def solve_stuck(lanes: tuple, contact: Any, state: Any, n_active: int) -> None:
     """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
 
     Only points within the lane's own reach take part: others' would change its rounding.
+
+    Parameters
+    ----------
+    lanes, contact, state
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
     """
     n_rows = state.penetration.shape[0]
     for lane in range(len(lanes)):
@@ -146,12 +212,23 @@ def solve_stuck(lanes, contact, state, n_active):
 
 
 @compiled(inline=True)
-def solve(lanes, contact, state, deepest, n_active):
+def solve(lanes: tuple, contact: Any, state: Any, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
-    Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged
-    is frozen, so that its result does not depend on how long the others take; one that has not
-    after MAX_SWEEPS is solved by pivoting.
+    Parameters
+    ----------
+    lanes, contact, state
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+    n_active : int
+        Entries of `State.active` that count.
+
+    Notes
+    -----
+    Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged is
+    frozen, so that its result does not depend on how long the others take; one that has not after
+    MAX_SWEEPS is solved by pivoting.
     """
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
     changing = below(splat(lanes, 0.0), deepest)

@@ -10,7 +10,7 @@ of it.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,10 +39,22 @@ class Polar(NamedTuple):
 
 
 @compiled
-def displaced_depths(lanes, scheme, state, polar, step):
+def displaced_depths(lanes: tuple, scheme: Any, state: Any, polar: Polar, step: int) -> np.ndarray:
     """Penetrations and normals in the displaced position (state and polar are modified).
 
-    On entry ``state.penetration`` holds u_r. Returns the deepest penetration of each lane.
+    Parameters
+    ----------
+    lanes, scheme, polar
+        As in `kernel.integrate`.
+    state : State
+        On entry ``penetration`` holds the outward displacements u_r [m].
+    step : int
+        Row of the bump table.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest penetration of each lane [m].
     """
     for first in range(0, state.penetration.shape[0] - 1, TILE):
         tips = tile_splat(TIPS, splat(lanes, 0.0))
@@ -67,8 +79,16 @@ def displaced_depths(lanes, scheme, state, polar, step):
 
 
 @compiled
-def displaced_delassus(lanes, contact, state, polar, n_active):
-    """Delassus operator of the active points for their present normals (modified; state.report)."""
+def displaced_delassus(lanes: tuple, contact: Any, state: Any, polar: Polar, n_active: int) -> None:
+    """Delassus operator of the active points for their present normals (modified; state.report).
+
+    Parameters
+    ----------
+    lanes, contact, state, polar
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+    """
     n_points = state.penetration.shape[0] - 1
     n_pairs = n_points * n_points
     mu = splat(lanes, polar.friction)
@@ -104,8 +124,21 @@ def displaced_delassus(lanes, contact, state, polar, n_active):
 
 
 @compiled
-def displaced_forces(lanes, state, polar, n_active):
-    """Turn the multipliers into radial and tangential forces (state is modified); how many rows."""
+def displaced_forces(lanes: tuple, state: Any, polar: Polar, n_active: int) -> int:
+    """Turn the multipliers into radial and tangential forces (state is modified).
+
+    Parameters
+    ----------
+    lanes, state, polar
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+
+    Returns
+    -------
+    int
+        Rows of ``state.multiplier`` that count.
+    """
     n_points = state.penetration.shape[0] - 1
     mu = splat(lanes, polar.friction)
     for a in range(n_active):

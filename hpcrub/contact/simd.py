@@ -3,12 +3,17 @@
 Each emitter is the compiled body of the plain-Python function of the same name in ``lanes.py``.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.extending import intrinsic, models, register_model
 
 DOUBLE = ir.DoubleType()
 INDEX = ir.IntType(64)
+
+Emitter = tuple[Any, Callable]  # signature of an instruction, and the function that emits it
 
 
 class LaneVector(types.Type):
@@ -70,13 +75,14 @@ def _fmuladd(builder, a, b, c):
 
 
 def _scalar_at(context, builder, fe_type, array, row, column, i):
-    """matrix[row, column + i]"""
+    """Load ``matrix[row, column + i]``."""
     column = builder.add(column, ir.Constant(INDEX, i))
     return builder.load(_address(context, builder, fe_type, array, row, column, DOUBLE), align=8)
 
 
 @intrinsic
-def splat(typing, lanes, x):
+def splat(typing: object, lanes: types.UniTuple, x: types.Type) -> Emitter:
+    """Broadcast a number to all lanes."""
     out = LaneVector(len(lanes))
 
     def code(context, builder, signature, args):
@@ -86,7 +92,8 @@ def splat(typing, lanes, x):
 
 
 @intrinsic
-def load(typing, lanes, array, row):
+def load(typing: object, lanes: types.UniTuple, array: types.Type, row: types.Type) -> Emitter:
+    """Load a row as a vector."""
     out = LaneVector(len(lanes))
 
     def code(context, builder, signature, args):
@@ -98,7 +105,9 @@ def load(typing, lanes, array, row):
 
 
 @intrinsic
-def store(typing, array, row, vector):
+def store(typing: object, array: types.Type, row: types.Type, vector: LaneVector) -> Emitter:
+    """Store a vector as a row."""
+
     def code(context, builder, signature, args):
         zero = ir.Constant(INDEX, 0)
         at = _address(context, builder, array, args[0], args[1], zero, _vector(vector))
@@ -129,12 +138,15 @@ larger = _arithmetic(_max)
 
 
 @intrinsic
-def fma(typing, a, b, c):
+def fma(typing: object, a: LaneVector, b: LaneVector, c: LaneVector) -> Emitter:
+    """Multiply and add, fused where the machine can."""
     return a(a, b, c), lambda context, builder, signature, args: _fmuladd(builder, *args)
 
 
 @intrinsic
-def positive_part(typing, a):
+def positive_part(typing: object, a: LaneVector) -> Emitter:
+    """Larger of a vector and 0."""
+
     def code(context, builder, signature, args):
         return _max(builder, args[0], ir.Constant(args[0].type, None))
 
@@ -142,7 +154,9 @@ def positive_part(typing, a):
 
 
 @intrinsic
-def inverse(typing, a):
+def inverse(typing: object, a: LaneVector) -> Emitter:
+    """One over a vector, 0 where it is not positive."""
+
     def code(context, builder, signature, args):
         one = _broadcast(builder, ir.Constant(DOUBLE, 1.0), a.width)
         zero = ir.Constant(args[0].type, None)
@@ -153,7 +167,9 @@ def inverse(typing, a):
 
 
 @intrinsic
-def length(typing, a, b):
+def length(typing: object, a: LaneVector, b: LaneVector) -> Emitter:
+    """Root of the sum of two squares."""
+
     def code(context, builder, signature, args):
         kind = args[0].type
         total = builder.fadd(builder.fmul(args[0], args[0]), builder.fmul(args[1], args[1]))
@@ -166,7 +182,9 @@ def length(typing, a, b):
 
 
 @intrinsic
-def below(typing, a, b):
+def below(typing: object, a: LaneVector, b: LaneVector) -> Emitter:
+    """Ordered comparison of two vectors."""
+
     def code(context, builder, signature, args):
         return builder.fcmp_ordered("<", *args)
 
@@ -174,12 +192,15 @@ def below(typing, a, b):
 
 
 @intrinsic
-def select(typing, mask, a, b):
+def select(typing: object, mask: LaneMask, a: LaneVector, b: LaneVector) -> Emitter:
+    """Blend of two vectors by a mask."""
     return a(mask, a, b), lambda context, builder, signature, args: builder.select(*args)
 
 
 @intrinsic
-def any_lane(typing, mask):
+def any_lane(typing: object, mask: LaneMask) -> Emitter:
+    """Whether any bit of a mask is set."""
+
     def code(context, builder, signature, args):
         bits = builder.bitcast(args[0], ir.IntType(mask.width))
         return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
@@ -188,7 +209,8 @@ def any_lane(typing, mask):
 
 
 @intrinsic
-def tile_splat(typing, tile, vector):
+def tile_splat(typing: object, tile: types.UniTuple, vector: LaneVector) -> Emitter:
+    """Tuple of the same vector."""
     out = types.UniTuple(vector, len(tile))
 
     def code(context, builder, signature, args):
@@ -204,7 +226,10 @@ def _load_row(context, builder, fe_type, array, row, width):
 
 
 @intrinsic
-def tile_gather(typing, lanes, array, rows):
+def tile_gather(
+    typing: object, lanes: types.UniTuple, array: types.Type, rows: types.UniTuple
+) -> Emitter:
+    """Load the rows of a tuple of numbers."""
     out = types.UniTuple(LaneVector(len(lanes)), len(rows))
 
     def code(context, builder, signature, args):
@@ -221,7 +246,9 @@ def tile_gather(typing, lanes, array, rows):
 
 
 @intrinsic
-def tile_store(typing, array, row, tile):
+def tile_store(typing: object, array: types.Type, row: types.Type, tile: types.UniTuple) -> Emitter:
+    """Store consecutive rows."""
+
     def code(context, builder, signature, args):
         zero = ir.Constant(INDEX, 0)
         for i in range(len(tile)):
@@ -234,7 +261,16 @@ def tile_store(typing, array, row, tile):
 
 
 @intrinsic
-def tile_add(typing, tile, matrix, row, column, vector):
+def tile_add(
+    typing: object,
+    tile: types.UniTuple,
+    matrix: types.Type,
+    row: types.Type,
+    column: types.Type,
+    vector: LaneVector,
+) -> Emitter:
+    """Multiply-add with consecutive numbers of a row of a matrix."""
+
     def code(context, builder, signature, args):
         value = args[0]
         for i in range(len(tile)):
@@ -248,7 +284,16 @@ def tile_add(typing, tile, matrix, row, column, vector):
 
 
 @intrinsic
-def tile_add_at(typing, tile, matrix, row, columns, vector):
+def tile_add_at(
+    typing: object,
+    tile: types.UniTuple,
+    matrix: types.Type,
+    row: types.Type,
+    columns: types.UniTuple,
+    vector: LaneVector,
+) -> Emitter:
+    """Multiply-add with chosen numbers of a row of a matrix."""
+
     def code(context, builder, signature, args):
         value = args[0]
         for i, column in enumerate(cgutils.unpack_tuple(builder, args[3])):
@@ -262,7 +307,16 @@ def tile_add_at(typing, tile, matrix, row, columns, vector):
 
 
 @intrinsic
-def tile_dot(typing, matrix, row, columns, tile, total):
+def tile_dot(
+    typing: object,
+    matrix: types.Type,
+    row: types.Type,
+    columns: types.UniTuple,
+    tile: types.UniTuple,
+    total: LaneVector,
+) -> Emitter:
+    """Multiply-adds into one vector, in order."""
+
     def code(context, builder, signature, args):
         result = args[4]
         members = cgutils.unpack_tuple(builder, args[3])
@@ -276,7 +330,11 @@ def tile_dot(typing, matrix, row, columns, tile, total):
 
 
 @intrinsic
-def tile_scatter(typing, array, rows, tile):
+def tile_scatter(
+    typing: object, array: types.Type, rows: types.UniTuple, tile: types.UniTuple
+) -> Emitter:
+    """Store the rows of a tuple of numbers."""
+
     def code(context, builder, signature, args):
         zero = ir.Constant(INDEX, 0)
         vectors = cgutils.unpack_tuple(builder, args[2])
@@ -289,7 +347,16 @@ def tile_scatter(typing, array, rows, tile):
 
 
 @intrinsic
-def tile_relax(typing, coupling, n_rows, rows, depth, x, changing):
+def tile_relax(
+    typing: object,
+    coupling: types.Type,
+    n_rows: types.Type,
+    rows: types.UniTuple,
+    depth: types.UniTuple,
+    x: types.UniTuple,
+    changing: LaneMask,
+) -> Emitter:
+    """Sweep of projected Gauss–Seidel, unrolled."""
     out = types.Tuple((depth, x, depth.dtype))
 
     def code(context, builder, signature, args):
@@ -313,7 +380,9 @@ def tile_relax(typing, coupling, n_rows, rows, depth, x, changing):
 
 
 @intrinsic
-def tile_largest(typing, tile):
+def tile_largest(typing: object, tile: types.UniTuple) -> Emitter:
+    """Largest member of a tile."""
+
     def code(context, builder, signature, args):
         result, *others = cgutils.unpack_tuple(builder, args[0])
         for member in others:
@@ -324,7 +393,8 @@ def tile_largest(typing, tile):
 
 
 @intrinsic
-def indices(typing, tile, array, first):
+def indices(typing: object, tile: types.UniTuple, array: types.Type, first: types.Type) -> Emitter:
+    """Load consecutive integers as a tuple."""
     out = types.UniTuple(types.intp, len(tile))
 
     def code(context, builder, signature, args):

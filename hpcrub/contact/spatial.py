@@ -16,7 +16,7 @@ A lane is never changed by what the other lanes need. What does not converge goe
 Disks without axial motion use none of this: in the kernel it is left out when it is compiled.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core.extending import overload
@@ -50,8 +50,10 @@ MOST_SWEEPS = 100  # from blade to blade; three or so are usual
 
 
 class Spatial(NamedTuple):
-    """What contact in three dimensions reads and modifies. K modes, C contact points, padded,
-    N blades, at most P points on one, L lanes."""
+    """What contact in three dimensions reads and modifies.
+
+    K modes, C contact points, padded, N blades, at most P points on one, L lanes.
+    """
 
     points: np.ndarray  # contact points, blade by blade (n,) int
     starts: np.ndarray  # place in ``points`` of the first one of every blade (N + 1,) int
@@ -70,8 +72,18 @@ class Spatial(NamedTuple):
     wrong: np.ndarray  # (P, L)
 
 
-def remember(spatial, k, increment):
-    """Keep the increment of a mode at the end of a step (spatial is modified)."""
+def remember(spatial: Spatial | tuple[()], k: int, increment: np.ndarray) -> None:
+    """Keep the increment of a mode at the end of a step (spatial is modified).
+
+    Parameters
+    ----------
+    spatial : Spatial or ()
+        Empty for disks without axial motion: nothing to keep.
+    k : int
+        Mode.
+    increment : ndarray (L,)
+        d [m·√kg].
+    """
     if len(spatial) > 0:
         store(spatial.before, k, increment)
 
@@ -83,8 +95,28 @@ def _remember(spatial, k, increment):
     return lambda spatial, k, increment: store(spatial.before, k, increment)
 
 
-def find_forces(lanes, scheme, contact, state, spatial, deepest):
-    """Contact forces of a step (state and spatial are modified); returns the rows that count."""
+def find_forces(
+    lanes: tuple,
+    scheme: Any,
+    contact: Any,
+    state: Any,
+    spatial: Spatial | tuple[()],
+    deepest: np.ndarray,
+) -> int:
+    """Contact forces of a step (contact, state and spatial are modified).
+
+    Parameters
+    ----------
+    lanes, scheme, contact, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+
+    Returns
+    -------
+    int
+        Rows of ``state.multiplier`` that count.
+    """
     if len(spatial) == 0:
         return 0
     return _find_forces(lanes, scheme, contact, state, spatial, deepest)
@@ -109,17 +141,31 @@ def _find_forces(lanes, scheme, contact, state, spatial, deepest):
 
 
 @compiled
-def nearness(lanes, contact, deepest):
-    """Penetration from which on a point may be pushed in by forces on other blades [m]."""
+def nearness(lanes: tuple, contact: Any, deepest: np.ndarray) -> np.ndarray:
+    """Penetration (L,) from which on a point may be pushed in by forces on other blades [m]."""
     return splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
 
 
 @compiled
-def active_blades(lanes, contact, state, spatial, deepest):
+def active_blades(
+    lanes: tuple, contact: Any, state: Any, spatial: Spatial, deepest: np.ndarray
+) -> tuple[int, int]:
     """List the points of all blades that may carry a force in any lane (state.active, modified).
 
-    Returns the number of such blades and of their points. The list goes on with points that are
-    in it, so that tiles have something to read.
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+
+    Returns
+    -------
+    n_blades : int
+        Active blades.
+    n_active : int
+        Their points. The list goes on with points that are in it, so that tiles have something
+        to read.
     """
     threshold = nearness(lanes, contact, deepest)
     n_blades = n_active = 0
@@ -141,8 +187,16 @@ def active_blades(lanes, contact, state, spatial, deepest):
 
 
 @compiled
-def turn_friction(lanes, scheme, state, spatial, n_active):
-    """Directions of slip of the active points in the step before (spatial is modified)."""
+def turn_friction(lanes: tuple, scheme: Any, state: Any, spatial: Spatial, n_active: int) -> None:
+    """Directions of slip of the active points in the step before (spatial is modified).
+
+    Parameters
+    ----------
+    lanes, scheme, state, spatial
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+    """
     for first in range(0, n_active, TILE):
         points = indices(MANY_CONTACTS, state.active, first)
         way = tile_splat(MANY_CONTACTS, splat(lanes, 0.0))
@@ -164,8 +218,20 @@ def turn_friction(lanes, scheme, state, spatial, n_active):
 
 
 @compiled
-def turned_delassus(lanes, contact, state, spatial, deepest, n_active):
-    """Delassus operator of the active points for their friction (contact, state modified)."""
+def turned_delassus(
+    lanes: tuple, contact: Any, state: Any, spatial: Spatial, deepest: np.ndarray, n_active: int
+) -> None:
+    """Delassus operator of the active points for their friction (contact, state modified).
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+    n_active : int
+        Entries of `State.active` that count.
+    """
     n_rows = state.penetration.shape[0]
     n_points = n_rows - 1
     n_pairs = n_points * n_points
@@ -196,10 +262,21 @@ def turned_delassus(lanes, contact, state, spatial, deepest, n_active):
 
 
 @compiled
-def solve_blades(lanes, contact, state, spatial, deepest, n_blades):
+def solve_blades(
+    lanes: tuple, contact: Any, state: Any, spatial: Spatial, deepest: np.ndarray, n_blades: int
+) -> None:
     """Multipliers of all active points, blade by blade (state and spatial are modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+    n_blades : int
+        Active blades.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
@@ -240,8 +317,22 @@ def solve_blades(lanes, contact, state, spatial, deepest, n_blades):
 
 
 @compiled
-def left_by_others(lanes, contact, state, spatial, n_blades, blade, i):
-    """Penetration of point i that the forces on the other active blades leave [m]."""
+def left_by_others(
+    lanes: tuple, contact: Any, state: Any, spatial: Spatial, n_blades: int, blade: int, i: int
+) -> np.ndarray:
+    """Penetration (L,) of a point that the forces on the other active blades leave [m].
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    n_blades : int
+        Active blades.
+    blade : int
+        Place among the active blades of that of the point.
+    i : int
+        Contact point.
+    """
     n_rows = state.penetration.shape[0]
     depth = load(lanes, state.penetration, i)
     for b in range(n_blades):
@@ -254,8 +345,21 @@ def left_by_others(lanes, contact, state, spatial, n_blades, blade, i):
 
 
 @compiled
-def choose(lanes, state, spatial, start, end):
-    """Points of a blade that touch in the guess of any lane (spatial.chosen, modified)."""
+def choose(lanes: tuple, state: Any, spatial: Spatial, start: int, end: int) -> int:
+    """Points of a blade that touch in the guess of any lane (spatial.chosen, modified).
+
+    Parameters
+    ----------
+    lanes, state, spatial
+        As in `kernel.integrate`.
+    start, end : int
+        Places in `State.active` of the first point of the blade and after the last.
+
+    Returns
+    -------
+    int
+        Points chosen.
+    """
     n = 0
     for a in range(start, end):
         i = state.active[a]
@@ -266,9 +370,18 @@ def choose(lanes, state, spatial, start, end):
 
 
 @compiled
-def solve_set(lanes, contact, state, spatial, n):
+def solve_set(lanes: tuple, contact: Any, state: Any, spatial: Spatial, n: int) -> None:
     """Forces of the chosen points that leave no gap at those that touch (spatial.right, modified).
 
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    n : int
+        Chosen points, the first of ``spatial.chosen``.
+
+    Notes
+    -----
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
     matrix, and its force 0.
     """
@@ -304,10 +417,36 @@ def solve_set(lanes, contact, state, spatial, n):
 
 
 @compiled
-def find_wrong(lanes, contact, state, spatial, start, end, n, limit, trying):
+def find_wrong(
+    lanes: tuple,
+    contact: Any,
+    state: Any,
+    spatial: Spatial,
+    start: int,
+    end: int,
+    n: int,
+    limit: np.ndarray,
+    trying: np.ndarray,
+) -> np.ndarray:
     """Mark the points whose force pulls, or that penetrate without one (spatial.wrong, modified).
 
-    Returns how many there are in each lane, of the lanes that are still ``trying``.
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    start, end : int
+        Places in `State.active` of the first point of the blade and after the last.
+    n : int
+        Chosen points, the first of ``spatial.chosen``.
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    trying : ndarray (L,) bool
+        Lanes whose set is not found yet; the others have no wrong points.
+
+    Returns
+    -------
+    ndarray (L,)
+        How many there are in each lane.
     """
     n_rows = state.penetration.shape[0]
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
@@ -330,8 +469,20 @@ def find_wrong(lanes, contact, state, spatial, start, end, n, limit, trying):
 
 
 @compiled
-def change_sides(lanes, state, spatial, start, end, all_at_once):
-    """Let points of the wrong sign change sides, all or only the last (spatial.touching)."""
+def change_sides(
+    lanes: tuple, state: Any, spatial: Spatial, start: int, end: int, all_at_once: bool
+) -> None:
+    """Let points of the wrong sign change sides (spatial.touching, modified).
+
+    Parameters
+    ----------
+    lanes, state, spatial
+        As in `kernel.integrate`.
+    start, end : int
+        Places in `State.active` of the first point of the blade and after the last.
+    all_at_once : bool
+        Whether all change sides, or only the last.
+    """
     one, free = splat(lanes, 1.0), splat(lanes, 1.0)
     for back in range(end - start):
         a = end - 1 - back
@@ -344,12 +495,42 @@ def change_sides(lanes, state, spatial, start, end, all_at_once):
 
 
 @compiled
-def solve_blade(lanes, contact, state, spatial, start, end, limit, solving):
-    """Multipliers of one blade in the lanes ``solving`` (state.multiplier, spatial are modified).
+def solve_blade(
+    lanes: tuple,
+    contact: Any,
+    state: Any,
+    spatial: Spatial,
+    start: int,
+    end: int,
+    limit: np.ndarray,
+    solving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of one blade (state.multiplier, spatial are modified).
 
-    On entry ``state.depth`` holds what the other blades leave of the penetrations. On return
-    ``spatial.wrong`` holds the multipliers from before. Returns how many sets were tried and 1 for
-    lanes in which none was right.
+    Parameters
+    ----------
+    lanes, contact, spatial
+        As in `kernel.integrate`.
+    state : State
+        On entry ``depth`` holds what the other blades leave of the penetrations [m].
+    start, end : int
+        Places in `State.active` of the first point of the blade and after the last.
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    solving : ndarray (L,) bool
+        Lanes to solve; the others keep their multipliers.
+
+    Returns
+    -------
+    tried : ndarray (L,)
+        Sets that were tried.
+    unfinished : ndarray (L,)
+        1 for lanes in which none was right, else 0.
+
+    Notes
+    -----
+    On return ``spatial.wrong`` holds the multipliers from before. Principal pivoting: Júdice and
+    Pires (1994).
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     n, trying, tried = 0, solving, zero
@@ -374,10 +555,17 @@ def solve_blade(lanes, contact, state, spatial, start, end, limit, solving):
 
 
 @compiled
-def solve_stuck(lanes, contact, state, spatial, n_blades):
+def solve_stuck(lanes: tuple, contact: Any, state: Any, spatial: Spatial, n_blades: int) -> None:
     """Multipliers of the lanes marked in ``spatial.right`` by pivoting (state is modified).
 
     Only blades near the casing in the lane itself take part: others' would change its rounding.
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    n_blades : int
+        Active blades.
     """
     n_rows = state.penetration.shape[0]
     n_active = spatial.blades[n_blades]
@@ -406,10 +594,20 @@ def solve_stuck(lanes, contact, state, spatial, n_blades):
 
 
 @compiled
-def turned_forces(lanes, contact, state, spatial, n_active):
+def turned_forces(lanes: tuple, contact: Any, state: Any, spatial: Spatial, n_active: int) -> int:
     """Normal, circumferential and axial forces of the multipliers (state is modified).
 
-    Points without a force in any lane are left out; returns the rows that remain.
+    Parameters
+    ----------
+    lanes, state, spatial
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+
+    Returns
+    -------
+    int
+        Rows of ``state.multiplier`` that count, without those of no force in any lane.
     """
     n_points = state.penetration.shape[0] - 1
     mu, n = splat(lanes, spatial.friction), 0

@@ -14,7 +14,9 @@ from hpcrub.contact import status
 from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import advance, correct, raise_bumps
+from hpcrub.contact.kernel import Contact, Scheme, State, advance, correct, raise_bumps
+from hpcrub.contact.polar import Polar
+from hpcrub.contact.spatial import Spatial
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import Motion, Scene, cut_revolution, judge, speed_bands
 
@@ -34,11 +36,29 @@ class Piece(NamedTuple):
 
 
 @compiled
-def trace(lanes, scheme, contact, state, polar, spatial, position, force, stride):
-    """Steps over the bump table once (state, position, force are modified).
+def trace(
+    lanes: tuple,
+    scheme: Scheme,
+    contact: Contact,
+    state: State,
+    polar: Polar,
+    spatial: Spatial | tuple[()],
+    position: np.ndarray,
+    force: np.ndarray,
+    stride: int,
+) -> None:
+    """Take every lane over the bump table once (state, position, force are modified).
 
-    position (R, K, L): modal coordinates after every ``stride``-th step; force (R, F, L), zero on
-    entry: sums of the multipliers of the steps of a record.
+    Parameters
+    ----------
+    lanes, scheme, contact, state, polar, spatial
+        As in `kernel.integrate`.
+    position : ndarray (R, K, L)
+        Modal coordinates after every ``stride``-th step [m·√kg].
+    force : ndarray (R, F, L)
+        Sums of the multipliers over the steps of a record [N]; zero on entry.
+    stride : int
+        Steps from one record to the next.
     """
     n_active = 0
     rising = True
