@@ -271,7 +271,7 @@ def test_modes_too_fast_for_the_step_do_not_look_slow():
 
 def test_the_rule_for_fast_modes_is_of_second_order(monkeypatch):
     monkeypatch.setattr(recurrence, "LARGEST_PHASE", 0.0)
-    steps = np.array([500, 1000, 2000, 4000])
+    steps = np.array([2000, 4000, 8000, 16000])
     errors = [released("exact_modal", n) for n in steps]
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 1.95 < order < 2.05
