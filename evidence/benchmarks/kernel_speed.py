@@ -138,7 +138,7 @@ def peak_bandwidth(n_bytes):
 def touched(bank):
     """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
     s = bank.scheme
-    read = s.normal, s.load, s.decay, s.restoring, bank.state.position, bank.state.increment
+    read = s.normal, s.load, s.decay, s.squared, s.gain, bank.state.position, bank.state.increment
     return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
 
 

@@ -100,7 +100,7 @@ def open_lane(books, bank, lane):
     books.increment[:, lane] = d
     for values in (books.slack, books.energy, books.work, books.unexplained, books.negative):
         values[..., lane] = 0.0
-    squared = bank.scheme.restoring[:, lane] / gain
+    squared = bank.scheme.squared
     books.first[0, lane] = np.sum(books.inertia[:, lane] * d**2 + squared * q * (q - d) / 2.0)
     books.energy[-1, lane] = books.first[0, lane]
     for back, place in ((1, 0), (0, 1)):
@@ -161,9 +161,7 @@ def account(lanes, scheme, state, polar, step, n_active, books):
             q, d = state.position[k, lane], state.increment[k, lane]
             moved = d + books.increment[k, lane]
             kinetic = books.inertia[k, lane] * d * d
-            inverse_gain = 4.0 * books.inertia[k, lane] / (1.0 + scheme.decay[k, lane])
-            squared = scheme.restoring[k, lane] * inverse_gain
-            books.energy[row, lane] += kinetic + squared * q * (q - d) / 2.0
+            books.energy[row, lane] += kinetic + scheme.squared[k] * q * (q - d) / 2.0
             work[DAMPING, lane] += books.loss[k, lane] * moved * moved
             books.moved[k, lane] = moved
             books.increment[k, lane] = d

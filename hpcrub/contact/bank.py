@@ -55,7 +55,7 @@ class Bank(NamedTuple):
 
 # Members that have one column (or one number) per lane
 LANE_MEMBERS = {
-    Scheme: ("decay", "gain", "restoring", "step"),
+    Scheme: ("decay", "gain", "squared", "step"),
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
@@ -67,8 +67,11 @@ LANE_MEMBERS = {
 def _take(group, lanes):
     if not group:
         return group
-    members = LANE_MEMBERS[type(group)]
-    return group._replace(**{name: _aligned(getattr(group, name)[..., lanes]) for name in members})
+    members = set(LANE_MEMBERS[type(group)])
+    if isinstance(group, Scheme) and group.squared.ndim == 1:  # all lanes share it
+        members.remove("squared")
+    taken = {name: _aligned(getattr(group, name)[..., lanes]) for name in members}
+    return group._replace(**taken)
 
 
 def allocate(
@@ -141,7 +144,7 @@ def _allocate_scheme(modes, scene, grid, width):
         load=_aligned(np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
-        restoring=aligned_zeros((n_modes, width)),
+        squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else modes.omega**2,
         clearance=_aligned(clearance),
         step=np.zeros(width),
         bump=_aligned(_columns(bump.T)),
@@ -254,7 +257,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
         Index of the lane.
     """
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.decay, scheme.gain, scheme.restoring, *bank.contact):
+    for array in (scheme.decay, scheme.gain, *bank.contact):
         array[:, lane] = 0.0
     if bank.spatial:
         bank.spatial.before[:, lane] = bank.spatial.touching[:, lane] = 0.0
@@ -284,7 +287,8 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
         scene.scheme, modes.omega, scene.damping_ratio, h
     )
-    scheme.restoring[:, lane] = modes.omega**2 * scheme.gain[:, lane]
+    if scheme.squared.ndim == 2:
+        scheme.squared[:, lane] = modes.omega**2
     scheme.step[lane] = h
     motion = np.stack([modes.normal.T, modes.tangential.T])
     gain = scheme.gain[:, lane]

@@ -28,6 +28,7 @@ from hpcrub.contact.lanes import (
     indices,
     larger,
     load,
+    per_lane,
     splat,
     store,
     tile_add,
@@ -71,7 +72,8 @@ class Scheme(NamedTuple):
     load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1), spatial: (K, 3C + 1)
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
-    restoring: np.ndarray  # ω² gain (K, L) [-], ω of the lane's own speed of rotation
+    # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
+    squared: np.ndarray
     clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]; polar: zero
@@ -154,7 +156,7 @@ def predict(
             d = d + kick
         if len(spatial) > 0:
             remember(spatial, k, d)
-        d = load(lanes, scheme.decay, k) * d - load(lanes, scheme.restoring, k) * q
+        d = load(lanes, scheme.decay, k) * d - (gain * per_lane(lanes, scheme.squared, k)) * q
         if loaded:
             d = d + splat(lanes, scheme.external[step, k]) * gain
         q = q + d

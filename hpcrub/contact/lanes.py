@@ -53,6 +53,11 @@ def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
     return array[row].copy()
 
 
+def per_lane(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
+    """Row ``row`` of a lane array, or the number at ``row`` of one that all lanes share."""
+    return np.full(len(lanes), array[row]) if array.ndim == 1 else array[row].copy()
+
+
 def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
     """Write ``vector`` to row ``row`` of a lane array (modified)."""
     array[row] = vector
@@ -210,6 +215,14 @@ def _compile_operator(operation, emitted):
         if isinstance(a, simd.LaneVector) and isinstance(b, simd.LaneVector):
             return lambda a, b: emitted(a, b)
         return None
+
+
+@overload(per_lane, strict=False)
+def _typed_per_lane(lanes, array, row):
+    """Which of the two it is, the compiler knows from the array's type."""
+    if array.ndim == 1:
+        return lambda lanes, array, row: simd.splat(lanes, array[row])
+    return lambda lanes, array, row: simd.load(lanes, array, row)
 
 
 for _plain in (

@@ -42,7 +42,7 @@ def audit(bank, n_steps):
     scheme, state = bank.scheme, bank.state
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
-    spring = scheme.restoring * inverse / 2.0
+    spring = scheme.squared[:, None] / 2.0
     q, d = state.position.copy(), state.increment.copy()
     start = state.n_steps.copy()
     gap_before, gap = _gap(bank, q - d, start, -1), _gap(bank, q, start, 0)
