@@ -173,7 +173,6 @@ def _allocate_state(scheme, width):
         penetration=aligned_zeros((n_points + 1, width)),
         multiplier=aligned_zeros((n_forces, width)),
         depth=aligned_zeros((n_points + 1, width)),
-        kick=aligned_zeros((n_modes, width)),
         active=np.full(n_forces + TILE, n_forces - 1),
         ramp=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),

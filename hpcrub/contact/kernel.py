@@ -98,7 +98,6 @@ class State(NamedTuple):
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; (2C + 1, L), (3C + 1, L)
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
-    kick: np.ndarray  # (K, L), work space of `correct`
     active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
     ramp: np.ndarray  # (1, L) factor of the bumps, s(t) [-]
     n_steps: np.ndarray  # (L,) steps done since the start of each lane
@@ -207,14 +206,13 @@ def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     """
     if n_active == 0:
         return
-    for first in range(0, n_active, TILE):
-        columns = indices(MANY_CONTACTS, state.active, first)
-        forces = tile_gather(lanes, state.multiplier, columns)
-        for k in range(state.position.shape[0]):
-            kick = splat(lanes, 0.0) if first == 0 else load(lanes, state.kick, k)
-            store(state.kick, k, tile_dot(scheme.load, k, columns, forces, kick))
     for k in range(state.position.shape[0]):
-        kick = load(lanes, state.kick, k) * load(lanes, scheme.gain, k)
+        kick = splat(lanes, 0.0)
+        for first in range(0, n_active, TILE):
+            columns = indices(MANY_CONTACTS, state.active, first)
+            forces = tile_gather(lanes, state.multiplier, columns)
+            kick = tile_dot(scheme.load, k, columns, forces, kick)
+        kick = kick * load(lanes, scheme.gain, k)
         store(state.position, k, load(lanes, state.position, k) + kick)
         store(state.increment, k, load(lanes, state.increment, k) + kick)
 
