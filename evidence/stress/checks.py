@@ -8,8 +8,8 @@ import numpy as np
 from evidence.stress import marches, operators
 from evidence.stress.corners import build
 from evidence.stress.marches import STEEPEST
+from hpcrub.contact import arrays, kernel, status
 from hpcrub.contact import bank as banks
-from hpcrub.contact import kernel, status
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import bump_height, bump_table
@@ -110,7 +110,7 @@ def follow(modes, scene, speeds, result):
     if not len(steady) or total * rows * WIDTH * 8 > 4e8:
         return 0, 0, []
     bank = banks.allocate(modes, scene, grid, WIDTH, speeds)
-    record = kernel.Record(
+    record = arrays.Record(
         aligned_zeros((total * rows, WIDTH)), aligned_zeros((total * n_points, WIDTH))
     )
     kernel.integrate((0,) * WIDTH, *bank._replace(record=record), total, 0, grid.stride)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import kernel
+from hpcrub.contact import arrays, kernel
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.mistuning import stiffness_deviation
@@ -62,7 +62,7 @@ def of_speeds(modes, scene, grid, speeds, level, sample):
     n_blocks = int(DURATION * speeds.min() * per_revolution)
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     n_points, n_records = bank.scheme.observed.shape[1], grid.steps_per_block // grid.stride
-    record = kernel.Record(
+    record = arrays.Record(
         aligned_zeros((n_blocks * n_records * n_points, WIDTH)),
         aligned_zeros((n_blocks * n_points, WIDTH)),
     )

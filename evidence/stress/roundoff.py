@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub.contact import kernel
+from hpcrub.contact import arrays, kernel
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.mistuning import stiffness_deviation
@@ -57,7 +57,7 @@ def _march(modes, scene, grid, speeds, nudge):
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     bank.state.position[0] += nudge
     n_points, n_records = bank.scheme.observed.shape[1], grid.steps_per_block // grid.stride
-    record = kernel.Record(
+    record = arrays.Record(
         aligned_zeros((n_last * n_records * n_points, WIDTH)),
         aligned_zeros((n_last * n_points, WIDTH)),
     )

@@ -14,7 +14,7 @@ import time
 import numpy as np
 from scipy.linalg import eigh
 
-from hpcrub.contact import kernel
+from hpcrub.contact import arrays, kernel
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.complementarity import SWEEPS
 from hpcrub.contact.multipliers import TOLERANCE
@@ -107,7 +107,7 @@ def integrate(data, step, turning=True):
     turned = 2.0 * np.pi * np.arange(1, n_steps + 1) / n_steps
     x = (np.mod(turned[:, None] + data["phi"], np.pi) / np.pi - 0.5) / 0.15
     bumps = 2.0 * float(data["gmean_mm"]) * np.exp(-(x**2))
-    record = kernel.Record(
+    record = arrays.Record(
         np.zeros((REVOLUTIONS * n_steps * 12, 1)), np.zeros((REVOLUTIONS * 12, 1))
     )
     bank = bank._replace(record=record)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from evidence.validation import report
-from hpcrub.contact import kernel
+from hpcrub.contact import arrays, kernel
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model.elements import frame_element, rectangular_beam
 from tests.truth.events import Reference, fixed_wall
@@ -58,7 +58,7 @@ def computed(n_modes, scheme_name, n_steps, n_records):
     bank = make_bank(structure, scheme_name, [step], GAP, n_rows)
     start_free(bank, structure, q, v, [step])
     n_points, width = bank.contact.stiffness.shape
-    record = kernel.Record(*(aligned_zeros((n_records * n_points, width)) for _ in range(2)))
+    record = arrays.Record(*(aligned_zeros((n_records * n_points, width)) for _ in range(2)))
     kernel.integrate((0,) * width, *bank._replace(record=record), n_records, 0, n_rows)
     recorded = record.history.reshape(n_records, n_points, width)[:, 0, 0]
     return np.concatenate([[structure.radial @ q], recorded])

@@ -79,7 +79,7 @@ def audit(bank, n_blocks):
     """Integrate a Bank in time, at the start of its table, and account for its energy.
 
     Args:
-        bank: bank.Bank (modified).
+        bank: arrays.Bank (modified).
         n_blocks: how far.
 
     Returns:

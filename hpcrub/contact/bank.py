@@ -2,17 +2,15 @@
 
 import math
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from hpcrub.contact import complementarity
+from hpcrub.contact.arrays import Bank, Contact, Polar, Record, Scheme, Spatial, State
 from hpcrub.contact.complementarity import FLAW
-from hpcrub.contact.kernel import Contact, Record, Scheme, State
-from hpcrub.contact.lanes import TILE, aligned_zeros
-from hpcrub.contact.polar import Polar
+from hpcrub.contact.lanes import TILE, aligned, aligned_zeros
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.contact.spatial import Spatial
 from hpcrub.contact.status import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.model.casing import bump_table
 from hpcrub.model.reduction import Modes
@@ -36,42 +34,6 @@ def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarr
         [m/N].
     """
     return (motion * gain[:, None]).T @ load
-
-
-class Bank(NamedTuple):
-    """The lanes that run together: everything `kernel.integrate` works on."""
-
-    scheme: Scheme
-    contact: Contact
-    state: State
-    record: Record
-    polar: Polar
-    spatial: Spatial | tuple[()]  # empty for a disk without axial motion
-
-    def take(self, lanes: slice | np.ndarray) -> "Bank":
-        """A Bank with copies of some of the lanes only."""
-        return Bank(*(_take(group, lanes) for group in self))
-
-
-# Members that have one column (or one number) per lane
-LANE_MEMBERS = {
-    Scheme: ("decay", "gain", "squared", "step"),
-    Contact: Contact._fields,
-    State: tuple(name for name in State._fields if name != "active"),
-    Record: Record._fields,
-    Spatial: ("compliance", "before", "cosine", "sine", "touching", "factor", "right", "wrong"),
-    Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
-}
-
-
-def _take(group, lanes):
-    if not group:
-        return group
-    members = set(LANE_MEMBERS[type(group)])
-    if isinstance(group, Scheme) and group.squared.ndim == 1:  # all lanes share it
-        members.remove("squared")
-    taken = {name: _aligned(getattr(group, name)[..., lanes]) for name in members}
-    return group._replace(**taken)
 
 
 def allocate(
@@ -138,16 +100,16 @@ def _allocate_scheme(modes, scene, grid, width):
     clearance[0, : len(modes.normal)] = 0.0 if polar else scene.clearance + interface.clearance
     n_modes = len(modes.omega)
     return Scheme(
-        normal=_aligned(normal),
-        tangential=_aligned(_columns(modes.tangential)),
-        observed=_aligned(_columns(modes.observed)),
-        load=_aligned(np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))),
+        normal=aligned(normal),
+        tangential=aligned(_columns(modes.tangential)),
+        observed=aligned(_columns(modes.observed)),
+        load=aligned(np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else modes.omega**2,
-        clearance=_aligned(clearance),
+        clearance=aligned(clearance),
         step=np.zeros(width),
-        bump=_aligned(_columns(bump.T)),
+        bump=aligned(_columns(bump.T)),
         external=np.zeros((0, n_modes)),
         ramp_time=scene.ramp_time,
         shortcuts=scene.shortcuts,
@@ -231,7 +193,7 @@ def _allocate_spatial(scene, grid, modes, width):
         starts=starts,
         way=way,
         friction=scene.friction,
-        axial=_aligned(axial),
+        axial=aligned(axial),
         compliance=aligned_zeros((3 * n_points**2, width)),
         before=aligned_zeros((n_modes, width)),
         cosine=aligned_zeros((n_points, width)),
@@ -426,9 +388,3 @@ def _polar_reach(W, friction):
         return np.inf
     np.fill_diagonal(size, 0.0)
     return _reach(size.sum(axis=1).max() / smallest)
-
-
-def _aligned(values):
-    array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
-    array[...] = values
-    return array

@@ -12,7 +12,7 @@ import numpy as np
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.status import JAMMING, NONE, NOT_FINITE, NOT_UNIQUE, UNPROVEN
 
-SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `kernel.State.report`
+SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `arrays.State.report`
 MOST_MINORS = 14  # points up to which all principal minors are looked at: 2^14 of them
 PIVOTS = 20  # allowed to `pivot` per row; one or two are usual
 SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest penetration

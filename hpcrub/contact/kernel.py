@@ -15,10 +15,9 @@ The corrector of a step is applied on the way through the next predictor, so tha
 and writes the modal state once. What one lane computes never depends on the other lanes.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from hpcrub.contact.arrays import Contact, Polar, Record, Scheme, Spatial, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
@@ -39,79 +38,13 @@ from hpcrub.contact.lanes import (
     tile_store,
 )
 from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACTS, candidates, solve
-from hpcrub.contact.polar import Polar, displaced_delassus, displaced_depths, displaced_forces
-from hpcrub.contact.spatial import Spatial, find_forces, remember
+from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
+from hpcrub.contact.spatial import find_forces, remember
 from hpcrub.model import casing
 
 bump_ramp = compiled(casing.ramp)
 
 NO_CONTACTS = ()
-
-
-class Shortcuts(NamedTuple):
-    """Work that is left out where it cannot matter; none of them changes a bit of the result."""
-
-    nothing_touches: bool = True  # no run where no bump reaches the tips: its time is 0
-    no_contact: bool = True  # no multipliers where nothing penetrates
-    candidates: bool = True  # only the points that may carry a force
-    ramped: bool = True  # no bump ramp after its time
-    windows: bool = True  # nothing observed outside the windows that are compared
-    narrow: bool = True  # half the lanes when a sweep runs dry
-
-
-class Scheme(NamedTuple):
-    """What the steps read.
-
-    K modes, L lanes, C contact points and O observed displacements, both padded to multiples of
-    TILE.
-    """
-
-    normal: np.ndarray  # R (K, C) [1/√kg]
-    tangential: np.ndarray  # T (K, C)
-    observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
-    load: np.ndarray  # G (K, C + 1), last column zero; polar: (K, 2C + 1), spatial: (K, 3C + 1)
-    decay: np.ndarray  # (K, L) [-]
-    gain: np.ndarray  # (K, L) [s²]
-    # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
-    squared: np.ndarray
-    clearance: np.ndarray  # (1, C) [m]; infinite for padding; polar: else zero
-    step: np.ndarray  # h (L,) [s]; zero for an idle lane
-    bump: np.ndarray  # (P, C) [m]; polar: zero
-    external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
-    ramp_time: float  # [s]
-    shortcuts: Shortcuts
-
-
-class Contact(NamedTuple):
-    """The Delassus operator W; constant for small kinematics, renewed at each step for polar."""
-
-    coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
-    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
-
-
-class State(NamedTuple):
-    """What the steps modify."""
-
-    position: np.ndarray  # q (K, L) [m·√kg]
-    increment: np.ndarray  # d (K, L)
-    penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
-    multiplier: np.ndarray  # λ (C + 1, L) [N]; the last row stays zero; (2C + 1, L), (3C + 1, L)
-    depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver
-    active: np.ndarray  # rows of `multiplier` that count, then the number of the last row
-    ramp: np.ndarray  # (1, L) factor of the bumps, s(t) [-]
-    n_steps: np.ndarray  # (L,) steps done since the start of each lane
-    # of the multiplier solver (4, L): SWEEPS, the most of a step, 0 before any contact; STUCK, 1
-    # where those of this step did not converge; UNSOLVED, 1 where multipliers were not found; FLAW
-    # of the Delassus operator, code of ``status``. One array: the kernel's calls pay for each.
-    report: np.ndarray
-
-
-class Record(NamedTuple):
-    """Where observed displacements u go: a ring of B blocks, each of M records."""
-
-    history: np.ndarray  # (B·M·O, L) [m]
-    peak: np.ndarray  # (B·O, L) largest |u| of a block [m]
 
 
 @compiled(inline=True)

@@ -43,6 +43,13 @@ def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
     return raw[start : start + n_bytes].view(np.float64).reshape(shape)
 
 
+def aligned(values: np.ndarray) -> np.ndarray:
+    """A copy on a cache-line boundary."""
+    array = aligned_zeros(values.shape).astype(values.dtype, copy=False)
+    array[...] = values
+    return array
+
+
 def splat(lanes: tuple, x: float) -> np.ndarray:
     """The number ``x`` in every lane."""
     return np.full(len(lanes), x)

@@ -5,10 +5,9 @@ converged is frozen, sums run in the order of the contact points, and points tha
 another lane only add exact zeros: no lane sees another.
 """
 
-from typing import Any
-
 import numpy as np
 
+from hpcrub.contact.arrays import Contact, State
 from hpcrub.contact.complementarity import STUCK, SWEEPS, UNSOLVED, solve_by_pivoting
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
@@ -41,7 +40,9 @@ TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
 @compiled(inline=True)
-def candidates(lanes: tuple, contact: Any, state: Any, deepest: np.ndarray, shortcut: bool) -> int:
+def candidates(
+    lanes: tuple, contact: Contact, state: State, deepest: np.ndarray, shortcut: bool
+) -> int:
     """List the points that may carry a force in any lane (state.active, modified).
 
     Parameters
@@ -90,7 +91,12 @@ def unsettled(
 
 @compiled(inline=True)
 def solve_few(
-    lanes: tuple, slots: tuple, contact: Any, state: Any, limit: np.ndarray, changing: np.ndarray
+    lanes: tuple,
+    slots: tuple,
+    contact: Contact,
+    state: State,
+    limit: np.ndarray,
+    changing: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
@@ -129,7 +135,12 @@ def solve_few(
 
 @compiled
 def solve_many(
-    lanes: tuple, contact: Any, state: Any, n_active: int, limit: np.ndarray, changing: np.ndarray
+    lanes: tuple,
+    contact: Contact,
+    state: State,
+    n_active: int,
+    limit: np.ndarray,
+    changing: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of any number of active points, bit for bit as `solve_few`.
 
@@ -179,7 +190,7 @@ def solve_many(
 
 
 @compiled
-def solve_stuck(lanes: tuple, contact: Any, state: Any, n_active: int) -> None:
+def solve_stuck(lanes: tuple, contact: Contact, state: State, n_active: int) -> None:
     """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
 
     Only points within the lane's own reach take part: others' would change its rounding.
@@ -212,7 +223,7 @@ def solve_stuck(lanes: tuple, contact: Any, state: Any, n_active: int) -> None:
 
 
 @compiled(inline=True)
-def solve(lanes: tuple, contact: Any, state: Any, deepest: np.ndarray, n_active: int) -> None:
+def solve(lanes: tuple, contact: Contact, state: State, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
     Parameters

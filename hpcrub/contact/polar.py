@@ -10,36 +10,20 @@ of it.
 """
 
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.arrays import Contact, Polar, Scheme, State
 from hpcrub.contact.complementarity import FLAW
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import TILE, TIPS, load, splat, store, tile_add, tile_splat, tile_store
 from hpcrub.contact.status import JAMMING
 
 
-class Polar(NamedTuple):
-    """Casing and compliance for displaced contact points; C of them (padded), L lanes."""
-
-    enabled: bool
-    angle: np.ndarray  # θ, of the real points only [rad]
-    radius: np.ndarray  # R, of the real points only [m]
-    pitch: float  # angle between bumps [rad]
-    height: float  # of the bumps [m]
-    clearance: np.ndarray  # of the real points only [m]
-    friction: float
-    turn: float  # rotation in one step [rad]
-    compliance: np.ndarray  # (4·C·C, L) motion a of i by force b on j, row (2a + b)·C² + i·C + j
-    tangential: np.ndarray  # (C, L) predicted u_t [m] (modified)
-    cosine: np.ndarray  # cos α (C, L) (modified)
-    sine: np.ndarray  # sin α (C, L) (modified)
-    deepest: np.ndarray  # (1, L) [m] (modified)
-
-
 @compiled
-def displaced_depths(lanes: tuple, scheme: Any, state: Any, polar: Polar, step: int) -> np.ndarray:
+def displaced_depths(
+    lanes: tuple, scheme: Scheme, state: State, polar: Polar, step: int
+) -> np.ndarray:
     """Penetrations and normals in the displaced position (state and polar are modified).
 
     Parameters
@@ -79,7 +63,9 @@ def displaced_depths(lanes: tuple, scheme: Any, state: Any, polar: Polar, step: 
 
 
 @compiled
-def displaced_delassus(lanes: tuple, contact: Any, state: Any, polar: Polar, n_active: int) -> None:
+def displaced_delassus(
+    lanes: tuple, contact: Contact, state: State, polar: Polar, n_active: int
+) -> None:
     """Delassus operator of the active points for their present normals (modified; state.report).
 
     Parameters
@@ -124,7 +110,7 @@ def displaced_delassus(lanes: tuple, contact: Any, state: Any, polar: Polar, n_a
 
 
 @compiled
-def displaced_forces(lanes: tuple, state: Any, polar: Polar, n_active: int) -> int:
+def displaced_forces(lanes: tuple, state: State, polar: Polar, n_active: int) -> int:
     """Turn the multipliers into radial and tangential forces (state is modified).
 
     Parameters

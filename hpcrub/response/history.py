@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact import status
+from hpcrub.contact.arrays import Contact, Polar, Scheme, Spatial, State
 from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import Contact, Scheme, State, advance, correct, raise_bumps
-from hpcrub.contact.polar import Polar
-from hpcrub.contact.spatial import Spatial
+from hpcrub.contact.kernel import advance, correct, raise_bumps
 from hpcrub.model.reduction import Modes
 from hpcrub.response.sweep import Motion, Scene, cut_revolution, judge, speed_bands
 

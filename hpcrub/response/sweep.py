@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hpcrub.contact import bank, kernel, status
+from hpcrub.contact import arrays, bank, kernel, status
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.model.interface import Interface, planar_interface
@@ -44,7 +44,7 @@ class Scene(NamedTuple):
     step: float = 1e-6  # [s], an upper bound
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
-    shortcuts: kernel.Shortcuts = kernel.Shortcuts()
+    shortcuts: arrays.Shortcuts = arrays.Shortcuts()
 
 
 class Motion(NamedTuple):
@@ -228,12 +228,12 @@ def can_touch(scene: Scene) -> bool:
     return scene.bump_height > scene.clearance + scene.interface.clearance.min()
 
 
-def judge(lanes: bank.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
+def judge(lanes: arrays.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
     Parameters
     ----------
-    lanes : bank.Bank
+    lanes : arrays.Bank
         After some integration.
     lane : int
         Index.

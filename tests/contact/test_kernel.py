@@ -15,7 +15,7 @@ import sys
 import numpy as np
 import pytest
 
-from hpcrub.contact import kernel, recurrence
+from hpcrub.contact import arrays, kernel, recurrence
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.recurrence import coefficients
@@ -37,7 +37,7 @@ def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     bank = allocate(modes, scene, grid, width, speeds)
     n_points, n_steps = bank.scheme.observed.shape[1], grid.steps_per_block
     bank = bank._replace(
-        record=kernel.Record(
+        record=arrays.Record(
             aligned_zeros((n_blocks * n_steps * n_points, width)),
             aligned_zeros((n_blocks * n_points, width)),
         )

@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcrub.contact import kernel, status
+from hpcrub.contact import arrays, kernel, status
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.lanes import aligned_zeros
@@ -54,7 +54,7 @@ def integrate(modes, scene, speeds, n_steps, width=8):
     bank = allocate(modes, scene, Grid(REVOLUTION, 1, 1), width, speeds)
     n_observed = bank.scheme.observed.shape[1]
     n_blocks = -(-n_steps // REVOLUTION)
-    record = kernel.Record(
+    record = arrays.Record(
         aligned_zeros((n_blocks * REVOLUTION * n_observed, width)),
         aligned_zeros((n_blocks * n_observed, width)),
     )

@@ -5,7 +5,7 @@ import pytest
 
 from evidence.validation import bouncing_bar as bar
 from evidence.validation.report import fitted_order
-from hpcrub.contact import kernel
+from hpcrub.contact import arrays, kernel
 from hpcrub.contact.lanes import aligned_zeros
 
 SCHEMES = ["central_difference", "exact_modal"]
@@ -73,7 +73,7 @@ def test_recorded_motion_is_that_of_the_single_steps():
     step = bar.critical_step(20) / 2.0
     n = int(2.0 / step)
     bank, _ = bar.falling_bank(20, "central_difference", step, n)
-    record = kernel.Record(aligned_zeros((12 * n, 8)), aligned_zeros((12, 8)))
+    record = arrays.Record(aligned_zeros((12 * n, 8)), aligned_zeros((12, 8)))
     kernel.integrate((0,) * 8, *bank._replace(record=record), 1, 0, 1)
     recorded = bar.HEIGHT + record.history.reshape(n, 12, 8)[:, 0, 0]
     _, u, _, force = bar.bounce(20, "central_difference", step, (n + 0.5) * step)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hpcrub.contact import kernel, status
-from hpcrub.contact.kernel import Shortcuts
+from hpcrub.contact.arrays import Shortcuts
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
 from hpcrub.model.interface import planar_interface

@@ -33,7 +33,7 @@ def audit(bank, n_steps):
     """Integrate a Bank in time, at the start of its table, and account for its energy.
 
     Args:
-        bank: bank.Bank (modified).
+        bank: arrays.Bank (modified).
         n_steps: how far.
 
     Returns:

@@ -42,7 +42,7 @@ def make_bank(structure, scheme_name, steps, clearance, n_rows=1):
         n_rows: rows of the bump table.
 
     Returns:
-        bank.Bank.
+        arrays.Bank.
     """
     modes = Modes.planar(structure.omega, structure.radial[None], structure.tangential[None])
     scene = Scene(
