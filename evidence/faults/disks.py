@@ -104,9 +104,9 @@ FAILING = """\
 import os, sys
 sys.path.insert(0, ROOT)
 from hpcrub.__main__ import main
-from hpcrub.results.storage import ResultFile
+from hpcrub.results import contact_file
 
-write, n_written = ResultFile.write_sample, 0
+write, n_written = contact_file.write_sample, 0
 
 def failing(file, *arguments):
     # from the second sample on, the descriptor is one of a disk without room
@@ -118,7 +118,7 @@ def failing(file, *arguments):
                 os.dup2(os.open("/dev/full", os.O_RDWR), int(number))
     write(file, *arguments)
 
-ResultFile.write_sample = failing
+contact_file.write_sample = failing
 sys.exit(main())
 """.replace("ROOT", repr(str(ROOT)))
 

@@ -23,6 +23,7 @@ mistuning: {{samples: {samples}}}
 # tasks that cost nothing: what is left is rank 0's work for each of them
 MESSAGES = """\
 import sys, time
+from hpcrub.results import contact_file
 from hpcrub.ranks import parallel, schedule
 
 schedule.SERVES_ONLY = 0
@@ -112,7 +113,7 @@ start = time.perf_counter()
 for i in range(n):
     at = 0, i * comm.size + comm.rank
     if not collective:
-        file.write_sample(*at, values)
+        contact_file.write_sample(file, *at, values)
         continue
     for name, value in values.items():
         dataset = file._datasets[f"samples/{name}"]

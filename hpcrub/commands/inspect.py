@@ -13,6 +13,7 @@ from hpcrub.config import schema as configuration
 from hpcrub.config.text import flatten, show
 from hpcrub.errors import InputError
 from hpcrub.ranks.progress import console
+from hpcrub.results import contact_file
 from hpcrub.results.layout import DONE, FAILED, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.files import open_result
@@ -81,7 +82,7 @@ def _program_lines(file: ResultFile, status: np.ndarray) -> Iterator[str]:
     done = np.atleast_2d(status) != PENDING
     for number, program in enumerate(programs):
         yield f"    {printable(program)}"
-        if not tasks and file.tuned() and file.read("tuned/computed_by") == number:
+        if not tasks and contact_file.read_tuned(file) and file.read("tuned/computed_by") == number:
             yield "      the tuned disk"
         for level, mine in enumerate(done & (row == number)):
             if mine.any():

@@ -21,7 +21,7 @@ from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.parallel import Team
-from hpcrub.results import ownership, storage
+from hpcrub.results import contact_file, ownership, storage
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import files, size
@@ -137,7 +137,7 @@ def _survey(out, paths, samples):
     origin, programs = defaultdict(set), []
     for path in paths:
         with files.open_result(path) as part:
-            mine, found = _whole_config(part, out, samples), part.tuned()
+            mine, found = _whole_config(part, out, samples), contact_file.read_tuned(part)
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
@@ -188,7 +188,7 @@ def _fill(path, parts_paths, found):
     """Write what the parts have into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
         if found.tuned:
-            whole.write_tuned(found.tuned)
+            contact_file.write_tuned(whole, found.tuned)
         for part_path in parts_paths:
             with files.open_result(part_path) as part:
                 _copy(part, whole, _rows(part, found.programs))

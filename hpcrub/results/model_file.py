@@ -5,10 +5,10 @@ import os
 import zipfile
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from hpcrub.errors import InputError, reason
+from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5", ".npz"
 
@@ -22,10 +22,7 @@ def read(path: str | Path) -> dict:
         if Path(path).suffix == ".npz":
             with np.load(path, allow_pickle=False) as file:
                 return {name: file[name] for name in file.files}
-        arrays: dict = {}
-        with h5py.File(path, "r", locking=False) as file:
-            file.visititems(lambda name, item: _take(arrays, name, item))
-        return arrays
+        return read_arrays(path)
     except (OSError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: no model file that can be read ({reason(error)})") from None
 
@@ -45,9 +42,7 @@ def write(path: str | Path, arrays: dict) -> None:
             with open(part, "wb") as file:
                 np.savez_compressed(file, **arrays)
         else:
-            with h5py.File(part, "w") as file:
-                for name, values in arrays.items():
-                    _put(file, name, np.asarray(values))
+            write_arrays(part, arrays)
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({reason(error)})") from None
@@ -60,18 +55,3 @@ def checksum(path: str | Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({reason(error)})") from None
-
-
-def _take(arrays, name, item):
-    if isinstance(item, h5py.Dataset):
-        text = h5py.check_string_dtype(item.dtype)
-        arrays[name] = np.array(item.asstr()[()]) if text else item[()]
-
-
-def _put(file, name, values):
-    if values.dtype.kind == "U":
-        file[name] = values.item()
-    elif values.ndim:
-        file.create_dataset(name, data=values, compression="gzip", compression_opts=9, shuffle=True)
-    else:
-        file[name] = values

@@ -11,7 +11,7 @@ How a file survives a kill at any moment:
 - All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
   open the file. With several ranks the `mpio` driver writes straight through; the serial driver
   buffers, hence its flushes.
-- The data of a sample is written before its status.
+- The data of a sample is written before its status (`contact_file`).
 """
 
 import contextlib
@@ -31,7 +31,7 @@ from hpcrub import __version__
 from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason
 from hpcrub.results import ownership, provenance
-from hpcrub.results.layout import NUMBER, READABLE, SAMPLE, TUNED, Dataset, Plan
+from hpcrub.results.layout import NUMBER, READABLE, Dataset, Plan
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `ownership.Lock` keeps a second writer off. Reading is done with HDF5's default, as by xarray: one
@@ -364,45 +364,6 @@ class ResultFile:
             return [f"unknown {self.written_by()}"]
         return [row.decode(errors="replace") for row in self.read("programs") if row]
 
-    def tuned(self) -> dict[str, Any] | None:
-        """Results of the tuned disk by name, None when they are not complete."""
-        names = {name: f"tuned/{name}" for name in TUNED}
-        values = {name: self.read(at) for name, at in names.items() if at in self}
-        return values if np.isfinite(values["linear_amplitude_m"]) else None
-
-    def write_tuned(self, values: dict[str, Any]) -> None:
-        """Write the results of the tuned disk, a dict by the names in `TUNED`; one rank."""
-        self.write(self._present("tuned", TUNED, {"computed_by": self.program} | values), ())
-
-    def write_sample(self, level: int, sample: int, values: dict[str, Any]) -> None:
-        """Write one sample, its status last; one rank.
-
-        values: by the names in `SAMPLE`, `status` included; others may be missing in a failed one.
-        Raises HpcrubError when the file cannot be written.
-        """
-        present = self._present("samples", SAMPLE, {"computed_by": self.program} | values)
-        status = {"samples/status": present.pop("samples/status")}
-        self.write(present, (level, sample))
-        self.write(status, (level, sample))
-
-    def _present(self, group, names, values):
-        """{dataset: value} of those that this file has, in the order of names."""
-        pairs = ((f"{group}/{name}", values[name]) for name in names if name in values)
-        return {name: value for name, value in pairs if name in self}
-
-    def write_statistics(self, kind: str, level: int, running: Any, intervals: Any) -> None:
-        """Write RunningPercentiles and Intervals of one level; one rank.
-
-        Blocks beyond its last become NaN.
-        """
-        lines = running._asdict() | intervals._asdict()
-        lines.pop("samples_seen")  # known since the file was laid out
-        for name, values in lines.items():
-            dataset = f"statistics/{kind}/{name}"
-            padded = np.full(self.shape(dataset)[1:], np.nan)
-            padded[:, : values.shape[1]] = values
-            self.write({dataset: padded}, (level,))
-
     def write(self, values: dict[str, Any], where: Any) -> None:
         """Write {dataset: values} at one place, in this order; one rank.
 
@@ -418,6 +379,31 @@ class ResultFile:
     def close(self) -> None:
         """Close the file; collective with several ranks."""
         self._file.close()
+
+
+def read_arrays(path: str | Path) -> dict[str, Any]:
+    """All datasets of any HDF5 file by name; text is a scalar of str. Raises OSError."""
+    arrays: dict[str, Any] = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset):
+            text = h5py.check_string_dtype(item.dtype)
+            arrays[name] = np.array(item.asstr()[()]) if text else item[()]
+
+    with h5py.File(path, "r", **SERIAL) as file:
+        file.visititems(take)
+    return arrays
+
+
+def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
+    """Write arrays by name into a new HDF5 file, compressed. Raises OSError."""
+    small = {"compression": "gzip", "compression_opts": 9, "shuffle": True}
+    with h5py.File(path, "w") as file:
+        for name, values in ((name, np.asarray(values)) for name, values in arrays.items()):
+            if values.dtype.kind == "U":
+                file[name] = values.item()
+            else:
+                file.create_dataset(name, data=values, **(small if values.ndim else {}))
 
 
 def _require_file(path):

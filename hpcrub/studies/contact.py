@@ -21,6 +21,7 @@ from hpcrub.ranks.parallel import PAUSE, Team
 from hpcrub.ranks.progress import Progress
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
+from hpcrub.results import contact_file
 from hpcrub.results.layout import DONE, FAILED, KINDS, LAYOUT, PENDING, SCALES
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import (
@@ -257,7 +258,7 @@ class MonteCarlo:
         except BAD_NUMBERS as error:
             message = _words(error)
         began = time.perf_counter()
-        self.file.write_sample(task.level, task.sample, values)
+        contact_file.write_sample(self.file, task.level, task.sample, values)
         ended = time.perf_counter()
         return Outcome(
             status=values["status"],
@@ -370,7 +371,7 @@ class MonteCarlo:
         for kind in KINDS:
             for level, parts in enumerate(self._running(kind, running_statistics)):
                 cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
-                self.file.write_statistics(kind, level, *cut)
+                contact_file.write_statistics(self.file, kind, level, *cut)
 
 
 def _words(error):

@@ -11,6 +11,7 @@ from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes
 from hpcrub.ranks.schedule import Tuned, most_parts, n_parts
 from hpcrub.response.sweep import SweepResult
+from hpcrub.results import contact_file
 from hpcrub.studies.amplification import Reference, linear_amplitude, peak, point_values
 from hpcrub.studies.problem import Problem
 from hpcrub.studies.samples import modes_of
@@ -64,7 +65,7 @@ class TunedDisk:
 
     def take_stock(self) -> None:
         """Take up the results that are there."""
-        if tuned := self.file.tuned():
+        if tuned := contact_file.read_tuned(self.file):
             linear = tuned["linear_amplitude_m"]
             self.reference = Reference(float(tuned["reference_amplitude_m"]), float(linear))
 
@@ -95,7 +96,7 @@ class TunedDisk:
         values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
         values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
         values["linear_amplitude_m"] = linear_amplitude(self.config, self.problem, modes)
-        self.file.write_tuned(values)
+        contact_file.write_tuned(self.file, values)
         return Reference(values["reference_amplitude_m"], values["linear_amplitude_m"])
 
     def check(self) -> None:

@@ -16,7 +16,7 @@ from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.results import ownership, provenance
+from hpcrub.results import contact_file, ownership, provenance
 from hpcrub.results.layout import DONE, PENDING
 from hpcrub.studies import files, samples
 from hpcrub.studies import problem as study
@@ -161,7 +161,7 @@ def test_parts_that_have_not_begun(folder):
         files.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
     assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     file = open_result("whole.h5")
-    assert file.tuned() is None
+    assert contact_file.read_tuned(file) is None
     file.close()
     assert run("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")

@@ -11,7 +11,7 @@ from evidence.scaling.costs import Costs
 from hpcrub.commands import run as cli
 from hpcrub.ranks import runlog
 from hpcrub.ranks.schedule import Assignments, StudyTasks, Tasks, Tuned, most_parts, n_parts
-from hpcrub.results import storage
+from hpcrub.results import contact_file
 
 
 def fake_costs(n=5, most=6):
@@ -158,12 +158,12 @@ def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd, kind):
 
 
 def test_the_measured_statistics_are_those_of_all_levels_and_kinds(monkeypatch):
-    written, write = [], storage.ResultFile.write_statistics
+    written, write = [], contact_file.write_statistics
 
     def counted(file, kind, level, *values):
         written.append((kind, level))
         write(file, kind, level, *values)
 
-    monkeypatch.setattr(storage.ResultFile, "write_statistics", counted)
+    monkeypatch.setattr(contact_file, "write_statistics", counted)
     growth.statistics_written(20)
     assert written == [(kind, level) for kind in ("contact", "linear") for level in range(4)]

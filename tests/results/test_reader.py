@@ -14,7 +14,7 @@ import hpcrub
 from hpcrub.commands import export
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.results import layout
+from hpcrub.results import contact_file, layout
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import STUDIES, files
 from tests.program import ROOT, TINY
@@ -32,10 +32,10 @@ def any_study(request, tmp_path, monkeypatch):
         source = tmp_path / "source.h5"
         files.lay_out(source, config.Config.from_yaml(TINY))
         with ResultFile(source, mode="r+") as file:
-            file.write_tuned({name: 1.0 for name in layout.TUNED if name[0] != "c"})
+            contact_file.write_tuned(file, {name: 1.0 for name in layout.TUNED if name[0] != "c"})
             for level, sample in np.ndindex(2, 2):
                 numbers = {"deviation": np.zeros(12), "amplification": 1.0, "status": layout.DONE}
-                file.write_sample(level, sample, numbers)
+                contact_file.write_sample(file, level, sample, numbers)
         other = tmp_path / "other.h5"
         other.write_bytes(source.read_bytes())
         with h5py.File(other, "r+") as file:
@@ -103,7 +103,7 @@ def done(path):
     """A contact file of two levels, two samples, three speeds, of which one sample is done."""
     with files.open_result(path, mode="r+") as file:
         numbers = {"deviation": np.arange(12.0), "amplification": 1.5, "status": layout.DONE}
-        file.write_sample(1, 0, numbers | {"amplitude_m": np.array([1.0, 2.0, 3.0])})
+        contact_file.write_sample(file, 1, 0, numbers | {"amplitude_m": np.array([1.0, 2.0, 3.0])})
     return path
 
 
@@ -150,7 +150,7 @@ def test_the_home_folder_is_meant(done, monkeypatch):
 
 def test_a_file_that_is_being_written_is_read(done):
     with files.open_result(done, mode="r+") as writer, hpcrub.open(done) as file:
-        writer.write_sample(0, 0, {"status": layout.DONE})
+        contact_file.write_sample(writer, 0, 0, {"status": layout.DONE})
         assert file["samples/amplification"][1, 0] == 1.5
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError
-from hpcrub.results import layout, storage
+from hpcrub.results import contact_file, layout, storage
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import files
 from tests.program import ROOT
@@ -137,18 +137,18 @@ def test_written_values_come_back(path, tiny_config):
     tuned = {name: np.float64(i + 1) for i, name in enumerate(layout.TUNED)}
     running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 2.81)
     file = files.open_result(path, tiny_config, mode="r+")
-    assert file.tuned() is None
-    file.write_sample(1, 0, values)
-    file.write_tuned(tuned)
+    assert contact_file.read_tuned(file) is None
+    contact_file.write_sample(file, 1, 0, values)
+    contact_file.write_tuned(file, tuned)
     intervals = running_intervals(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
-    file.write_statistics("linear", 1, running, intervals)
+    contact_file.write_statistics(file, "linear", 1, running, intervals)
     file.close()
     file = files.open_result(path, tiny_config)
     np.testing.assert_array_equal(file.status(), [[0, 0], [1, 0]])
     assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
     np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
     assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
-    assert file.tuned()["peak_speed_hz"] == tuned["peak_speed_hz"]
+    assert contact_file.read_tuned(file)["peak_speed_hz"] == tuned["peak_speed_hz"]
     read = file.read("statistics/linear/percentile", 1)
     np.testing.assert_array_equal(read, running.percentile)
     read = file.read("statistics/linear/percentile_high", 1)
@@ -174,10 +174,10 @@ def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
             file, "_dataset", lambda name, full=full: full.get(name) or dataset(name)
         )
         with pytest.raises(HpcrubError, match="No space left"):
-            file.write_sample(1, 0, values)
+            contact_file.write_sample(file, 1, 0, values)
         monkeypatch.setattr(file, "_dataset", dataset)
         assert file.status()[1, 0] == 0, last
-    file.write_sample(1, 0, values)
+    contact_file.write_sample(file, 1, 0, values)
     assert file.status()[1, 0] == layout.DONE
     file.close()
 
@@ -188,8 +188,8 @@ def test_more_samples_than_a_percentile_needs(tmp_path):
     file = storage.ResultFile(tmp_path / "short.h5", mode="r+")
     assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
     arguments = np.ones(5), [1, 50, 99], 10, 2.81
-    file.write_statistics(
-        "contact", 0, running_percentiles(*arguments), running_intervals(*arguments)
+    contact_file.write_statistics(
+        file, "contact", 0, running_percentiles(*arguments), running_intervals(*arguments)
     )
     file.close()
 
@@ -266,7 +266,9 @@ def test_what_people_add_to_a_file_harms_nothing(path, tiny_config):
         file["my/own"] = np.arange(5)
         file["samples/mine"] = "text"
     with files.open_result(path, tiny_config, mode="r+") as file:
-        file.write_sample(1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE})
+        contact_file.write_sample(
+            file, 1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE}
+        )
         assert file.attributes()["note"] == "mine"
         assert "my/own" in file.names()
     files.check_resumable(path, tiny_config)

@@ -13,7 +13,7 @@ from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.ranks.parallel import Team
 from hpcrub.response import sweep
 from hpcrub.response.sweep import SweepResult
-from hpcrub.results import ownership
+from hpcrub.results import contact_file, ownership
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import amplification, samples
@@ -68,7 +68,7 @@ def test_amplifications_are_peaks_over_the_reference(file):
     assert (file.status() == DONE).all()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
-    reference = file.tuned()["reference_amplitude_m"]
+    reference = contact_file.read_tuned(file)["reference_amplitude_m"]
     np.testing.assert_array_equal(file.read("samples/amplification"), peaks / reference)
 
 
@@ -172,12 +172,12 @@ def test_failed_points_are_told_in_words(copied):
         f"contact forces: at most {most} sweeps of the solver in a step"
     ]
     codes = np.array([status.JAMMING, status.NOT_FINITE, status.JAMMING], np.uint8)
-    file.write_sample(1, 1, {"point_reason": codes, "status": DONE})
+    contact_file.write_sample(file, 1, 1, {"point_reason": codes, "status": DONE})
     one, two, _ = lines_of_points(file)  # three speeds of the tuned disk and of four samples
     assert one == "1 of 15 points: diverged: a displacement is not finite"
     assert two.startswith("2 of 15 points: diverged: jamming")
     garbled = np.array([status.JAMMING, 255, status.JAMMING], np.uint8)
-    file.write_sample(1, 1, {"point_reason": garbled, "status": DONE})
+    contact_file.write_sample(file, 1, 1, {"point_reason": garbled, "status": DONE})
     assert lines_of_points(file)[0] == two  # a code that no study writes is not counted
     file.close()
 
@@ -246,7 +246,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     with open_result("results/tiny.h5", mode="r+") as file:  # as more ranks would have computed it
         tables = [cells(level_table(file)), cells(interval_table(file)), list(point_lines(file))]
         more = {"amplification": 9.0, "linear_amplification": 9.0, "status": DONE}
-        file.write_sample(0, n, more | {"point_status": np.full(3, status.DIVERGED)})
+        contact_file.write_sample(file, 0, n, more | {"point_status": np.full(3, status.DIVERGED)})
         again = [cells(level_table(file)), cells(interval_table(file)), list(point_lines(file))]
     assert again == tables
 
