@@ -9,7 +9,8 @@ from rich.table import Table
 
 from hpcrub import studies
 from hpcrub.commands.execution import Existing, Finished, amount, examine, examine_all, warnings
-from hpcrub.config.schema import Config, differences
+from hpcrub.config.schema import PROFILE, Config, differences
+from hpcrub.config.text import flatten, show
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
@@ -116,13 +117,10 @@ def _own_keys(runs, config):
     keys = {
         line.partition(":")[0] for other in runs for line in differences(config, other, ("", ""))
     }
-    values = {}
-    for key in sorted(keys):
-        value = config
-        for name in key.split("."):
-            value = getattr(value, name)
-        values[key] = value
-    return ", ".join(f"{key}={value}" for key, value in values.items()) or config.output
+    values = flatten(config.model_dump(mode="json"))
+    if not keys.isdisjoint(PROFILE):
+        keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}
+    return ", ".join(f"{key}={show(values[key])}" for key in sorted(keys)) or config.output
 
 
 def _headline(config):

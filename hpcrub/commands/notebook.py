@@ -11,6 +11,7 @@ from typing import Any
 from hpcrub import studies
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.studies import measured
 
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
 
@@ -68,7 +69,7 @@ def run(
     asked = _configuration(config)
     if output is not None:
         asked = asked.model_copy(update={"output": os.fspath(output)})
-    studies.check(asked)
+    studies.check(measured.with_tables(asked))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "input.yaml")
         path.write_text(asked.to_yaml(), encoding="utf-8")

@@ -27,7 +27,7 @@ from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
 from hpcrub.results.layout import PENDING
-from hpcrub.studies import files, imported
+from hpcrub.studies import files, measured
 
 EXAMPLE = """\
 example, on two ranks:
@@ -113,7 +113,7 @@ def parse(argv: Sequence[str] | None) -> tuple[argparse.Namespace, list[Config]]
     overrides = list(options.set)
     if options.output is not None:
         overrides.append(f"output={json.dumps(options.output, ensure_ascii=False)}")
-    runs = [imported.resolved(cfg) for cfg in load_runs(options.input, overrides)]
+    runs = [measured.resolved(cfg) for cfg in load_runs(options.input, overrides)]
     if options.part:
         number, count = parts.parse(options.part)
         runs = [parts.cut(cfg, number, count, options.part_by or parts.BY[0]) for cfg in runs]

@@ -16,6 +16,7 @@ BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs 
 def problems(config: Any) -> Iterator[str]:
     """Lines that say which keys do not fit together; none when all is well."""
     yield from _disk_problems(config)
+    yield from _casing_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
     yield from _part_problems(config)
@@ -85,6 +86,24 @@ def _disk_problems(c):
         yield (
             f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface "
             "modes that this disk has"
+        )
+
+
+def _casing_problems(c):
+    angles, changes = c.casing.profile_deg, c.casing.profile_mm
+    if (angles is None) != (changes is None):
+        given, missing = ("deg", "mm") if changes is None else ("mm", "deg")
+        yield f"casing.profile_{given}: goes with casing.profile_{missing}, which is not given"
+    elif angles is not None:
+        if len(angles) != len(changes):
+            yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
+        if any(a >= b for a, b in pairwise(angles)):
+            yield "casing.profile_deg: the angles are not increasing"
+    has_profile = c.casing.harmonics or c.casing.profile_csv or changes
+    if has_profile and c.contact.kinematics == "polar":
+        yield (
+            "contact.kinematics: polar is for casings with bumps alone; small is the one for "
+            "casing.harmonics and measured profiles"
         )
 
 

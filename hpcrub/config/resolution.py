@@ -15,13 +15,26 @@ RECORDS_PER_PERIOD = 20  # of the tips' displacement, at least
 def width_of_bump(config: Any) -> float:
     """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
 
-    Zero when it does not reach the tips.
+    Zero when it does not reach the tips. A crest of a casing with harmonics or a measured profile
+    counts as the Gaussian bump that has its height, above the mean of the casing, and curvature.
     """
+    if config.casing.profile.exists:
+        return _width_of_crest(config)
     height, clearance = config.casing.bump_height, config.casing.clearance
     if height <= clearance:
         return 0.0
     part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
     return WIDTH * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
+
+
+def _width_of_crest(config: Any) -> float:
+    outline = config.casing.outline
+    beyond = outline.highest - max(config.casing.clearance, outline.mean)
+    if outline.highest <= config.casing.clearance:
+        return 0.0
+    if outline.curvature * math.pi**2 <= 2.0 * beyond:  # as good as a circle
+        return 2.0 * math.pi
+    return 2.0 * math.sqrt(2.0 * beyond / outline.curvature)
 
 
 def bump_time(config: Any) -> float:

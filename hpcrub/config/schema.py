@@ -12,8 +12,8 @@ from hpcrub.config import checks as config_checks
 from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
+from hpcrub.config.casing import Casing
 from hpcrub.config.sections import (
-    Casing,
     Contact,
     Convergence,
     Disk,
@@ -42,6 +42,9 @@ from hpcrub.config.types import (
 from hpcrub.errors import InputError
 
 RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
+
+# keys of the shape of the casing beside its bumps; lists of numbers, `Casing.words` are shorter
+PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casing.profile_mm"
 
 
 class Config(Section):
@@ -105,6 +108,17 @@ class Config(Section):
     def n_coordinates(self) -> int:
         """Coordinates of the reduced model: of every contact point, and the inner modes."""
         return (self.disk.n_directions or 2) * self.disk.n_points + self.reduction.n_modes
+
+    @property
+    def engine_order(self) -> int | None:
+        """Periods of the load around the casing; None where nothing says how many."""
+        casing = self.casing
+        if self.forcing.engine_order is not None:
+            return self.forcing.engine_order
+        if casing.bump_height_mm > 0.0 or not casing.profile.exists:
+            return casing.n_bumps
+        orders = {order for order, *_ in casing.profile.harmonics}
+        return orders.pop() if len(orders) == 1 and not casing.profile.measured else None
 
     @property
     def step(self) -> float:

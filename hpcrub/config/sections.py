@@ -121,21 +121,6 @@ class Reduction(Section):
     )
 
 
-class Casing(Section):
-    """Bumps, clearance and their ramp."""
-
-    n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
-    clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
-    bump_height_mm: Number = Field(1.25, ge=0, le=1e4, description="height of the bumps [mm]")
-    growth_time_s: Number = Field(
-        0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
-    )
-
-    clearance = si("clearance_mm", "m", per=1000)
-    bump_height = si("bump_height_mm", "m", per=1000)
-    growth_time = si("growth_time_s", "s")
-
-
 class Contact(Section):
     """Contact between blades and casing."""
 
@@ -146,10 +131,17 @@ class Contact(Section):
 
 
 class Forcing(Section):
-    """Load of the linear response."""
+    """Engine-order excitation: the load of the linear response."""
 
     amplitude_n: Number = Field(
         150.0, ge=1e-9, le=1e9, description="radial load on every tip, linear response only [N]"
+    )
+    engine_order: Whole | None = Field(
+        None,
+        ge=1,
+        le=1000,
+        description="periods of the load around the casing; null: casing.n_bumps, or the order of "
+        "a casing of one harmonic alone",
     )
 
     amplitude = si("amplitude_n", "N")

@@ -44,7 +44,7 @@ def show(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         text = "[" + ", ".join(show(v) for v in value[:50]) + "]"
     elif isinstance(value, dict):
-        text = "a section" if value else "{}"
+        text = "{" + ", ".join(f"{key}: {show(v)}" for key, v in list(value.items())[:50]) + "}"
     else:
         text = repr(value)
     return text if len(text) <= 80 else text[:77] + "..."
@@ -131,7 +131,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> tuple[str, in
         if detail["loc"] == ():
             lines += str(detail["ctx"]["error"]).split("\n") if "ctx" in detail else ["not keys"]
         elif detail["type"] == "extra_forbidden":
-            lines.append(_unknown_key(model, [str(part) for part in detail["loc"]]))
+            lines.append(_unknown_key(model, _names(detail["loc"])))
         else:
             lines.append(_wrong_value(model, detail["loc"], detail["input"]))
     more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
@@ -155,9 +155,14 @@ def _unknown_key(model, path):
     return f"{prefix}{wrong}: unknown key; {hint}"
 
 
+def _names(loc):
+    """Names of the keys on the way to a value, without its places in lists."""
+    return [part for part in loc if isinstance(part, str)]
+
+
 def _wrong_value(model, loc, value):
-    names = [part for part in loc if isinstance(part, str)]
-    path = ".".join(names) + "".join(f"[{part}]" for part in loc if isinstance(part, int))
+    names = _names(loc)
+    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc)[1:]
     node = _leaves(model).get(".".join(names))
     if node is None:
         known = ", ".join(_children(model).get(".".join(names), ()))
@@ -176,6 +181,8 @@ def _allowed(node):
         choices = node.get("enum", [node.get("const")])
         return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
     kind = node["type"]
+    if kind == "object":
+        return f"a section with keys such as {', '.join(node['properties'])}"
     if kind == "array":
         length = f"{node.get('minItems', 0)} or more"
         if "maxItems" in node:
@@ -216,19 +223,31 @@ def _leaves(model):
 def _children(model):
     """Names of the keys of every section, by its path ("" the whole)."""
     schema = model.model_json_schema()
-    sections = {p: list(n["properties"]) for p, n in _walk(schema) if "properties" in n}
-    return {"": list(schema["properties"])} | sections
+    found = {"": list(schema["properties"])}
+    for path, node in _walk(schema):
+        for section in (node, node.get("items", {})):
+            if "properties" in section:
+                found[path] = list(section["properties"])
+    return found
 
 
 def _walk(schema):
-    """Every (path, node) below the root of a JSON schema, sections before their keys."""
+    """Every (path, node) below the root of a JSON schema, sections before their keys.
+
+    The keys of a list of sections follow the list.
+    """
+
+    def known(node):
+        return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
 
     def below(node, prefix):
         for name, child in node["properties"].items():
-            if "$ref" in child:
-                child = schema["$defs"][child["$ref"].rsplit("/", 1)[-1]]
+            child = known(child)
+            if "items" in child:
+                child = child | {"items": known(child["items"])}
             yield prefix + name, child
-            if "properties" in child:
-                yield from below(child, f"{prefix}{name}.")
+            for section in (child, child.get("items", {})):
+                if "properties" in section:
+                    yield from below(section, f"{prefix}{name}.")
 
     return below(schema, "")

@@ -95,6 +95,7 @@ def _allocate_scheme(modes, scene, grid, width):
         0.0 if polar else scene.bump_height,
         grid.steps_per_revolution,
         grid.steps_per_block,
+        scene.profile,
     )
     clearance = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     clearance[0, : len(modes.normal)] = 0.0 if polar else scene.clearance + interface.clearance

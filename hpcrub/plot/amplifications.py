@@ -83,6 +83,11 @@ def percentiles(canvas: Canvas) -> None:
     canvas.legend([*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)])
 
 
+def _case(file: ResultFile) -> str:
+    casing = file.config.casing
+    return casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
+
+
 def _samples(file: ResultFile) -> str:
     counts = sorted({len(values) for values in finished(file, "amplification")})
     return f"{'–'.join(str(n) for n in {counts[0]: 0, counts[-1]: 0})} samples"
@@ -159,7 +164,7 @@ def amplitudes(canvas: Canvas) -> None:
             label=f"percentile 99, σ = {100 * sigma:.1f} %",
         )  # fmt: skip
         open_end |= intervals.draw(axes, beside, top, low, high, colour)
-    names = labels(files) if len(files) > 1 else [f"$n_d$ = {files[0].config.casing.n_bumps}"]
+    names = labels(files) if len(files) > 1 else [_case(files[0])]
     long = max(map(len, names)) > 10
     turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
     axes.set_xticks(x, names, **(turned if long else {}))

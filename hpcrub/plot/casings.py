@@ -49,5 +49,5 @@ def _draw_round(axes: Axes, file: ResultFile) -> None:
     axes.plot(R * np.cos(tips), R * np.sin(tips), "o", color=BLUE, ms=7, label="tips")
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_title(f"{config.casing.n_bumps} bumps, radial distances × {EXAGGERATED}")
+    axes.set_title(f"{config.casing.words}, radial distances × {EXAGGERATED}")
     axes.legend(loc="center")

@@ -140,7 +140,7 @@ def safe(canvas: Canvas) -> None:
     config = file.config
     axes = canvas.panels(1, 2, (12.5, 5.8))[0]
     diameters, frequencies = _modes(file, "full")
-    n_blades, n_d = config.disk.n_blades, config.casing.n_bumps
+    n_blades, n_d = config.disk.n_blades, config.casing.main_order
     most = n_blades // 2
     first = frequencies[:n_blades]
     margin = 0.35 * np.ptp(first)
@@ -164,8 +164,9 @@ def safe(canvas: Canvas) -> None:
     family = first[diameters[:n_blades] == excited].mean()
     above = n_d * critical > first.max()
     why = f",\nabove the family's {family:.4g} Hz:\ncontact stiffens the blades" if above else ""
+    what = f"order {n_d}" if config.casing.profile.exists else config.casing.words
     axes[0].annotate(
-        f"{n_d} bumps: {n_d * critical:.4g} Hz{why}", (excited, n_d * critical),
+        f"{what}: {n_d * critical:.4g} Hz{why}", (excited, n_d * critical),
         xytext=(0.45 * most, _gap(frequencies)), ha="center", va="center", fontsize=11,
         arrowprops={"arrowstyle": "->"},
     )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import Config, key_table
+from hpcrub.config.schema import PROFILE, Config, key_table
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import DONE
@@ -61,8 +61,10 @@ def labels(files: list[ResultFile]) -> list[str]:
     keys = _differing(rows)
     if "casing.n_bumps" in keys:
         return [f"$n_d$ = {row['casing.n_bumps']}" for row in rows]
-    words = {key: _words(key, [row[key] for row in rows]) for key in keys}
-    usual = {}
+    words = {key: _words(key, [row[key] for row in rows]) for key in keys if key not in PROFILE}
+    if len(words) < len(keys):
+        words = {PROFILE[0]: [file.config.casing.words for file in files]} | words
+    keys, usual = list(words), {}
     if len(keys) > FEW:
         usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
     found = []

@@ -63,7 +63,7 @@ def time(canvas: Canvas) -> None:
     for panel, part in zip(axes[-1], (t, t[close]), strict=True):
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
     canvas.legend(handles)
-    canvas.title(f"{DISKS[disk]}, {config.casing.n_bumps} bumps, {config.speeds.from_hz:g} Hz")
+    canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 
 def envelope(time: Any, values: Any) -> tuple[Any, Any, Any]:

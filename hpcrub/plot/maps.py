@@ -111,9 +111,9 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
 def _draw_orders(axes: Axes, file: ResultFile) -> None:
     """Engine orders: lines that leave the ridges below them visible, and their numbers outside."""
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
-    n_bumps = file.config.casing.n_bumps
-    for order in range(1, 3 * n_bumps + 1):
-        if order > NAMED and order % n_bumps:
+    main = file.config.casing.main_order
+    for order in range(1, 3 * main + 1):
+        if order > NAMED and order % main:
             continue
         axes.plot(
             speeds, order * speeds, color=ORANGE, lw=0.9, ls=(0, (2, 5)), label="engine orders"

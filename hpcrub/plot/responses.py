@@ -47,7 +47,7 @@ def summary(canvas: Canvas) -> None:
                     point[0], point[at], "*", color=ORANGE, ms=13, mec="w", zorder=5,
                     label=None if i else "paper, printed values",
                 )  # fmt: skip
-    left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.n_bumps} bumps")
+    left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.words}")
     canvas.legend_of(left)
     canvas.legend_of(right, drop=42 if right.get_ylabel() == LOCALISATION else 58)
 

@@ -22,7 +22,7 @@ def energy(canvas: Canvas) -> None:
     for i, (file, row, label) in enumerate(zip(files, axes, labels(files), strict=True)):
         sigma, colour = 100 * file.read("sigma"), COLOURS[i % len(COLOURS)]
         by_size, by_energy = file.read("amplification"), amplification(file)
-        label = f"{file.config.casing.n_bumps} bumps" if len(files) == 1 else label
+        label = file.config.casing.words if len(files) == 1 else label
         for panel, values, name in zip(
             row, (by_size, by_energy), ("displacement", "strain energy"), strict=True
         ):

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from hpcrub.contact import arrays, bank, kernel, status
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
+from hpcrub.model.casing import NO_PROFILE, Profile, highest, repeats
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated, localisation
@@ -39,12 +40,18 @@ class Scene(NamedTuple):
     clearance: float  # [m]
     ramp_time: float  # [s]
     friction: float
+    profile: Profile = NO_PROFILE  # of the casing, beside its bumps
     kinematics: str = "small"
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     shortcuts: arrays.Shortcuts = arrays.Shortcuts()
+
+    @property
+    def repeats(self) -> int:
+        """Times that all that a contact point meets repeats itself in a turn."""
+        return repeats(self.n_bumps, self.bump_height, self.profile)
 
 
 class Motion(NamedTuple):
@@ -116,7 +123,7 @@ def speed_bands(speeds_hz: np.ndarray) -> list[np.ndarray]:
 def cut_revolution(slowest_hz: float, scene: Scene) -> Grid:
     """Whole steps per block and blocks per revolution, no step longer than asked.
 
-    A block turns the disk by a whole number of bump pitches.
+    A block turns the disk by a whole number of bump pitches, or periods of what the tips meet.
 
     Parameters
     ----------
@@ -125,8 +132,8 @@ def cut_revolution(slowest_hz: float, scene: Scene) -> Grid:
     scene : Scene
     """
     n_steps = math.ceil(1.0 / (slowest_hz * scene.step) * (1.0 - 1e-12))
-    stride = max(1, min(int(scene.record_interval / scene.step), n_steps // scene.n_bumps))
-    divisors = [d for d in range(1, scene.n_bumps + 1) if scene.n_bumps % d == 0]
+    stride = max(1, min(int(scene.record_interval / scene.step), n_steps // scene.repeats))
+    divisors = [d for d in range(1, scene.repeats + 1) if scene.repeats % d == 0]
     blocks = max(d for d in divisors if d == 1 or n_steps >= d * MIN_BLOCK)
     unit = blocks * stride
     return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
@@ -225,7 +232,8 @@ def _merge(first, second):
 
 def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
-    return scene.bump_height > scene.clearance + scene.interface.clearance.min()
+    top = highest(scene.n_bumps, scene.bump_height, scene.profile)
+    return top > scene.clearance + scene.interface.clearance.min()
 
 
 def judge(lanes: arrays.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:

@@ -39,7 +39,8 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
-    load = config.forcing.amplitude, scene.n_bumps, scene.interface
+    assert config.engine_order is not None  # `contact.problems` sees to it
+    load = config.forcing.amplitude, config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 
 

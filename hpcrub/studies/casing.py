@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.model.casing import bump_height, ramp
+from hpcrub.model.casing import casing_height, ramp
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.study import Poll, Study, Values
@@ -39,7 +39,7 @@ def constants(config: Config) -> dict[str, Any]:
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Casing and growth."""
     casing, scales = config.casing, constants(config)
-    inward = bump_height(scales["angle_rad"], casing.n_bumps, casing.bump_height)
+    inward = casing_height(scales["angle_rad"], *casing.shape)
     yield "inward_m", (), inward
     yield "gap_m", (), casing.clearance - inward
     yield "growth", (), [ramp(t, casing.growth_time) for t in scales["growth_time_s"]]
@@ -48,7 +48,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
 def report(file: ResultFile) -> Iterator[str]:
     """The smallest gap."""
     gap = 1e3 * file.read("gap_m").min()
-    yield f"{file.config.casing.n_bumps} bumps, smallest gap at rest {gap:.3f} mm"
+    touches = "" if gap < 0.0 else ": the tips at rest never touch"
+    yield f"{file.config.casing.words}, smallest gap at rest {gap:.3f} mm{touches}"
 
 
 STUDY = Study(

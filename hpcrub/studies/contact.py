@@ -8,7 +8,7 @@ one before waits, with the sample in its memory, until rank 0 shares the referen
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -75,6 +75,16 @@ def cost(config: Config, until_steady: float) -> Cost:
     """Every disk at every speed."""
     n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
     return Cost(n_disks * config.speeds.n_values * until_steady, disks=n_disks)
+
+
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    yield from steady_problems(config)
+    if config.engine_order is None:
+        yield (
+            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
+            "load of the linear response has; give their number"
+        )
 
 
 def headline(file: ResultFile) -> str:
@@ -393,7 +403,7 @@ STUDY = Study(
     constants=constants,
     prepare=build_problem,
     cost=cost,
-    problems=steady_problems,
+    problems=problems,
     unit=MonteCarlo.what,
     integrates=True,
     has_parts=True,

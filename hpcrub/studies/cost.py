@@ -80,7 +80,7 @@ def trial(
 
 
 def _loads(config):
-    return config.linear.n_diameters if config.study == "linear" else (config.casing.n_bumps,)
+    return config.linear.n_diameters if config.study == "linear" else (config.engine_order or 1,)
 
 
 def _speeds(config):

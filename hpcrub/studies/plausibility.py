@@ -56,8 +56,15 @@ def steps_per_period(config: Config, problem: Problem) -> float:
 
 
 def excited_hz(config: Config) -> float:
-    """Highest frequency that the bumps' shape excites [Hz]."""
-    return HARMONICS * config.casing.n_bumps * config.speeds.to_hz
+    """Highest frequency that the casing's shape excites [Hz]."""
+    return max(orders(config), default=0) * config.speeds.to_hz
+
+
+def orders(config: Config) -> tuple[int, ...]:
+    """Engine orders that the casing excites, the strongest first; see `model.casing.outline`."""
+    if config.casing.profile.exists:
+        return config.casing.outline.orders
+    return tuple(config.casing.n_bumps * k for k in range(1, HARMONICS + 1))
 
 
 def numbers(config: Config, problem: Problem) -> Iterator[str]:
@@ -67,7 +74,7 @@ def numbers(config: Config, problem: Problem) -> Iterator[str]:
     yield f"{steps_per_bump_width(config):.3g} steps per bump width at {config.speeds.to_hz:g} Hz"
     yield f"{steps_per_period(config, problem):.3g} steps per period of the first family"
     yield f"{revolutions:.3g} revolutions before the first check"
-    yield f"modes up to {top:.4g} Hz, bumps excite up to {excited_hz(config):.4g} Hz"
+    yield f"modes up to {top:.4g} Hz, the casing excites up to {excited_hz(config):.4g} Hz"
 
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
@@ -87,8 +94,9 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
             f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"
         )
     top = float(np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi))
-    if top < config.casing.n_bumps * config.speeds.to_hz:
+    passing = next(iter(orders(config)), 0) * config.speeds.to_hz
+    if top < passing:
         yield (
-            f"not resolved: the bumps pass at {config.casing.n_bumps * config.speeds.to_hz:.4g} "
-            f"Hz, above all modes of the model (up to {top:.4g} Hz; reduction.n_modes)"
+            f"not resolved: the bumps pass at {passing:.4g} Hz, above all modes of the model (up "
+            f"to {top:.4g} Hz; reduction.n_modes)"
         )

@@ -88,6 +88,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         clearance=config.casing.clearance,
         ramp_time=config.casing.growth_time,
         friction=config.contact.friction,
+        profile=config.casing.profile,
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.step,
@@ -108,6 +109,6 @@ def time_grid(config: Config) -> SimpleNamespace:
     """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
     return SimpleNamespace(
         step=config.step,
-        n_bumps=config.casing.n_bumps,
+        repeats=config.casing.repeats,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
     )

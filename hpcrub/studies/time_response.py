@@ -9,7 +9,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
-from hpcrub.model.casing import bump_height, ramp
+from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
 from hpcrub.response.steady import correlation
 from hpcrub.response.sweep import Scene, cut_revolution
@@ -146,8 +146,8 @@ def gap(
     if scene.kinematics == "polar":
         angle = angle + np.arctan2(tangential, radius + radial)
         outward = np.hypot(radius + radial, tangential) - radius
-    bump = bump_height(angle, scene.n_bumps, scene.bump_height)
-    return scene.clearance + scene.interface.clearance - grown * bump - outward
+    height = casing_height(angle, scene.n_bumps, scene.bump_height, scene.profile)
+    return scene.clearance + scene.interface.clearance - grown * height - outward
 
 
 def _tests(config, tangential, per_block):

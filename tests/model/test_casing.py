@@ -1,11 +1,19 @@
-"""Bumps of the casing and their ramp (paper, equation 1)."""
+"""Shape of the casing and its ramp: bumps (paper, equation 1), harmonics, measured points."""
 
 import math
 
 import numpy as np
 import pytest
 
-from hpcrub.model.casing import bump_height, bump_table, ramp
+from hpcrub.model.casing import (
+    Profile,
+    bump_height,
+    bump_table,
+    casing_height,
+    outline,
+    ramp,
+    repeats,
+)
 
 
 @pytest.mark.parametrize("n_bumps", [1, 3, 4, 7])
@@ -23,6 +31,70 @@ def test_table_is_the_function_at_the_end_of_each_step():
     assert table.shape == (300, 3)
     assert np.allclose(table[299], bump_height(angle, 4, 1e-3))  # one pitch later
     assert np.allclose(table[0], bump_height(angle + 2 * np.pi / 1200, 4, 1e-3))
+
+
+def test_harmonics_are_cosines_beside_the_bumps():
+    angle, turns = np.array([0.0, 0.3, 2.0]), 2 * np.pi * (np.arange(600) + 1) / 1200
+    profile = Profile(harmonics=((2, 4e-4, 0.7), (5, 1e-4, -1.0)))
+    phi = turns[:, None] + angle
+    expected = 4e-4 * np.cos(2 * (phi - 0.7)) + 1e-4 * np.cos(5 * (phi + 1.0))
+    np.testing.assert_allclose(
+        bump_table(angle, 3, 0.0, 1200, 600, profile), expected, rtol=0, atol=1e-17
+    )
+    both = bump_table(angle, 3, 1e-3, 1200, 600, profile)
+    np.testing.assert_allclose(both, expected + bump_height(phi, 3, 1e-3), rtol=0, atol=1e-17)
+
+
+def test_measured_points_are_joined_by_lines_around_the_casing():
+    profile = Profile(measured=((0.5, 1e-3), (2.5, 3e-3), (2 * np.pi - 0.5, 2e-3)))
+    phi = np.array([0.5, 1.5, 2.5, -0.5, 0.0, 2 * np.pi, 7.5])
+    heights = 1e-3 * np.array([1.0, 2.0, 3.0, 2.0, 1.5, 1.5, 2.0 + (7.5 - 2 * np.pi - 1.5)])
+    np.testing.assert_allclose(profile.height(phi), heights, rtol=1e-12)
+
+
+def test_bumps_given_by_points_differ_by_the_error_of_interpolation():
+    n, height, spacing = 4, 1.25e-3, 2 * np.pi / 720
+    angle = spacing * np.arange(720)
+    measured = Profile(measured=tuple(zip(angle, bump_height(angle, n, height), strict=True)))
+    phi = np.linspace(-4.0, 9.0, 20_001)
+    error = np.abs(measured.height(phi) - bump_height(phi, n, height)).max()
+    steepest = 2 * height / (0.1 * 2 * np.pi / n) ** 2  # largest second derivative of a bump
+    assert 0.1 * steepest * spacing**2 / 8 < error <= steepest * spacing**2 / 8
+
+
+def test_a_casing_repeats_itself_as_often_as_all_its_parts_do():
+    oval, waves = Profile(harmonics=((2, 1e-3, 0.0),)), Profile(harmonics=((6, 1, 0), (9, 1, 0)))
+    assert repeats(4, 1e-3, Profile()) == 4
+    assert repeats(4, 1e-3, oval) == 2
+    assert repeats(3, 1e-3, oval) == 1
+    assert repeats(4, 0.0, waves) == 3
+    assert repeats(4, 0.0, oval._replace(measured=((0.0, 0.0), (1.0, 1e-3)))) == 1
+    for n, height, profile in ((4, 1e-3, oval), (4, 0.0, waves)):
+        phi = np.linspace(0.0, 6.0, 77)
+        turned = phi + 2 * np.pi / repeats(n, height, profile)
+        np.testing.assert_allclose(
+            casing_height(turned, n, height, profile),
+            casing_height(phi, n, height, profile), atol=1e-12,
+        )  # fmt: skip
+
+
+def test_outline_of_a_harmonic_and_of_bumps():
+    oval = outline(4, 0.0, Profile(harmonics=((2, 4e-4, 0.7),)))
+    assert oval.orders == (2,)
+    np.testing.assert_allclose(oval[:3], (4e-4, 0.0, 4 * 4e-4), atol=1e-9)
+    bumps = outline(5, 1e-3, Profile())
+    assert bumps.orders == (5, 10, 15, 20, 25, 30)
+    width = 0.1 * 2 * np.pi / 5
+    assert bumps.highest == 1e-3
+    assert bumps.mean == pytest.approx(1e-3 * width * np.sqrt(np.pi) * 5 / (2 * np.pi), rel=1e-6)
+    assert bumps.curvature == pytest.approx(2 * 1e-3 / width**2, rel=0.05)
+
+
+def test_noise_far_below_the_shape_does_not_count():
+    angle = np.linspace(0.0, 2 * np.pi, 1800, endpoint=False)
+    noise = 1e-6 * np.random.default_rng(5).standard_normal(angle.size)
+    rough = Profile(measured=tuple(zip(angle, 4e-4 * np.cos(3 * angle) + noise, strict=True)))
+    assert outline(4, 0.0, rough).orders == (3,)
 
 
 def test_growth():

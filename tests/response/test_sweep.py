@@ -7,6 +7,7 @@ from hpcrub.contact import kernel, status
 from hpcrub.contact.arrays import Shortcuts
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
+from hpcrub.model.casing import Profile, bump_height
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import sweep
@@ -14,6 +15,7 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import (
     PIECE,
     Scene,
+    can_touch,
     cut_revolution,
     find_peak,
     run_sweep,
@@ -53,6 +55,47 @@ def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, sp
     assert grid.steps_per_block * grid.blocks_per_revolution == grid.steps_per_revolution
     assert grid.steps_per_block % grid.stride == 0
     assert n_bumps % grid.blocks_per_revolution == 0  # a block turns by whole pitches
+
+
+def points_of(shape, n=3600):
+    """Profile of a function of the angle, measured at n places."""
+    angle = 2 * np.pi * np.arange(n) / n
+    return Profile(measured=tuple(zip(angle, shape(angle), strict=True)))
+
+
+def test_bumps_given_as_measured_points_give_the_amplitude_of_bumps():
+    modes, scene = one_blade()
+    points = points_of(lambda angle: bump_height(angle, 1, 2e-3))
+    built_in, given = (
+        run_sweep(modes, one, [13.0, 19.0, 21.0])
+        for one in (scene, scene._replace(bump_height=0.0, profile=points))
+    )
+    assert (built_in.point_status == STEADY).all()
+    assert (given.amplitude > 1e-4).all()
+    # by 2e-6 of their height the bumps differ, which impacts amplify; with 112 points 0.06
+    np.testing.assert_allclose(given.amplitude, built_in.amplitude, rtol=3e-4)
+    assert (given.amplitude != built_in.amplitude).all()
+
+
+def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
+    modes, scene = one_blade(bump_height=0.0)
+    oval = Profile(harmonics=((2, 2e-3, 0.4),))
+    points = points_of(lambda angle: 2e-3 * np.cos(2 * (angle - 0.4)))
+    harmonic, measured = scene._replace(profile=oval), scene._replace(profile=points)
+    assert cut_revolution(13.0, harmonic).blocks_per_revolution == 2
+    assert cut_revolution(13.0, measured).blocks_per_revolution == 1
+    speeds = np.array([8.0, 9.5, 13.0])
+    first, second = (run_sweep(modes, one, speeds) for one in (harmonic, measured))
+    assert (first.point_status == STEADY).all()
+    assert (first.amplitude > 1e-4).all()
+    np.testing.assert_allclose(first.amplitude, second.amplitude, rtol=3e-4)
+
+
+def test_a_profile_below_the_clearance_never_touches():
+    modes, scene = one_blade(bump_height=0.0, profile=Profile(harmonics=((2, 0.9e-3, 0.0),)))
+    assert not can_touch(scene)
+    assert (run_sweep(modes, scene, [13.0]).amplitude == 0.0).all()
+    assert can_touch(scene._replace(profile=Profile(harmonics=((2, 0.9e-3, 0), (3, 0.3e-3, 0)))))
 
 
 def test_bands_hold_every_speed_once_and_similar_ones():

@@ -8,10 +8,11 @@ import pytest
 
 from hpcrub import studies
 from hpcrub.commands import run as cli
+from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs, replaced
 from hpcrub.errors import InputError
 from hpcrub.response.sweep import run_sweep
-from hpcrub.studies import plausibility
+from hpcrub.studies import measured, plausibility
 from hpcrub.studies.files import open_result
 from hpcrub.studies.problem import build_problem
 from hpcrub.studies.samples import modes_of
@@ -19,8 +20,9 @@ from tests.program import ROOT, TINY
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "inputs").glob("*.yaml")), ids=lambda p: p.stem)
-def test_inputs_that_come_along_keep_their_step_and_are_resolved(path):
-    for config in load_runs(path):
+def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for config in map(measured.with_tables, load_runs(path)):
         assert config.step == config.time.step_s
         if studies.find(config).integrates:
             assert list(plausibility.warnings(config, build_problem(config))) == []
@@ -39,6 +41,46 @@ def test_the_step_follows_the_bumps(keys, seconds):
     config = replaced(Config(), keys)
     assert config.step == pytest.approx(min(seconds / 16, 3.3e-5), rel=1e-9)
     assert replaced(config, {"time.step_s": 1e-9}).step == 1e-9
+
+
+def test_the_step_follows_harmonics():
+    # a crest of a cosine counts as the Gaussian bump of its height and curvature
+    keys = {"order": 40, "amplitude_mm": 0.5}
+    config = Config.from_mapping({"casing": {"harmonics": [keys], "clearance_mm": 0.0}})
+    seconds = 2 * np.sqrt(2) / 40 / (2 * np.pi * 35.5)
+    assert resolution.bump_time(config) == pytest.approx(seconds, rel=1e-6)
+    assert config.step == pytest.approx(min(seconds / 16, 3.3e-5), rel=1e-6)
+    assert config.step < 2e-5
+    # half of its height reaches beyond the clearance, which is a part √½ of the width
+    half = replaced(config, {"casing.clearance_mm": 0.25})
+    assert resolution.bump_time(half) == pytest.approx(seconds / np.sqrt(2), rel=1e-6)
+    out_of_reach = replaced(config, {"casing.clearance_mm": 0.51})
+    assert resolution.bump_time(out_of_reach) == np.inf
+
+
+def test_bumps_as_a_measured_profile_need_about_the_step_of_bumps():
+    angle = np.arange(720) / 2
+    height = 1.25 * np.exp(-((((angle + 45) % 90 - 45) / 9) ** 2))
+    config = Config.from_mapping(
+        {"casing": {"profile_deg": angle.tolist(), "profile_mm": (-height).tolist()}}
+    )
+    assert resolution.bump_time(config) == pytest.approx(resolution.bump_time(Config()), rel=0.15)
+    assert plausibility.orders(config) == (4, 8, 12, 16, 20, 24)
+    assert config.casing.main_order == 4
+
+
+def test_a_casing_without_equal_bumps_needs_an_engine_order(tmp_path, capfd):
+    path = tmp_path / "input.yaml"
+    waves = "[{order: 2, amplitude_mm: 0.3}, {order: 3, amplitude_mm: 0.2}]"
+    path.write_text(f"{TINY}casing: {{harmonics: {waves}}}\noutput: {tmp_path}/out.h5\n")
+    assert cli.main([str(path), "--dry-run"]) == 2
+    assert "forcing.engine_order: a casing without equal bumps does not say" in (
+        capfd.readouterr().err
+    )
+    config = load_runs(path)[0]
+    assert replaced(config, {"forcing.engine_order": 5}).engine_order == 5
+    assert Config.from_yaml("casing: {harmonics: [{order: 3, amplitude_mm: 1}]}").engine_order == 3
+    assert Config.from_yaml("casing: {n_bumps: 6}").engine_order == 6
 
 
 def test_the_step_follows_the_blades():

@@ -1,0 +1,133 @@
+"""Section `casing` of the input: bumps, harmonics, a measured profile, clearance and ramp."""
+
+from math import pi
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from hpcrub.config.types import FileName, Number, Section, Whole, si
+from hpcrub.errors import InputError
+from hpcrub.model.casing import Outline, Profile, outline, repeats
+
+MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
+PROFILES = "harmonics", "profile_csv", "profile_mm"
+Degrees = Annotated[
+    tuple[Annotated[Number, Field(ge=0, lt=360)], ...],
+    Field(min_length=4, max_length=MOST_POINTS),
+]
+Changes = Annotated[
+    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...],
+    Field(min_length=4, max_length=MOST_POINTS),
+]
+
+
+class Harmonic(Section):
+    """One harmonic of the casing's radius."""
+
+    order: Whole = Field(2, ge=1, le=1000, description="periods around the casing; 2: an oval")
+    amplitude_mm: Number = Field(
+        0.0, ge=0, le=1e4, description="largest inward deformation by this harmonic [mm]"
+    )
+    phase_deg: Number = Field(
+        0.0,
+        ge=-360,
+        le=360,
+        description="angle at which it is reached, in the direction of rotation [deg]",
+    )
+
+
+class Casing(Section):
+    """The casing: bumps, harmonics, measured profile, clearance and ramp."""
+
+    n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
+    clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
+    bump_height_mm: Number = Field(
+        1.25,
+        ge=0,
+        le=1e4,
+        description="height of the bumps; 0 unless given where there are harmonics or a profile "
+        "[mm]",
+    )
+    harmonics: Annotated[tuple[Harmonic, ...], Field(max_length=100)] = Field(
+        (), description="harmonics of the casing's radius, beside the bumps"
+    )
+    profile_csv: FileName | None = Field(
+        None,
+        description="file of a measured casing, beside bumps and harmonics; columns angle_deg and "
+        "radius_change_mm",
+    )
+    profile_deg: Degrees | None = Field(
+        None, description="angles of its points, filled in when a run begins [deg]"
+    )
+    profile_mm: Changes | None = Field(
+        None, description="change of radius there, outward positive, filled in as well [mm]"
+    )
+    growth_time_s: Number = Field(
+        0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
+    )
+
+    clearance = si("clearance_mm", "m", per=1000)
+    bump_height = si("bump_height_mm", "m", per=1000)
+    growth_time = si("growth_time_s", "s")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _profile_replaces_bumps(cls, data: Any) -> Any:
+        """Harmonics and profiles come without the bumps of the default."""
+        if isinstance(data, dict) and any(data.get(key) for key in PROFILES):
+            return {"bump_height_mm": 0.0} | data
+        return data
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether the profile is here: not before its file has been read."""
+        return self.profile_csv is None or self.profile_mm is not None
+
+    @property
+    def profile(self) -> Profile:
+        """What there is beside the bumps. Raises InputError before its file has been read."""
+        if not self.is_resolved:
+            raise InputError(f"casing.profile_csv: {self.profile_csv} has not been read yet")
+        harmonics = tuple(
+            (h.order, h.amplitude_mm / 1000, h.phase_deg * pi / 180)
+            for h in self.harmonics
+            if h.amplitude_mm > 0.0
+        )
+        points = zip(self.profile_deg or (), self.profile_mm or (), strict=True)
+        return Profile(harmonics, tuple((a * pi / 180, -r / 1000) for a, r in points))
+
+    @property
+    def shape(self) -> tuple[int, float, Profile]:
+        """Bumps, their height [m] and profile: arguments of `model.casing`."""
+        return self.n_bumps, self.bump_height, self.profile
+
+    @property
+    def outline(self) -> Outline:
+        """What its shape says about loads and time steps."""
+        return outline(*self.shape)
+
+    @property
+    def main_order(self) -> int:
+        """Engine order that the casing excites most."""
+        orders = self.outline.orders if self.profile.exists else ()
+        return orders[0] if orders else self.n_bumps
+
+    @property
+    def repeats(self) -> int:
+        """Times that the casing repeats itself in a turn."""
+        return repeats(*self.shape)
+
+    @property
+    def words(self) -> str:
+        """The casing in a few words, for titles."""
+        bumps = [f"{self.n_bumps} bump{'s'[: self.n_bumps > 1]}"]
+        orders = ", ".join(str(h.order) for h in self.harmonics)
+        harmonics = [f"harmonics {orders}"] if orders else []
+        if len(self.harmonics) == 1:
+            harmonics = [f"harmonic {orders} of {self.harmonics[0].amplitude_mm:g} mm"]
+        measured = ["measured profile"] if self.profile_mm else []
+        if self.profile_csv:
+            measured = [f"profile {Path(self.profile_csv).stem}"]
+        plain = harmonics + measured
+        return " + ".join(bumps + plain if self.bump_height_mm > 0.0 or not plain else plain)

@@ -1,0 +1,62 @@
+"""Tables of measured values in CSV files: numbers, with a line of names above them or without."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from hpcrub.errors import InputError, reason
+
+MOST_BYTES = 200_000_000
+
+
+def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the columns, () of a file without, and its values (rows, columns).
+
+    Columns are parted by commas; lines that are empty or begin with # are left out. Raises
+    InputError when it cannot be read, naming the line.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            text = file.read(MOST_BYTES)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: no table that can be read ({reason(error)})") from None
+    lines = [
+        (number, [cell.strip() for cell in cells])
+        for number, cells in enumerate(csv.reader(text.splitlines()), 1)
+        if any(cells) and not cells[0].lstrip().startswith("#")
+    ]
+    if not lines:
+        raise InputError(f"{path}: an empty table")
+    names: tuple[str, ...] = ()
+    if _number(lines[0][1][0]) is None:
+        names = tuple(lines.pop(0)[1])
+    width = len(names or lines[0][1])
+    rows = [_row(path, number, cells, width) for number, cells in lines]
+    return names, np.array(rows).reshape(len(rows), width)
+
+
+def columns(path: str | Path, names: tuple[str, ...]) -> np.ndarray:
+    """Values (rows, columns) of a table with just these names. Raises InputError as `read`."""
+    found, values = read(path)
+    if sorted(found) != sorted(names):
+        there = ", ".join(found) if found else "a line of numbers"
+        raise InputError(f"{path}: {there} instead of the names {', '.join(names)}")
+    return values[:, [found.index(name) for name in names]]
+
+
+def _row(path, number, cells, width):
+    if len(cells) != width:
+        raise InputError(f"{path}: line {number} has {len(cells)} values, not {width}")
+    values = [_number(cell) for cell in cells]
+    for value, cell in zip(values, cells, strict=True):
+        if value is None or not np.isfinite(value):
+            raise InputError(f"{path}: line {number}: {cell[:40]!r} is not a number")
+    return values
+
+
+def _number(text):
+    try:
+        return float(text)
+    except ValueError:
+        return None
