@@ -41,8 +41,8 @@ def report(runs: Sequence[Config], existing: Existing, n_ranks: int) -> None:
 def _one(config, existing, n_ranks):
     """Print one study; returns its time on one core [s]."""
     out, study = progress.console(), studies.find(config)
-    examine(config, existing)
-    problem = build_problem(config) if study.integrates else None
+    prepared = examine(config, existing)
+    problem = study.problem_of(prepared) if study.integrates else None
     if study.has_disk:
         _print_model(out, config, problem or build_model(config))
     out.print(f"computes:             {', '.join(amount(config))}", soft_wrap=True)
@@ -52,7 +52,7 @@ def _one(config, existing, n_ranks):
     out.print(f"memory:               {memory:,.4g} MB of each rank, at most", soft_wrap=True)
     for line in plausibility.numbers(config, problem) if study.integrates else ():
         out.print(f"resolution:           {line}", soft_wrap=True)
-    for line in warnings(config):
+    for line in warnings(config, prepared):
         out.print(f"warning:              {line}", soft_wrap=True)
     if study.integrates and not can_touch(problem.scene):
         out.print("contact:              none, the bumps do not reach the blades")

@@ -83,12 +83,12 @@ def cost(config: Config, until_steady: float) -> Cost:
 def prepare(config: Config) -> Disks:
     """The disk of a configuration. Raises InputError as `build_problem`."""
     problem = build_problem(config)
-    return Disks(problem.scene, [modes_of(config, problem, disks(config)[-1])])
+    return Disks(problem, [modes_of(config, problem, disks(config)[-1])])
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """All speeds from one initial state."""
-    scene, (modes,) = problem
+    scene, (modes,) = problem.problem.scene, problem.modes
     speeds = config.speeds.values_hz
     name = starts(config)[task]
     motion = Motion.at_rest(len(speeds), len(modes.omega))

@@ -402,6 +402,7 @@ STUDY = Study(
     sizes=sizes,
     constants=constants,
     prepare=build_problem,
+    problem_of=lambda problem: problem,
     cost=cost,
     problems=problems,
     unit=MonteCarlo.what,

@@ -76,7 +76,7 @@ def problems(config: Config) -> Iterator[str]:
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
-    scene = problem.scene
+    scene = problem.problem.scene
     groups = history.groups(config.speeds.values_hz)
     disk, number = divmod(task, len(groups))
     modes, group = problem.modes[disk], groups[number]

@@ -7,14 +7,13 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, ReducedModel, craig_bampton, mistune, mistuned_modes
-from hpcrub.response.sweep import Scene
 from hpcrub.studies.problem import Model, Problem, build_problem
 
 
 class Disks(NamedTuple):
     """What simulations of the disks of an input need."""
 
-    scene: Scene
+    problem: Problem
     modes: list[Modes]  # of every disk
 
 
@@ -65,9 +64,9 @@ def disks(config: Config) -> np.ndarray:
 
 
 def prepare_disks(config: Config) -> Disks:
-    """Scene, and modes of the `disks` of an input. Raises InputError as `build_problem`."""
+    """Problem, and modes of the `disks` of an input. Raises InputError as `build_problem`."""
     problem = build_problem(config)
-    return Disks(problem.scene, [modes_of(config, problem, found) for found in disks(config)])
+    return Disks(problem, [modes_of(config, problem, found) for found in disks(config)])
 
 
 def basis_of(

@@ -18,6 +18,7 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, Dataset, computed_by
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cost import Cost
+from hpcrub.studies.problem import Problem
 from hpcrub.studies.warmup import warm_up
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -81,6 +82,8 @@ class Study:
     n_sources: int = 0  # result files of contact studies that it starts from
     has_disk: bool = True  # of its own
     integrates: bool = False  # in time, with the contact kernel
+    # of a study that integrates: the Problem in what `prepare` returned
+    problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
     histories: bool = False  # keeps the motion itself, and not only its amplitudes
     has_parts: bool = False  # can be computed in parts, each in a file of its own
     job: Callable[..., Job] = field(default=lambda *arguments: Tasks(*arguments))
