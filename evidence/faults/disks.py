@@ -124,15 +124,38 @@ sys.exit(main())
 
 
 def write_error(folder):
-    """The disk fails while samples are written: one line, no traceback, no crash at the end."""
-    folder.mkdir()
+    """No room while samples are written: one line, no traceback, no crash at the end."""
+    folder.mkdir(parents=True)
     (folder / "failing.py").write_text(FAILING)
+    job, code = run(folder / "job", "study.yaml", script=folder / "failing.py")
+    yield judged(job, code, [1], ["cannot write", "No space left on device"])
+
+
+@contextlib.contextmanager
+def disk_of_blocks(folder):
+    """A file system on a disk of its own, which can fail."""
+    folder.mkdir(parents=True)
+    image = folder.with_suffix(".img")
+    with open(image, "wb") as file:
+        file.truncate(2**24)
+    made = subprocess.run(["mkfs.ext4", "-q", image], capture_output=True)
+    mount = ["mount", "-o", "loop", str(image), str(folder)]
+    if made.returncode or subprocess.run(mount, capture_output=True).returncode:
+        raise Skip("needs root, the right to mount, and ext4")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def disk_lost(folder):
+    """The system gives a disk up while samples are written, as after an error of its blocks."""
     for ranks in (0, 2):
-        job, code = run(
-            folder / f"{ranks}", "study.yaml", script=folder / "failing.py", ranks=ranks
-        )
-        why = [] if ranks else ["No space left on device"]  # MPI-IO does not pass it on
-        yield judged(job, code, [1], ["cannot write", *why])
+        with disk_of_blocks(folder / f"{ranks}" / "results") as disk:
+            job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
+            job.until_done(1)
+            subprocess.run(["mount", "-o", "remount,abort", str(disk)], check=True)
+            yield judged(job, job.wait(), [1], ["cannot write", "Read-only file system"])
 
 
 def removed(folder):
@@ -236,7 +259,8 @@ FAULTS = {
     "disk too small": too_small,
     "disk full while running": full_while_running,
     "limit of a file's size (RLIMIT_FSIZE; as a quota would) while the file is laid out": quota,
-    "disk fails while samples are written": write_error,
+    "disk without room while samples are written": write_error,
+    "disk lost while samples are written": disk_lost,
     "no place for the log": log_full,
     "output folder removed while running": removed,
     "disk mounted read-only": read_only_folder,

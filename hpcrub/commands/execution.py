@@ -16,7 +16,6 @@ from hpcrub.ranks.runlog import RunLog, Work
 from hpcrub.results import ownership, storage
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import files, plausibility, size
-from hpcrub.studies.problem import build_problem
 from hpcrub.studies.study import Job
 
 
@@ -98,14 +97,20 @@ def check_output(config: Config, existing: Existing) -> bool:
     return existing.resume
 
 
-def warnings(config: Config) -> list[str]:
-    """What a study that integrates in time does not resolve, a line each."""
-    if not studies.find(config).integrates:
+def warnings(config: Config, prepared: Any) -> list[str]:
+    """What a study that integrates in time does not resolve, a line each.
+
+    prepared: what its `prepare` returned.
+    """
+    study = studies.find(config)
+    if not study.integrates:
         return []
-    return list(plausibility.warnings(config, build_problem(config)))
+    return list(plausibility.warnings(config, study.problem_of(prepared)))
 
 
-def claim(config: Config, existing: Existing, stack: contextlib.ExitStack) -> tuple[str, float]:
+def claim(
+    config: Config, existing: Existing, warned: list[str], stack: contextlib.ExitStack
+) -> tuple[str, float]:
     """Make sure that a sound result file is there, and nobody else's (rank 0).
 
     Returns what that was, and its seconds.
@@ -115,8 +120,7 @@ def claim(config: Config, existing: Existing, stack: contextlib.ExitStack) -> tu
     began = time.monotonic()
     if check_output(config, existing):
         return "check", time.monotonic() - began
-    found = warnings(config)
-    files.lay_out(config.output, config, {"warnings": "\n".join(found)} if found else None)
+    files.lay_out(config.output, config, {"warnings": "\n".join(warned)} if warned else None)
     return "lay-out", time.monotonic() - began
 
 
@@ -136,7 +140,7 @@ def execute(team: Team, config: Config, existing: Existing, figures: Figures) ->
     problem = team.on_root(lambda: examine(config, existing))
     team.stop_if_asked(config.output)
     with contextlib.ExitStack() as stack:
-        earlier = team.on_root(lambda: claim(config, existing, stack))
+        earlier = team.on_root(lambda: claim(config, existing, warnings(config, problem), stack))
         with Accounting(config, team, earlier) as log:
             _compute(team, config, problem, log)
             if figures and not config.is_part:
@@ -181,7 +185,7 @@ def _compute(team, config, problem, log):
         raise
     log.phase("close")
     file.close()
-    team.on_root(lambda: require_there(file.path))
+    team.on_root(lambda: storage.require_kept(file.path))
 
 
 def _fill(team, config, problem, file, log):
@@ -190,7 +194,7 @@ def _fill(team, config, problem, file, log):
     study = studies.find(config)
     bar = progress.Progress(config) if team.rank == 0 else None
     job = log.job = study.job(study, team, config, problem, file, bar, log.phase)
-    team.on_root(lambda: announce(bar, config, team.size))
+    team.on_root(lambda: announce(bar, config, team.size, warnings(config, problem)))
     try:
         job.run()
     except Interrupted as error:
@@ -211,18 +215,12 @@ def _stop(bar, job):
     return job.n_done()
 
 
-def require_there(path: Path) -> None:
-    """Raises HpcrubError when a result file has lost its name."""
-    if not path.exists():
-        raise HpcrubError(f"{path} was removed or moved while this job ran")
-
-
-def announce(bar: progress.Progress, config: Config, n_ranks: int) -> None:
+def announce(bar: progress.Progress, config: Config, n_ranks: int, warned: list[str]) -> None:
     """Say what will be computed."""
     ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
     what = ", ".join(amount(config))
     bar.say(f"hpcrub {__version__}: {what}, {ranks}, into {config.output}")
-    for line in warnings(config):
+    for line in warned:
         bar.say(f"warning: {line}")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the environment names
 
-from hpcrub.errors import HpcrubError, Interrupted
+from hpcrub.errors import HpcrubError
 from hpcrub.plot import FIGURES, find, pictures
 from hpcrub.ranks.progress import console
 
@@ -43,9 +43,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
         return error.exit_code
-    except KeyboardInterrupt:
-        print("hpcrub: interrupted, pictures named above are whole", file=sys.stderr)
-        return Interrupted.exit_code
     return code
 
 

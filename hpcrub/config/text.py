@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
 
+OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 _SCIENTIFIC = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 
 
@@ -133,7 +134,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> tuple[str, in
         elif detail["type"] == "extra_forbidden":
             lines.append(_unknown_key(model, _names(detail["loc"])))
         else:
-            lines.append(_wrong_value(model, detail["loc"], detail["input"]))
+            lines.append(_wrong_value(model, detail))
     more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
     return one_line(lines[0] + more)
 
@@ -160,7 +161,8 @@ def _names(loc):
     return [part for part in loc if isinstance(part, str)]
 
 
-def _wrong_value(model, loc, value):
+def _wrong_value(model, detail):
+    loc, value = detail["loc"], detail["input"]
     names = _names(loc)
     path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc)[1:]
     node = _leaves(model).get(".".join(names))
@@ -170,7 +172,8 @@ def _wrong_value(model, loc, value):
     about = f" ({node['description']})" if "description" in node else ""
     if isinstance(loc[-1], int):
         node = _first_variant(node)["items"]
-    return f"{path}: {show(value)} is not {_allowed(node)}{about}"
+    verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
+    return f"{path}: {show(value)} {verb} {_allowed(node)}{about}"
 
 
 def _allowed(node):

@@ -105,11 +105,14 @@ def alone(program: Callable[[], int]) -> int:
     """
 
     def stop(number, frame):
-        raise Interrupted(f"{_name(number)} came")
+        raise KeyboardInterrupt(_name(number))  # what handles errors does not handle this
 
     handlers = {number: signal.signal(number, stop) for number in STOP_SIGNALS}
     try:
         return program()
+    except KeyboardInterrupt as stopped:
+        _print_error(Interrupted(f"{stopped} came"), 0)
+        return Interrupted.exit_code
     except HpcrubError as error:
         _print_error(error, 0)
         if isinstance(error, WriteError):

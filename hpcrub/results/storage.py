@@ -273,12 +273,8 @@ class ResultFile:
 
     def names(self) -> list[str]:
         """Names of all datasets that the file holds, those of its user included."""
-        found: list[str] = []
         with self._damage():
-            self._file.visititems(
-                lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None
-            )
-        return found
+            return list(_names_in(self._file, set()))
 
     def __contains__(self, name: str) -> bool:
         try:
@@ -374,25 +370,40 @@ class ResultFile:
                 self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            raise WriteError(f"cannot write {self.path}: {_cause(error)}") from None
+            raise WriteError(f"cannot write {self.path}: {_cause(error, self.path)}") from None
 
     def close(self) -> None:
         """Close the file; collective with several ranks."""
         self._file.close()
 
 
+def _names_in(group, seen):
+    """Names of all datasets below a group, each object once (seen is modified).
+
+    h5py's visititems would crash on damaged metadata.
+    """
+    for name in group:
+        if isinstance(group.get(name, getlink=True), h5py.HardLink):
+            item = group[name]
+            address = h5py.h5o.get_info(item.id).addr
+            if address in seen:
+                continue
+            seen.add(address)
+            if isinstance(item, h5py.Dataset):
+                yield item.name.lstrip("/")
+            elif isinstance(item, h5py.Group):
+                yield from _names_in(item, seen)
+
+
 def read_arrays(path: str | Path) -> dict[str, Any]:
     """All datasets of any HDF5 file by name; text is a scalar of str. Raises OSError."""
-    arrays: dict[str, Any] = {}
-
-    def take(name, item):
-        if isinstance(item, h5py.Dataset):
-            text = h5py.check_string_dtype(item.dtype)
-            arrays[name] = np.array(item.asstr()[()]) if text else item[()]
-
     with h5py.File(path, "r", **SERIAL) as file:
-        file.visititems(take)
-    return arrays
+        return {name: _array(file[name]) for name in _names_in(file, set())}
+
+
+def _array(dataset):
+    text = h5py.check_string_dtype(dataset.dtype)
+    return np.array(dataset.asstr()[()]) if text else dataset[()]
 
 
 def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
@@ -435,10 +446,31 @@ def _unreadable(path, error):
     return f"{what}: {reason(error)}" if error.errno else f"{what} ({reason(error)})"
 
 
-def _cause(error):
-    """What went wrong: HDF5 buries the system's own words in the middle of its line."""
+def _cause(error, path):
+    """What went wrong: HDF5 buries the system's own words in its line, MPI-IO drops them."""
     found = re.search(r"error message = '([^']*)'", str(error))
-    return found[1] if found else reason(error)
+    if found:
+        return found[1]
+    try:
+        with open(path, "r+b", buffering=0) as file:  # the same again, without MPI-IO
+            first = file.read(1)
+            file.seek(0)
+            file.write(first)
+            os.fsync(file)
+    except OSError as again:
+        return reason(again)
+    return reason(error)
+
+
+def require_kept(path: Path) -> None:
+    """Raises HpcrubError when a closed result file has lost its name, or the disk its content."""
+    try:
+        with open(path, "rb") as file:
+            os.fsync(file)  # a disk may fail after the last write, a server refuse it late
+    except FileNotFoundError:
+        raise HpcrubError(f"{path} was removed or moved while this job ran") from None
+    except OSError as error:
+        raise WriteError(f"cannot write {path}: {reason(error)}") from None
 
 
 def _words(value):

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from hpcrub.commands import execution
 from hpcrub.commands import run as cli
-from hpcrub.config.schema import load_runs
+from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
 from hpcrub.studies.files import open_result
 from tests.program import TINY
@@ -42,6 +43,12 @@ def test_a_run_that_fails_does_not_keep_the_next_one(folder, capfd):
     open_result("last.h5").close()
     assert cli.main(["a.yaml", "--no-figures", "--resume"]) == 1  # it is tried again, last.h5 not
     assert "bumps, smallest gap" in capfd.readouterr().out
+
+
+def test_a_source_is_never_overwritten(folder):
+    config = Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
+    with pytest.raises(InputError, match="is one of the sources"):
+        execution.check_output(config, execution.Existing(overwrite=True))
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def test_the_input_says_which_law():
         ("distribution: measured, measured_percent: [0, 0]", "all values are 0"),
         ("intentional_percent: [1, 2, 3, 4, 5]", "5 values cannot be repeated around 12 blades"),
         ("intentional_percent: [99, -99]", "a blade deviates by 103 %"),
-        ("neighbour_correlation: 1", "mistuning.neighbour_correlation: 1 is not a number from 0"),
+        ("neighbour_correlation: 1", "mistuning.neighbour_correlation: 1 is out of range"),
         ("distribution: normal, pattern_percent: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]", "explicit"),
     ],
 )

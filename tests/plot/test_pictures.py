@@ -139,16 +139,6 @@ def test_odd_numbers_are_told_and_faults_of_the_program_are_seen(folder, capsys,
             draw(path, "--figure", "casing")
 
 
-def test_ctrl_c_is_one_line(folder, capsys, monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(pictures, "draw", interrupt)
-    assert draw(casing("casing.h5")) == 75
-    (line,) = error_lines(capsys.readouterr().err)
-    assert line == "hpcrub: interrupted, pictures named above are whole"
-
-
 @pytest.mark.parametrize(
     "environment",
     [{"MPLBACKEND": "nonsense"}, {"MPLBACKEND": "QtAgg", "DISPLAY": ":99"},

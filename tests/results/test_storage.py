@@ -1,6 +1,7 @@
 """The result file: its layout is a contract, and nothing unsound is ever taken for a result."""
 
 import errno
+import os
 import shutil
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from hpcrub.config import schema as config
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import contact_file, layout, storage
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import files
@@ -339,7 +340,7 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
         import resource, sys
         sys.path.insert(0, {str(ROOT)!r})
         from hpcrub.config import schema as config
-        from hpcrub.errors import HpcrubError, InputError
+        from hpcrub.errors import HpcrubError, InputError, WriteError
         from hpcrub.studies import files
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
         try:
@@ -355,3 +356,26 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
 
 def test_size_is_foretold(path, tiny_config):
     assert path.stat().st_size == pytest.approx(files.file_size(tiny_config), abs=32768)
+
+
+def test_a_file_that_the_disk_or_somebody_has_taken_away_is_told(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    with pytest.raises(HpcrubError, match=r"a\.h5 was removed or moved while this job ran"):
+        storage.require_kept(path)
+    path.touch()
+    storage.require_kept(path)
+
+    def fail(file):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(WriteError, match=r"cannot write .*a\.h5: Input/output error"):
+        storage.require_kept(path)
+
+
+def test_the_system_is_asked_for_the_reason_that_mpi_io_drops(tmp_path):
+    error = RuntimeError("Can't write data (file write failed)")
+    assert storage._cause(error, "/dev/full") == "No space left on device"
+    (tmp_path / "sound").write_bytes(b"abc")
+    assert storage._cause(error, tmp_path / "sound") == str(error)
+    assert (tmp_path / "sound").read_bytes() == b"abc"

@@ -1,0 +1,79 @@
+"""Ctrl-C and SIGTERM: every command ends with one line and its exit code, wherever it is."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from hpcrub.__main__ import main as program
+from hpcrub.commands import execution, import_model
+from hpcrub.commands import run as cli
+from hpcrub.results.storage import ResultFile
+from tests.program import ROOT, TINY, run, start
+
+DRY_RUN = """\
+import os, signal, sys
+from hpcrub.studies import cost
+from hpcrub.__main__ import main
+
+cost.trial = lambda *_: os.kill(os.getpid(), signal.SIGNAL)
+sys.exit(main())
+"""
+
+
+def interrupt(*_, **__):
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("command", ["inspect", "plot", "export", "merge whole.h5"])
+def test_ctrl_c_in_a_command_is_one_line(path, capsys, monkeypatch, command):
+    """Two files: it must not go on with the second one as after an error of the first."""
+    monkeypatch.setattr(ResultFile, "__init__", interrupt)
+    monkeypatch.chdir(path.parent)
+    assert program([*command.split(), str(path), str(path)]) == 75
+    assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
+    assert [found.name for found in path.parent.iterdir()] == [path.name]
+
+
+def test_ctrl_c_in_an_import_is_one_line(capsys, monkeypatch):
+    monkeypatch.setattr(import_model, "import_model", interrupt)
+    assert program(["import", "nastran", "a.op4", "--mesh", "a.bdf", "--contact", "TIP"]) == 75
+    assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_dry_run_that_measures_ends_at_once(tmp_path, name):
+    (tmp_path / "a.yaml").write_text(TINY)
+    (tmp_path / "driver.py").write_text(DRY_RUN.replace("SIGNAL", name))
+    arguments = "a.yaml", "--dry-run"
+    code, _, err = run(0, *arguments, folder=tmp_path, script=tmp_path / "driver.py")
+    assert (code, err) == (75, f"hpcrub: stopped: {name} came before anything was begun\n")
+
+
+def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
+    (tmp_path / "a.yaml").write_text(TINY)
+    begun = start(0, ROOT / "main.py", "a.yaml", folder=tmp_path)
+    listens = Path(f"/proc/{begun.pid}/status")
+    bit = 1 << (signal.SIGTERM - 1)
+    while not int(listens.read_text().split("SigCgt:")[1].split()[0], 16) & bit:
+        time.sleep(0.001)
+    begun.send_signal(signal.SIGTERM)
+    _, err = begun.communicate(timeout=60)
+    assert (begun.returncode, err) == (
+        75,
+        "hpcrub: stopped: SIGTERM came before anything was begun\n",
+    )
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)  # noqa: E731
+    monkeypatch.setattr(execution.size, "check", stop)
+    assert cli.main(["a.yaml"]) == 75
+    expected = f"hpcrub: stopped: SIGTERM came before {tmp_path / 'a.h5'} was opened\n"
+    assert capfd.readouterr().err == expected
+    assert not (tmp_path / "a.h5").exists()
