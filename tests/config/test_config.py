@@ -295,7 +295,7 @@ WRONG = [
     ("disk: {blade: [1]}", "disk.blade: [1] is not a section with keys such as n_elements"),
     ("casing:", "casing: null is not a section"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
-    ("casing: {harmonics: [{order: 0}]}", "casing.harmonics[0].order: 0 is not a whole number"),
+    ("casing: {harmonics: [{order: 0}]}", "casing.harmonics[0].order: 0 is out of range, allowed"),
     ("casing: {harmonics: [3]}", "casing.harmonics[0]: 3 is not a section with keys such as order"),
     ("casing: {profile_deg: [0, 1, 2, 3]}", "casing.profile_deg: goes with casing.profile_mm"),
     (
