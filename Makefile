@@ -37,8 +37,8 @@ run: $(STAMP)  ## run a study or go on with it (INPUT=... RANKS=2 ARGS=--overwri
 	mpirun -n $(RANKS) $(VENV_PYTHON) main.py "$(INPUT)" \
 	    $(if $(findstring --overwrite,$(ARGS)),,--resume) $(ARGS)
 
-test: $(STAMP)  ## run all tests (ARGS="-k config")
-	@$(VENV_PYTHON) -m pytest $(ARGS)
+test: $(STAMP)  ## run all tests, as many at once as there are cores (ARGS="-k config", ARGS="-n 0")
+	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal $(ARGS)
 
 test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
