@@ -211,12 +211,8 @@ def frequencies_by_diameter(model: neutral.NeutralModel, speed: float) -> np.nda
 
 def _sorted_by_diameter(values, shapes, angle, model, n_diameters):
     """Table of `frequencies_by_diameter` for like contact points of all blades."""
-    order = np.argsort(model.contact_blade, kind="stable")
-    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])[:, order]
-    like = shapes.reshape(len(shapes), model.n_blades, -1, shapes.shape[2])
-    like = like.transpose(0, 2, 1, 3).reshape(-1, model.n_blades, shapes.shape[2])
-    at = angle[order].reshape(model.n_blades, -1)[:, 0]
-    diameters = cyclic.nodal_diameters(like, at, model.n_blades)
+    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
+    diameters = cyclic.diameters_of(shapes, model.contact_blade, angle)
     table = np.full((n_diameters, MODES_PER_DIAMETER), np.nan)
     frequency = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
     for h in range(n_diameters):

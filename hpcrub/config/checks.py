@@ -68,6 +68,11 @@ def _disk_problems(c):
     if d.model is not None:
         if c.reduction.basis == "per_sample":
             yield "reduction.basis: per_sample is for the planar disk, not for disk.model"
+        if c.contact.kinematics == "polar" and d.n_directions == 3:
+            yield (
+                "contact.kinematics: polar is for planar disks; the disk of disk.model moves "
+                "axially, too, and small is the one for it"
+            )
         return
     if c.mistuning.by != "blade_stiffness":
         yield f"mistuning.by: {c.mistuning.by} needs disk.model"

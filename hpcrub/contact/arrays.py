@@ -95,6 +95,7 @@ class Spatial(NamedTuple):
     """What contact in three dimensions reads and modifies; N blades, at most P points on one."""
 
     points: np.ndarray  # contact points, blade by blade (n,) int
+    blade: np.ndarray  # of every contact point (n,) int
     starts: np.ndarray  # place in ``points`` of the first one of every blade (N + 1,) int
     way: np.ndarray  # of a point along the casing in a step, R 2π/n (C,) [m]
     friction: float
@@ -109,6 +110,7 @@ class Spatial(NamedTuple):
     factor: np.ndarray  # (P·P, L)
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)
+    steps_touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
 
 
 class Bank(NamedTuple):
@@ -132,9 +134,12 @@ LANE_MEMBERS = {
     Contact: Contact._fields,
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
-    Spatial: ("compliance", "before", "cosine", "sine", "touching", "factor", "right", "wrong"),
+    Spatial: (
+        "compliance", "before", "cosine", "sine", "touching", "factor", "right", "wrong",
+        "steps_touched",
+    ),
     Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
-}
+}  # fmt: skip
 
 
 def _take(group, lanes):

@@ -191,6 +191,7 @@ def _allocate_spatial(scene, grid, modes, width):
     way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
     return Spatial(
         points=np.argsort(interface.blade, kind="stable"),
+        blade=interface.blade,
         starts=starts,
         way=way,
         friction=scene.friction,
@@ -205,6 +206,7 @@ def _allocate_spatial(scene, grid, modes, width):
         factor=aligned_zeros((most**2, width)),
         right=aligned_zeros((max(most, 2), width)),
         wrong=aligned_zeros((most, width)),
+        steps_touched=aligned_zeros((interface.n_blades, width)),
     )
 
 
@@ -222,7 +224,8 @@ def empty_lane(bank: Bank, lane: int) -> None:
     for array in (scheme.decay, scheme.gain, *bank.contact):
         array[:, lane] = 0.0
     if bank.spatial:
-        bank.spatial.before[:, lane] = bank.spatial.touching[:, lane] = 0.0
+        for array in (bank.spatial.before, bank.spatial.touching, bank.spatial.steps_touched):
+            array[:, lane] = 0.0
     for array in (state.position, state.increment, state.multiplier, state.ramp, state.report):
         array[:, lane] = 0.0
     scheme.step[lane] = state.n_steps[lane] = 0
@@ -339,6 +342,14 @@ def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float]:
     h, state = bank.scheme.step[lane], bank.state
     velocity = state.increment[:, lane] / h
     return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h
+
+
+def steps_touched(bank: Bank, lane: int) -> np.ndarray:
+    """Steps in which every blade carried a force since its lane was filled (N,).
+
+    (0,) of a disk without axial motion, whose contacts are not counted.
+    """
+    return bank.spatial.steps_touched[:, lane].copy() if bank.spatial else np.zeros(0)
 
 
 def _spread(table, lane, values):

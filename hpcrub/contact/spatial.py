@@ -24,6 +24,7 @@ from hpcrub.contact.lanes import (
     fma,
     indices,
     inverse,
+    larger,
     length,
     load,
     select,
@@ -102,6 +103,7 @@ def _find_forces(lanes, scheme, contact, state, spatial, deepest):
     turn_friction(lanes, scheme, state, spatial, n_active)
     turned_delassus(lanes, contact, state, spatial, deepest, n_active)
     solve_blades(lanes, contact, state, spatial, deepest, n_blades)
+    count_contacts(lanes, state, spatial, n_blades)
     return turned_forces(lanes, contact, state, spatial, n_active)
 
 
@@ -225,6 +227,27 @@ def turned_delassus(
             w = fma(along, load(lanes, spatial.compliance, n_pairs + at), w)
             w = fma(across, load(lanes, spatial.compliance, 2 * n_pairs + at), w)
             store(contact.coupling, i * n_rows + j, w * scale)
+
+
+@compiled
+def count_contacts(lanes: tuple, state: State, spatial: Spatial, n_blades: int) -> None:
+    """Count this step for the blades that carry a force (spatial.steps_touched, modified).
+
+    Parameters
+    ----------
+    lanes, state, spatial
+        As in `kernel.integrate`.
+    n_blades : int
+        Active blades.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    for b in range(n_blades):
+        force = zero
+        for a in range(spatial.blades[b], spatial.blades[b + 1]):
+            force = larger(force, load(lanes, state.multiplier, state.active[a]))
+        blade = spatial.blade[state.active[spatial.blades[b]]]
+        touched = load(lanes, spatial.steps_touched, blade) + select(below(zero, force), one, zero)
+        store(spatial.steps_touched, blade, touched)
 
 
 @compiled

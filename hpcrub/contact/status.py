@@ -12,6 +12,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED = range(4)  # status of a point
 
 # reasons; BALANCE is found in files of versions before 0.2 only
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
+PERMANENT, FLUTTER = 8, 9
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -21,8 +22,10 @@ WORDS = (
     "diverged: contact forces not unique, friction is too high for this disk and step",
     "contact forces found, but not shown to be unique",
     "diverged: the energy audit does not close",
+    "permanent contact: a blade does not leave the casing, no amplitude",
+    "flutter by friction in permanent contact, no amplitude",
 )
-FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE)
+FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER)
 
 
 def are_fatal(codes: npt.ArrayLike) -> np.ndarray:

@@ -36,6 +36,13 @@ class Interface(NamedTuple):
         """Number of contact points of every blade (N,)."""
         return np.bincount(self.blade, minlength=self.n_blades)
 
+    def of_points(self, touching: np.ndarray) -> np.ndarray:
+        """Whether any contact point of each blade touches, (..., C) to (..., N) of bool."""
+        found = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)
+        for point, blade in enumerate(self.blade):
+            found[..., blade] |= touching[..., point]
+        return found
+
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
         """Largest of the observed magnitudes of every blade.
 

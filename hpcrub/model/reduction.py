@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from hpcrub.model.disk import Disk
@@ -36,8 +37,8 @@ class Modes(NamedTuple):
     speed: float = 0.0  # of rotation at which omega and the shapes are those given [rad/s]
     stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
 
-    def omega_at(self, speed: float) -> np.ndarray:
-        """Angular eigenfrequencies (K,) [rad/s] at a speed of rotation [rad/s].
+    def omega_at(self, speed: npt.ArrayLike) -> np.ndarray:
+        """Angular eigenfrequencies (..., K) [rad/s] at speeds of rotation (...) [rad/s].
 
         First order in the change of stiffness: the shapes stay those of `Modes.speed`, whose
         error in a frequency is of second order.
@@ -45,7 +46,8 @@ class Modes(NamedTuple):
         if not len(self.stiffening):
             return self.omega
         powers = np.array([2, 4])
-        change = (float(speed) ** powers - self.speed**powers) @ self.stiffening
+        speeds = np.asarray(speed, dtype=float)[..., None]
+        change = (speeds**powers - self.speed**powers) @ self.stiffening
         return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
 
     def at(self, speed_hz: float) -> "Modes":

@@ -1,6 +1,7 @@
 """Figures of a modal study: the disk, its SAFE diagram, its shapes."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,13 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 
 from hpcrub.errors import InputError
+from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK
 from hpcrub.results.storage import ResultFile
 
-SHOWN_HZ = 2000.0  # of the whole SAFE diagram
+SHOWN_HZ = 2000.0  # of the whole SAFE diagram, at least
+FAMILIES = 4.0  # and so many times the first family
 DEFORMED = 0.14  # largest displacement drawn, in radii
 FRAMES = 30  # of one period
 PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
@@ -57,8 +60,14 @@ def disk(canvas: Canvas) -> None:
 
     With the numbers of the blades, the sense of rotation, the load of the linear response and the
     displacements of a tip that the reduced model keeps (boundary dof), as in the paper's figure 1a.
+    Of a model file: its surface in three dimensions, with the contact nodes.
     """
     file = canvas.file
+    if file.config.disk.model is not None:
+        axes = canvas.panels(1, 1, (8, 7), subplot_kw=solids.THREE)[0, 0]
+        solids.draw(axes, solids.Solid.of_result(file))
+        canvas.title(f"{Path(file.config.disk.model).name}: blades and contact nodes")
+        return
     axes = canvas.panels(1, 1, (7.5, 8.2))[0, 0]
     _draw_disk(axes, file, width=2.5)
     nodes = 1e3 * file.read("position_m")
@@ -139,16 +148,19 @@ def safe(canvas: Canvas) -> None:
     file = canvas.file
     config = file.config
     axes = canvas.panels(1, 2, (12.5, 5.8))[0]
-    diameters, frequencies = _modes(file, "full")
+    full = len(file.read("full/frequencies_hz")) > 0  # there is none in a reduced model file
+    diameters, frequencies = _modes(file, "full" if full else "reduced")
     n_blades, n_d = config.disk.n_blades, config.casing.main_order
     most = n_blades // 2
     first = frequencies[:n_blades]
     margin = 0.35 * np.ptp(first)
-    limits = [(0, SHOWN_HZ), (first.min() - margin, first.max() + margin)]
+    shown = max(SHOWN_HZ, FAMILIES * first.max())
+    limits = [(0, shown), (first.min() - margin, first.max() + margin)]
     for panel, (bottom, top) in zip(axes, limits, strict=True):
         for family in families(diameters, frequencies):
             panel.plot(range(len(family)), family, color=BLUE, lw=1, alpha=0.6)
-        panel.plot(diameters, frequencies, ".", color=BLUE, ms=9, label="full model")
+        if full:
+            panel.plot(diameters, frequencies, ".", color=BLUE, ms=9, label="full model")
         panel.plot(
             *_modes(file, "reduced"), "o", mfc="none", mec=ORANGE, ms=11,
             label=f"reduced model, η = {config.reduction.n_modes}",
@@ -167,7 +179,7 @@ def safe(canvas: Canvas) -> None:
     what = f"order {n_d}" if config.casing.profile.exists else config.casing.words
     axes[0].annotate(
         f"{what}: {n_d * critical:.4g} Hz{why}", (excited, n_d * critical),
-        xytext=(0.45 * most, _gap(frequencies)), ha="center", va="center", fontsize=11,
+        xytext=(0.45 * most, _gap(frequencies, shown)), ha="center", va="center", fontsize=11,
         arrowprops={"arrowstyle": "->"},
     )  # fmt: skip
     for n, style in ((3, ":"), (4, "--"), (5, "-.")):
@@ -184,9 +196,9 @@ def safe(canvas: Canvas) -> None:
         canvas.legend_of(panel)
 
 
-def _gap(frequencies: Any) -> float:
-    """Middle of the widest band below SHOWN_HZ without modes [Hz], where words can stand."""
-    lines = np.append(np.sort(frequencies[frequencies < SHOWN_HZ]), SHOWN_HZ)
+def _gap(frequencies: Any, top: float) -> float:
+    """Middle of the widest band below a frequency without modes [Hz], where words can stand."""
+    lines = np.append(np.sort(frequencies[frequencies < top]), top)
     widest = int(np.diff(lines).argmax())
     return float(lines[widest : widest + 2].mean())
 
@@ -220,10 +232,16 @@ def shapes(canvas: Canvas, mode: int | None = None) -> None:
     columns = min(len(chosen), 4)
     rows = -(-len(chosen) // columns)
     size = 3.2 if mode is None else 6.5
-    axes = canvas.panels(rows, columns, (size * columns, (size + 0.3) * rows)).ravel()
+    solid = None if file.config.disk.model is None else solids.Solid.of_result(file)
+    how = {} if solid is None else {"subplot_kw": solids.THREE}
+    axes = canvas.panels(rows, columns, (size * columns, (size + 0.3) * rows), **how).ravel()
     canvas.hide(axes[len(chosen) :])
     for panel, k in zip(axes, chosen, strict=False):
-        _draw_shape(panel, file, k, 1.0)
+        if solid is None:
+            _draw_shape(panel, file, k, 1.0)
+        else:
+            solids.draw(panel, solid, file.read("shapes", k), numbers=False)
+            panel.set_axis_off()
         panel.set_title(f"mode {k + 1}: {frequencies[k]:.2f} Hz,\nnodal diameters: {diameters[k]}")
 
 
@@ -251,6 +269,8 @@ def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
     """
     file = canvas.file
     k = _checked(file, mode)
+    if file.config.disk.model is not None:
+        return _animated_solid(canvas, k)
     axes = canvas.panels(1, 1, (5, 5.2))[0, 0]
     frequency = file.read("reduced/frequencies_hz")[k]
     pictures = [list(_lines(file, _moved(file, k, frame))) for frame in range(FRAMES)]
@@ -264,6 +284,20 @@ def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
         for line, (_, xy) in zip(lines, pictures[frame], strict=True):
             line.set_data(*xy.T)
         return lines
+
+    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
+
+
+def _animated_solid(canvas: Canvas, k: int) -> FuncAnimation:
+    file = canvas.file
+    axes = canvas.panels(1, 1, (5, 5.2), subplot_kw=solids.THREE)[0, 0]
+    solid, shape = solids.Solid.of_result(file), file.read("shapes", k)
+    drawn = solids.draw(axes, solid, shape, numbers=False)
+    axes.set_title(f"mode {k + 1}: {file.read('reduced/frequencies_hz')[k]:.2f} Hz")
+    axes.set_axis_off()
+
+    def draw(frame: int) -> list[Any]:
+        return solids.move(drawn, solid, np.sin(2 * np.pi * frame / FRAMES) * shape)
 
     return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
 

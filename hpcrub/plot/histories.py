@@ -50,7 +50,7 @@ def time(canvas: Canvas) -> None:
         right.plot(t[close], values[close, tip], color=BLUE, lw=1.4)
         left.set_ylabel(label)
     handles: list[Any] = [
-        Line2D([], [], color=BLUE, label=f"blade {tip + 1}"),
+        Line2D([], [], color=BLUE, label=_name(file, tip)),
         Patch(color=ENVELOPE, label="from the smallest to the largest of all blades"),
     ]
     if file.read("point_status", disk) == DIVERGED:
@@ -64,6 +64,16 @@ def time(canvas: Canvas) -> None:
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
     canvas.legend(handles)
     canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
+
+
+def _name(file: ResultFile, point: int) -> str:
+    """Blade of a contact point, and which of its points it is where it has several."""
+    if file.config.disk.n_points == file.config.disk.n_blades:
+        return f"blade {point + 1}"
+    blades = file.read("contact_blade")
+    mine = np.flatnonzero(blades == blades[point])
+    place = int(np.searchsorted(mine, point)) + 1
+    return f"blade {blades[point] + 1}, contact node {place} of {len(mine)}"
 
 
 def envelope(time: Any, values: Any) -> tuple[Any, Any, Any]:

@@ -49,14 +49,15 @@ def interaction_map(canvas: Canvas) -> None:
     spectra = 1e3 * file.read("spectrum_m")
     # with a scale that has a top even where nothing moves
     top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
-    lost = status.are_fatal(file.read("point_reason"))
+    reasons = file.read("point_reason")
     for disk, panel in enumerate(axes):
         image = panel.pcolormesh(
             speeds, frequencies, spectra[disk].T, norm=LogNorm(top / 10**DECADES, top),
             cmap="Greys", shading="nearest", rasterized=True,
         )  # fmt: skip
-        for speed in speeds[lost[disk]]:
-            panel.axvline(speed, color=PINK, lw=2, label="diverged")
+        for speed, reason in zip(speeds, reasons[disk], strict=True):
+            if status.are_fatal(reason):
+                panel.axvline(speed, color=PINK, lw=2, label=status.words(reason))
         panel.margins(x=0)
         panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
         panel.set_title(DISKS[disk], pad=20)

@@ -8,7 +8,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from hpcrub.contact.status import NOT_STEADY
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot import intervals, published
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered, reference
@@ -68,9 +69,26 @@ def draw_response(
             speeds[unsteady], values[unsteady], "o", mfc="w", mec=colour, ms=5, zorder=4,
             label=label and f"{label}, not steady",
         )  # fmt: skip
+    _draw_lost(axes, file, group, where, colour, label)
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+
+
+def _draw_lost(
+    axes: Axes, file: ResultFile, group: str, where: Any, colour: Any, label: str | None
+) -> None:
+    """Crosses at the speeds without a result, with the reasons in words."""
+    lost = file.read(f"{group}/point_status", where) == DIVERGED
+    if not lost.any():
+        return
+    speeds, reasons = file.read("speeds_hz"), file.read(f"{group}/point_reason", where)
+    for n, code in enumerate(np.unique(reasons[lost])):
+        at = speeds[lost & (reasons == code)]
+        axes.plot(
+            at, np.zeros(len(at)), "xP*d"[n % 4], color=colour, ms=7, clip_on=False, zorder=5,
+            label=label and f"{label}: {status.words(code)}",
+        )  # fmt: skip
 
 
 def _draw_pattern(axes: Axes, file: ResultFile, name: str, scale: float) -> None:

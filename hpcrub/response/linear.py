@@ -6,6 +6,8 @@ and a displacement is Re(u exp(j w t)) with
 
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
+
+Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / n_d.
 """
 
 import numpy as np
@@ -54,7 +56,7 @@ def engine_order_response(
     """
     w = 2 * np.pi * engine_order * np.asarray(speed_hz, dtype=float)
     load = _modal_load(modes, amplitude, engine_order, interface)
-    return (load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.observed.T
+    return (load / _Oscillators(modes, damping_ratio, engine_order).stiffness(w)) @ modes.observed.T
 
 
 def linear_peak(
@@ -72,7 +74,9 @@ def linear_peak(
     modes, damping_ratio, amplitude, engine_order, interface
         As of `engine_order_response`.
     n_family : int
-        Modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over n_d.
+        Modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over n_d,
+        each omega being that of the speed at which the load meets it. Where it never does, because
+        the stiffness grows faster with the speed, frequencies are those of `Modes.speed`.
 
     Returns
     -------
@@ -93,28 +97,75 @@ def linear_peak(
     if not (damping_ratio > 0 and engine_order > 0):
         raise ValueError("a linear peak needs damping_ratio > 0 and engine_order > 0")
     load = _modal_load(modes, amplitude, engine_order, interface)
-    w = _search_mesh(modes.omega, damping_ratio, n_family)
-    u = np.abs((load / _dynamic_stiffness(modes.omega, damping_ratio, w)) @ modes.observed.T)
+    if not np.isfinite(_resonances(modes, engine_order)[:n_family]).all():
+        modes = modes._replace(stiffening=modes.stiffening[:0])
+    w = _search_mesh(_resonances(modes, engine_order), damping_ratio, n_family)
+    oscillators = _Oscillators(modes, damping_ratio, engine_order)
+    u = np.abs((load / oscillators.stiffness(w)) @ modes.observed.T)
 
     speed, row = _mesh_maxima(u)
     residues = modes.observed[row] * load
     low, high = w[np.maximum(speed - 1, 0)], w[np.minimum(speed + 1, len(w) - 1)]
-    w, u = _refine(residues, modes.omega, damping_ratio, w[speed], low, high)
+    w, u = _refine(residues, oscillators, w[speed], low, high)
     best = np.argmax(u)
     return float(u[best]), float(w[best] / (2 * np.pi * engine_order))
+
+
+class _Oscillators:
+    """The modes under a load of an engine order, whose frequency w says the speed."""
+
+    def __init__(self, modes: Modes, damping_ratio: float, engine_order: int) -> None:
+        self.modes, self.xi, self.engine_order = modes, damping_ratio, engine_order
+
+    def stiffness(self, w: np.ndarray) -> np.ndarray:
+        """omega^2 - w^2 + 2 j xi omega w of every mode, (len(w), K)."""
+        omega = self._omega(w)
+        stiffness = np.empty((len(w), omega.shape[-1]), dtype=complex)
+        np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
+        np.multiply(2 * self.xi * omega, w[:, None], out=stiffness.imag)
+        return stiffness
+
+    def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
+        """First and second derivative of `stiffness` by w."""
+        omega, w = self._omega(w), w[:, None]
+        d1 = 2 * (1j * self.xi * omega - w)
+        if not len(self.modes.stiffening):
+            return d1, -2.0
+        by_square, by_fourth = self.modes.stiffening
+        n, speed = self.engine_order, w / self.engine_order
+        square1 = (2 * speed * by_square + 4 * speed**3 * by_fourth) / n  # d(omega^2)/dw
+        square2 = (2 * by_square + 12 * speed**2 * by_fourth) / n**2
+        omega1 = square1 / (2 * omega)
+        omega2 = (square2 / 2 - omega1**2) / omega
+        d1 = d1 + square1 + 2j * self.xi * w * omega1
+        return d1, square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
+
+    def _omega(self, w):
+        """Frequencies (K,), or (len(w), K) where they depend on the speed [rad/s]."""
+        if not len(self.modes.stiffening):
+            return self.modes.omega
+        return self.modes.omega_at(w / self.engine_order)
+
+
+def _resonances(modes, engine_order):
+    """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
+
+    omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
+    """
+    if not len(modes.stiffening):
+        return modes.omega
+    speed, (by_square, by_fourth) = modes.speed, modes.stiffening
+    a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
+    left = 1 - by_square / engine_order**2
+    c = by_fourth / engine_order**4
+    with np.errstate(all="ignore"):
+        square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
+        return np.sqrt(np.where(square > 0, square, np.nan))
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
     share = 1.0 / interface.points_per_blade[interface.blade]
     return amplitude * ((share * np.exp(-1j * engine_order * interface.angle)) @ modes.normal)
-
-
-def _dynamic_stiffness(omega, xi, w):
-    """omega^2 - w^2 + 2 j xi omega w of every mode, (len(w), K)."""
-    stiffness = np.empty((len(w), len(omega)), dtype=complex)
-    np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
-    np.multiply(2 * xi * omega, w[:, None], out=stiffness.imag)
-    return stiffness
 
 
 def _search_mesh(omega, xi, n_family):
@@ -124,9 +175,9 @@ def _search_mesh(omega, xi, n_family):
     can vary only on the scale of the distance to the nearest pole. The mesh has a constant step in
     s, where ds = dw / distance: w = omega_k + h sinh(s - s_k) around resonance k, h = xi omega_1.
     """
-    first, last = 0.9 * omega[0], 1.1 * omega[n_family - 1]
-    h = xi * omega[0]
-    pole = omega[(omega >= first) & (omega <= last)]
+    first, last = 0.9 * omega[:n_family].min(), 1.1 * omega[:n_family].max()
+    h = xi * omega[:n_family].min()
+    pole = np.sort(omega[(omega >= first) & (omega <= last)])
     half_gap = np.arcsinh(np.diff(pole) / (2 * h))
     below, above = np.arcsinh((pole[0] - first) / h), np.arcsinh((last - pole[-1]) / h)
     s_pole = below + np.concatenate([[0], np.cumsum(2 * half_gap)])
@@ -145,16 +196,16 @@ def _mesh_maxima(u):
     return np.nonzero(is_maximum & (u >= _WORTH_REFINING * u.max()))
 
 
-def _refine(residues, omega, xi, w, low, high):
+def _refine(residues, oscillators, w, low, high):
     """Maximise |u|, u = sum_k residues_k / d_k(w), from w inside [low, high], several at once.
 
     Newton's method on the slope of |u|^2, halving the bracket where it fails.
     Returns the last w and |u|, shapes as w.
     """
+    smallest = 1e-5 * oscillators.xi * oscillators.modes.omega[0]
     for _ in range(_MAX_ITERATIONS):
-        inverse = 1 / _dynamic_stiffness(omega, xi, w)
-        d1 = 2 * (1j * xi * omega - w[:, None])  # dd/dw; the second derivative is -2
-        u, u1, u2 = _response_and_slopes(residues, inverse, d1)
+        inverse = 1 / oscillators.stiffness(w)
+        u, u1, u2 = _response_and_slopes(residues, inverse, *oscillators.slopes(w))
         slope = (u1 * u.conj()).real
         bend = (u2 * u.conj()).real + np.abs(u1) ** 2
         low, high = np.where(slope > 0, w, low), np.where(slope > 0, high, w)
@@ -162,15 +213,15 @@ def _refine(residues, omega, xi, w, low, high):
             newton = w - slope / bend
         usable = (bend < 0) & (newton >= low) & (newton <= high)
         step = np.where(usable, newton, (low + high) / 2) - w
-        if np.all(np.abs(step) <= 1e-5 * xi * omega[0]):
+        if np.all(np.abs(step) <= smallest):
             break
         w = w + step
     return w, np.abs(u)
 
 
-def _response_and_slopes(residues, inverse, d1):
-    """Response u = sum r/d and its two derivatives by w, for d'' = -2."""
+def _response_and_slopes(residues, inverse, d1, d2):
+    """Response u = sum r/d and its two derivatives by w, from those of d."""
     term = residues * inverse
     term1 = -term * d1 * inverse
-    term2 = 2 * (term - term1 * d1) * inverse
+    term2 = -(d2 * term + 2 * term1 * d1) * inverse
     return term.sum(axis=1), term1.sum(axis=1), term2.sum(axis=1)

@@ -4,6 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact import status
+
+PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
+FLUTTER = 100.0  # amplitude of a flutter, over clearance and height of the casing
+
 
 class SteadyCriteria(NamedTuple):
     """When a run is checked and accepted (Joachim, Nyssen, Batailly 2020, section 3.1)."""
@@ -60,6 +65,32 @@ def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) 
     criteria : SteadyCriteria
     """
     return correlation(before, last) > criteria.min_correlation
+
+
+def permanent_contact(share: np.ndarray, amplitude: float, lift: float) -> int:
+    """Whether a motion is one in permanent contact, whose amplitude means nothing.
+
+    A blade that touches the casing all the time is pressed against it by friction. It either
+    follows the casing, or friction feeds a vibration (flutter), which has no bounds that small
+    displacements know of.
+
+    Parameters
+    ----------
+    share : ndarray (N,)
+        Share of the last window in which each blade touches; (0,) where it is not known.
+    amplitude : float
+        Largest observed displacement in that window [m].
+    lift : float
+        Clearance and highest place of the casing together [m].
+
+    Returns
+    -------
+    int
+        Code of ``status``: NONE, PERMANENT or FLUTTER.
+    """
+    if not (len(share) and share.max() > PERMANENT):
+        return status.NONE
+    return status.FLUTTER if amplitude > FLUTTER * lift else status.PERMANENT
 
 
 def localisation(blade_amplitude: np.ndarray) -> np.ndarray:

@@ -19,7 +19,13 @@ from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.model.casing import NO_PROFILE, Profile, highest, repeats
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes
-from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated, localisation
+from hpcrub.response.steady import (
+    SteadyCriteria,
+    is_constant,
+    is_repeated,
+    localisation,
+    permanent_contact,
+)
 
 WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
 BAND = 1.08  # ratio of the fastest to the slowest speed of a band
@@ -52,6 +58,11 @@ class Scene(NamedTuple):
     def repeats(self) -> int:
         """Times that all that a contact point meets repeats itself in a turn."""
         return repeats(self.n_bumps, self.bump_height, self.profile)
+
+    @property
+    def lift(self) -> float:
+        """Clearance and highest place of the casing together [m]."""
+        return self.clearance + highest(self.n_bumps, self.bump_height, self.profile)
 
 
 class Motion(NamedTuple):
@@ -288,6 +299,7 @@ class _Band:
         self.start = [0] * width  # block at which it started
         self.check = [0] * width  # block at which it is checked next
         self.passed = [0] * width  # checks passed in succession
+        self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
 
     def run(self, waiting, out, poll):
         """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
@@ -302,6 +314,7 @@ class _Band:
             now = until
             if poll is not None:
                 poll()
+            self._count_contacts(now)
             for lane, check in enumerate(self.check):
                 if self.speed[lane] is not None and check == now and self._finished(lane, now, out):
                     n_steps += (now - self.start[lane]) * self.grid.steps_per_block
@@ -321,7 +334,7 @@ class _Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank = self.bank.take(kept)
-        for name in ("speed", "start", "check", "passed"):
+        for name in ("speed", "start", "check", "passed", "touched"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
@@ -329,7 +342,22 @@ class _Band:
         checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
         begin = min(checks) - 2 * self.window
         recording = begin <= now or not self.scene.shortcuts.windows
-        return recording, min(checks) if recording else begin
+        if not recording:
+            return False, begin
+        last_windows = [c - self.window for c in checks if c - self.window > now]
+        return True, min(checks + last_windows)
+
+    def _count_contacts(self, now):
+        """Keep the contacts until now of the lanes whose last window before a check begins."""
+        for lane, check in enumerate(self.check):
+            if self.speed[lane] is not None and check - self.window == now:
+                self.touched[lane] = now, bank.steps_touched(self.bank, lane)
+
+    def _share_touched(self, lane, now):
+        """Share of the last window in which every blade touched (N,); (0,) where not counted."""
+        begin, before = self.touched[lane]
+        steps = (now - begin) * self.grid.steps_per_block
+        return (bank.steps_touched(self.bank, lane) - before) / steps
 
     def _blocks(self, lane, seconds, rounding):
         return rounding(
@@ -378,8 +406,12 @@ class _Band:
                 extend = steady.extend_revolutions * self.grid.blocks_per_revolution
                 self.check[lane] = min(now + extend, self.start[lane] + cap)
                 return False
-            out.amplitude[index] = last.max()
-            out.localisation[index] = localisation(self.scene.interface.of_blades(last))
+            stuck = permanent_contact(self._share_touched(lane, now), last.max(), self.scene.lift)
+            if stuck:
+                verdict, reason = DIVERGED, stuck
+            else:
+                out.amplitude[index] = last.max()
+                out.localisation[index] = localisation(self.scene.interface.of_blades(last))
         out.point_status[index], out.point_reason[index] = verdict, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)

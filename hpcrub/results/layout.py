@@ -74,7 +74,10 @@ def index_scale(dimension: str) -> Dataset:
 
 POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
 _SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
-POINT_STATUS = "0 none, 1 steady, 2 not steady within the time limit, 3 diverged: values are NaN"
+POINT_STATUS = (
+    "0 none, 1 steady, 2 not steady within the time limit, 3 no result, as point_reason says: "
+    "values are NaN"
+)
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = "largest tangential displacement of any tip over the last revolutions"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"

@@ -2,6 +2,7 @@
 
 import functools
 import os
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,13 +60,41 @@ def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
     model, disk = _read(path, found), None
     if model.kind != "reduced":
         disk = assembly.assemble(model)
-        model, _ = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
+        model, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
     by_modes = config.mistuning.by == "cantilever_modes"
     small = reduced.reduced_model(model, speed, by_modes)
     if not by_modes and model.blade_stiffness is None and _mistuned(config):
         raise InputError(f"disk.model: {path} has no K_blade; its blades cannot be mistuned")
     checks.check_frequency(np.sqrt(small.tuned_eigenvalues[0]) / (2 * np.pi))
-    return disk, small
+    return disk, small if disk is None else small._replace(basis=basis)
+
+
+class Scenery(NamedTuple):
+    """What figures show of a disk of a model file: n nodes that have a place."""
+
+    nodes: np.ndarray  # (n, 3) [m]
+    surface: np.ndarray  # (F, 4) nodes of faces
+    contact_node: np.ndarray  # (C,)
+    contact_blade: np.ndarray  # (C,)
+    rows: np.ndarray | None  # (n, 3) rows of u_r, u_theta, u_z, -1 for none; None: only reduced
+
+
+def scenery(config: Config) -> Scenery:
+    """The nodes of its model file that figures show: all of its surface, and those of contact.
+
+    Without a surface, all nodes.
+    """
+    model = _read(str(config.disk.model), str(config.disk.model_sha256))
+    disk: Any = model if model.kind == "reduced" else assembly.assemble(model)
+    shown = np.isfinite(disk.nodes).all(axis=1)
+    if len(disk.surface):
+        on = np.union1d(disk.surface, disk.contact_node)
+        shown &= np.isin(np.arange(len(shown)), on)
+    place = np.cumsum(shown) - 1
+    rows = None if model.kind == "reduced" else disk.row[shown]
+    return Scenery(
+        disk.nodes[shown], place[disk.surface], place[disk.contact_node], disk.contact_blade, rows
+    )
 
 
 def memory(config: Config) -> int:

@@ -10,6 +10,7 @@ from scipy.signal.windows import hann
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.response import history
+from hpcrub.response.steady import permanent_contact
 from hpcrub.results.layout import POINT_REASON, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.cost import Cost
@@ -82,21 +83,30 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     modes, group = problem.modes[disk], groups[number]
     speeds = config.speeds.values_hz[group]
     parts = [
-        (piece.time, piece.observed, piece.reason)
+        (piece.time, piece.observed, _touching(scene, piece), piece.reason)
         for piece in history.integrate(modes, scene, speeds, config.history.duration_s, poll=poll)
     ]
-    *values, reason = zip(*parts, strict=True)
-    time, tips = map(np.concatenate, values)
+    *values, reasons = zip(*parts, strict=True)
+    time, tips, touching = map(np.concatenate, values)
     if group[0] == groups[0][0]:
         yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
     for lane, speed in enumerate(group):
-        yield "point_reason", (disk, speed), reason[-1][lane]
-        if status.are_fatal(reason[-1][lane]):
-            continue
         interval = time[1, lane] - time[0, lane]
-        window = tips[-round(config.spectrum.window_s / interval) :, :, lane]
+        last = slice(-round(config.spectrum.window_s / interval), None)
+        window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
+        reason = reasons[-1][lane]
+        if not status.are_fatal(reason):
+            reason = permanent_contact(share, np.abs(window).max(), scene.lift) or reason
+        yield "point_reason", (disk, speed), reason
+        if status.are_fatal(reason):
+            continue
         yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
         yield "amplitude_m", (disk, speed), np.abs(window).max()
+
+
+def _touching(scene, piece):
+    """Whether blades touch between two records of a history.Piece, (R, S, N)."""
+    return scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
 
 
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:

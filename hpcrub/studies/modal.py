@@ -8,46 +8,71 @@ from scipy.linalg import eigh
 
 from hpcrub.config.schema import Config
 from hpcrub.model.disk import Points
+from hpcrub.model.imported import cyclic
+from hpcrub.model.imported.craig_bampton import boundary_rows, lowest_modes
+from hpcrub.model.imported.neutral import stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.problem import build_model
+from hpcrub.studies import imported
+from hpcrub.studies.problem import Model, build_model
 from hpcrub.studies.study import Poll, Study, Values
 
 MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
-LAYOUT = (
-    Dataset("position_m", ("node", "axis"), "m", "nodes of the disk, x and y"),
-    Dataset("blades", ("blade", "blade_node"), "1", "nodes of a blade, root to tip", "i8"),
-    Dataset("ring", ("blade", "end"), "1", "end nodes of every ring element", "i8"),
-    Dataset("spokes", ("blade", "end"), "1", "inner and outer node of every spoke", "i8"),
+_FREQUENCIES = (
     Dataset("full/frequencies_hz", ("dof",), "Hz", "frequencies of the full model"),
     Dataset("full/nodal_diameters", ("dof",), "1", _DIAMETERS, "i8"),
     Dataset("reduced/frequencies_hz", ("mode",), "Hz", "frequencies of the reduced model"),
     Dataset("reduced/nodal_diameters", ("mode",), "1", _DIAMETERS, "i8"),
-    Dataset(
-        "shapes", ("shape", "node", "axis"), "1", "displacements x, y of a mode, largest one is 1"
-    ),
+    Dataset("shapes", ("shape", "node", "axis"), "1", "displacements of a mode, largest one is 1"),
+)
+PLANAR = (
+    Dataset("position_m", ("node", "axis"), "m", "nodes of the disk, x and y"),
+    Dataset("blades", ("blade", "blade_node"), "1", "nodes of a blade, root to tip", "i8"),
+    Dataset("ring", ("blade", "end"), "1", "end nodes of every ring element", "i8"),
+    Dataset("spokes", ("blade", "end"), "1", "inner and outer node of every spoke", "i8"),
+    *_FREQUENCIES,
+)
+OF_FILE = (  # of a model file
+    Dataset("position_m", ("node", "axis"), "m", "nodes of the disk, x, y and z"),
+    Dataset("surface", ("face", "corner"), "1", "nodes of the faces of its surface", "i8"),
+    Dataset("contact_node", ("point",), "1", "node of every contact point", "i8"),
+    Dataset("contact_blade", ("point",), "1", "blade of every contact point", "i8"),
+    *_FREQUENCIES,
 )
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
-    blade, n_blades = config.disk.blade, config.disk.n_blades
+    """Length of every dimension that does not need a look into a model file."""
     n_modes = config.n_coordinates
-    return {
+    found = {"mode": n_modes, "shape": min(MOST_SHAPES, n_modes)}
+    if config.disk.model is not None:
+        return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
+    blade, n_blades = config.disk.blade, config.disk.n_blades
+    return found | {
         "node": n_blades * (blade.n_elements + 2),
         "axis": 2,
         "end": 2,
         "blade": n_blades,
         "blade_node": blade.n_elements + 1,
         "dof": config.disk.n_dof,
-        "mode": n_modes,
-        "shape": min(MOST_SHAPES, n_modes),
     }
+
+
+def sizes_of_file(config: Config) -> dict[str, int]:
+    """Nodes, faces and frequencies of a model file."""
+    if config.disk.model is None:
+        return {}
+    seen = imported.scenery(config)
+    n_modes = 0 if seen.rows is None else min(MOST_SHAPES, config.n_coordinates)
+    return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Frequencies and shapes."""
+    if config.disk.model is not None:
+        yield from _of_file(config, problem)
+        return
     disk, reduced = problem
     n_blades = len(disk.blade_dof)
     eigenvalues, full = eigh(disk.stiffness, disk.mass)
@@ -61,6 +86,44 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield name, (), getattr(points, name)
     yield "position_m", (), points.position
     yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
+
+
+def _of_file(config: Config, model: Model) -> Iterator[Values]:
+    """The same of a model file: the disk of the middle of the band of speeds."""
+    disk, reduced = model
+    seen, face = imported.scenery(config), reduced.interface
+    for name in ("surface", "contact_node", "contact_blade"):
+        yield name, (), getattr(seen, name)
+    yield "position_m", (), seen.nodes
+    rows = face.normal, face.tangential, face.axial
+    tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
+    yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
+    yield "reduced/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
+    if disk is None:
+        parts = np.moveaxis(tips, 0, 1)
+    else:
+        K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
+        n_modes = min(MOST_SHAPES, len(reduced.mass))
+        values, full = lowest_modes(K, disk.mass.tocsc(), n_modes)
+        tips = full[boundary_rows(disk)].reshape(-1, len(face.blade), n_modes)
+        yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
+        yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
+        shapes = np.vstack([reduced.basis @ reduced.tuned_modes, np.zeros(len(reduced.mass))])
+        parts = shapes[seen.rows]  # row -1 is held
+    yield "shapes", (), _in_space(seen.nodes, parts[..., :MOST_SHAPES])
+
+
+def _in_space(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Displacements x, y, z (K, n, 3), the largest one is 1.
+
+    nodes: (n, 3); parts: (n, 2 or 3, K), radial, tangential and axial.
+    """
+    c, s = (f(np.arctan2(nodes[:, 1], nodes[:, 0]))[:, None] for f in (np.cos, np.sin))
+    radial, tangential = parts[:, 0], parts[:, 1]
+    axial = parts[:, 2] if parts.shape[1] == 3 else np.zeros_like(radial)
+    xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial])
+    largest = np.sqrt((xyz**2).sum(axis=0)).max(axis=0)
+    return np.moveaxis(xyz / largest, (0, 1, 2), (2, 1, 0))
 
 
 def nodal_diameters(shapes: np.ndarray, n_blades: int) -> np.ndarray:
@@ -96,6 +159,8 @@ def report(file: ResultFile) -> Iterator[str]:
         frequencies, diameters = (
             file.read(f"{kind}/{name}") for name in ("frequencies_hz", "nodal_diameters")
         )
+        if not len(frequencies):  # of a model file that is reduced
+            continue
         n = file.config.disk.n_blades + 2
         first = ", ".join(
             f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
@@ -103,20 +168,14 @@ def report(file: ResultFile) -> Iterator[str]:
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
 
 
-def problems(config: Config) -> Iterator[str]:
-    """Keys that do not fit this study."""
-    if config.disk.model is not None:
-        yield "disk.model: modal is of the planar disk; `hpcrub import model` prints frequencies"
-
-
 STUDY = Study(
     name="modal",
-    problems=problems,
     figures="1, 2",
     what="the disk, its mode shapes, SAFE diagram",
-    layout=lambda config: LAYOUT,
+    layout=lambda config: PLANAR if config.disk.model is None else OF_FILE,
     scales={},
     sizes=sizes,
+    source_sizes=sizes_of_file,
     prepare=build_model,
     compute=compute,
     report=report,

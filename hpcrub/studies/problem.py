@@ -58,13 +58,9 @@ def build_problem(config: Config) -> Problem:
     Raises InputError for an impossible geometry and for a time step above the stability limit.
     """
     disk, reduced = build_model(config)
-    if config.contact.kinematics == "polar" and len(reduced.interface.axial):
-        raise InputError(
-            "contact.kinematics: polar is for planar disks; the model file has axial motion, with "
-            "which small is the only one"
-        )
     if config.disk.model is not None:
-        disk = None  # the full model is not needed any more, and would go to all ranks
+        # the full model is not needed any more, and would go to all ranks
+        disk, reduced = None, reduced._replace(basis=np.zeros((0, len(reduced.mass))))
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
     stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))

@@ -11,7 +11,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
-from hpcrub.response.steady import correlation
+from hpcrub.response.steady import correlation, permanent_contact
 from hpcrub.response.sweep import Scene, cut_revolution
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
@@ -45,12 +45,13 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     if config.disk.n_points == config.disk.n_blades:
         return LAYOUT
     points = {"blade": "point"}
-    return tuple(
+    lines = [
         line._replace(dimensions=tuple(points.get(d, d) for d in line.dimensions))
         if line.dimensions == _DTB
         else line
         for line in LAYOUT
-    )
+    ]
+    return (*lines, Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"))
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -114,25 +115,34 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     speed, duration = config.speeds.from_hz, config.history.duration_s
     pieces = list(history.integrate(modes, scene, [speed], duration, poll=poll))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
+    force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
+    tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
+    window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
     reason = pieces[-1].reason[0]
+    if not status.are_fatal(reason):
+        share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
+        amplitude = np.abs(tangential[-window:]).max()
+        reason = permanent_contact(share, amplitude, scene.lift) or reason
     if task == 0:
         yield "time_s", (), time
+        if config.disk.n_points != config.disk.n_blades:
+            yield "contact_blade", (), scene.interface.blade
     yield "point_reason", task, reason
-    if status.are_fatal(reason):
+    if status.are_fatal(pieces[-1].reason[0]):
         yield "point_status", task, DIVERGED
         return
     radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
-    tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial, tangential)
-    yield "force_n", task, np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
+    yield "force_n", task, force
     tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
     yield "tip", task, tip
     yield "correlation", task, correlated
     yield "amplitude_change", task, change
     steady = first_passed(correlated, change, config.steady_state) is not None
-    yield "point_status", task, STEADY if steady else NOT_STEADY
+    bounded = STEADY if steady else NOT_STEADY
+    yield "point_status", task, DIVERGED if status.are_fatal(reason) else bounded
 
 
 def gap(

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from hpcrub.contact import arrays, kernel, status
-from hpcrub.contact.bank import allocate
+from hpcrub.contact.bank import allocate, steps_touched
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.model import casing
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history
-from hpcrub.response.sweep import Grid, Scene
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import Grid, Scene, run_sweep
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
@@ -145,6 +146,42 @@ def test_a_history_holds_the_forces_in_all_directions():
     friction = np.hypot(tangential, axial)[touching] / normal[touching]
     assert friction.max() <= FRICTION * (1.0 + 1e-9)  # less where it turns between two records
     assert np.median(friction) > 0.9 * FRICTION
+
+
+def test_steps_in_which_a_blade_touches_are_counted():
+    """Those in which any of its points carries a force, by a history of every step."""
+    modes, scene = made_up(0)
+    step = 1.0 / (SPEED * REVOLUTION)
+    scene = scene._replace(step=step, record_interval=step)
+    pieces = list(history.integrate(modes, scene, [SPEED], 1.0 / SPEED))
+    touching = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces]) > 0.0
+    blade = scene.interface.blade
+    expected = [touching[:, blade == b].any(axis=1).sum() for b in range(N_BLADES)]
+    assert len(touching) == REVOLUTION
+    assert min(expected) > 0
+    _, bank = integrate(modes, scene, [SPEED], REVOLUTION)
+    assert steps_touched(bank, 0).tolist() == expected
+    np.testing.assert_array_equal(
+        scene.interface.of_points(touching).sum(axis=0), steps_touched(bank, 0)
+    )
+
+
+@pytest.mark.parametrize(("gap", "reason"), [(2e-3, status.NONE), (-2e-3, status.PERMANENT)])
+def test_a_blade_that_is_always_pressed_has_no_amplitude(gap, reason):
+    """A blade that is too long by 2 mm all around touches all the time; one too short by 2 mm,
+    between the bumps of 3 mm, does not."""
+    modes, scene = made_up(0)
+    own = np.where(scene.interface.blade == 1, gap, 2.5e-3)
+    scene = scene._replace(
+        interface=scene.interface._replace(clearance=own),
+        clearance=0.0,
+        step=1.0 / (SPEED * REVOLUTION),
+        steady=SteadyCriteria(first_check=0.2, window_revolutions=1, max_time=0.2),
+    )
+    result = run_sweep(modes._replace(omega=np.maximum(modes.omega, 3e3)), scene, [SPEED])
+    assert result.max_sweeps[0] > 0
+    assert result.point_reason[0] == reason
+    assert np.isnan(result.amplitude[0]) == (reason != status.NONE)
 
 
 def test_few_sets_are_tried_where_points_are_stiffly_coupled():

@@ -182,3 +182,52 @@ def test_no_peak_without_damping_or_diameters(damping_ratio, n_diameters):
     modes = mistuned_modes(reference_reduced(60), np.zeros(12))
     with pytest.raises(ValueError, match="damping_ratio > 0 and engine_order > 0"):
         peak(modes, n_diameters, damping_ratio)
+
+
+def stiffened(seed, at_speed, fourth=0.0):
+    """Modes of a disk of 3 blades whose K0 + W²K1 + W⁴K2 keeps its shapes, and these matrices."""
+    rng = np.random.default_rng(seed)
+    shapes, _ = np.linalg.qr(rng.normal(size=(6, 6)))
+    at_rest = (2 * np.pi * np.array([100.0, 103.0, 106.0, 300.0, 350.0, 400.0])) ** 2
+    slopes = np.array([2.0, 1.5, 1.0, 1.0, 3.0, 0.5])
+    powers = np.stack([slopes, -fourth * slopes / at_rest])
+    K = [shapes @ np.diag(values) @ shapes.T for values in (at_rest, *powers)]
+    omega = np.sqrt(at_rest + np.array([at_speed**2, at_speed**4]) @ powers)
+    normal, tangential = rng.normal(size=(2, 3, 6))
+    normal, tangential = normal @ shapes, tangential @ shapes
+    return Modes(
+        omega, normal, tangential, np.zeros((0, 6)), tangential, shapes, at_speed, powers
+    ), [*K, normal @ shapes.T, tangential @ shapes.T, shapes]
+
+
+@pytest.mark.parametrize(("engine_order", "fourth"), [(2, 0.0), (3, 0.02), (5, 0.02)])
+def test_response_at_every_speed_is_that_of_its_own_stiffness(engine_order, fourth):
+    """Against a complex solve with K(W), at speeds around the peak, which is the largest of all."""
+    modes, (K0, K1, K2, normal, tangential, V) = stiffened(4, 2 * np.pi * 30.0, fourth)
+    points = planar_interface(2 * np.pi * np.arange(3) / 3, 0.5, normal, tangential)
+    xi = 0.01
+    amplitude, peak_hz = linear_peak(modes, xi, LOAD, engine_order, points, 3)
+    speeds = peak_hz * np.linspace(0.9, 1.1, 4001)
+    found = engine_order_response(modes, xi, LOAD, engine_order, points, speeds)
+    force = LOAD * normal.T @ np.exp(-1j * engine_order * points.angle)
+    for k in (0, 1000, 2000, 3500):
+        W = 2 * np.pi * speeds[k]
+        K, w = K0 + W**2 * K1 + W**4 * K2, engine_order * W
+        C = V @ np.diag(2 * xi * np.sqrt(np.diag(V.T @ K @ V))) @ V.T
+        u = tangential @ np.linalg.solve(K - w**2 * np.eye(6) + 1j * w * C, force)
+        np.testing.assert_allclose(found[k], u, rtol=1e-9, atol=1e-12 * np.abs(u).max())
+    np.testing.assert_allclose(np.abs(found).max(), amplitude, rtol=1e-6)
+    assert np.abs(found).max() <= amplitude * (1 + 1e-9)
+    fixed, _ = linear_peak(modes._replace(stiffening=np.zeros((0, 0))), xi, LOAD, engine_order,
+                           points, 3)  # fmt: skip
+    assert abs(fixed / amplitude - 1) > 1e-3
+
+
+def test_a_load_that_never_meets_the_disk_sees_its_frequencies_of_the_middle():
+    """ω² grows by 2 W², W² faster than the load of engine order 1."""
+    modes, (*_, normal, tangential, _) = stiffened(4, 2 * np.pi * 30.0)
+    points = planar_interface(2 * np.pi * np.arange(3) / 3, 0.5, normal, tangential)
+    fixed = modes._replace(stiffening=np.zeros((0, 0)))
+    assert linear_peak(modes, 0.01, LOAD, 1, points, 3) == linear_peak(
+        fixed, 0.01, LOAD, 1, points, 3
+    )

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from hpcrub.config import schema as config
+from hpcrub.contact import status
 from hpcrub.response.steady import (
     SteadyCriteria,
     correlation,
     is_constant,
     is_repeated,
     localisation,
+    permanent_contact,
 )
 from hpcrub.studies import problem as study
 
@@ -61,6 +63,19 @@ def test_the_motion_must_repeat_itself_as_far_as_asked(off):
     cosine = CRITERIA.min_correlation + off
     turned = cosine * np.sin(t) + np.sqrt(1.0 - cosine**2) * np.cos(t)
     assert is_repeated(np.sin(t), turned, CRITERIA) == (off > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "amplitude", "found"),
+    [
+        ([0.2, 0.98, 0.2], 1.0, status.NONE),  # heavy rubbing, large motion
+        ([0.2, 1.00, 0.2], 9e-3, status.PERMANENT),
+        ([1.0, 1.00, 1.0], 11e-3, status.FLUTTER),
+        ([], 1.0, status.NONE),  # contacts that are not counted
+    ],
+)
+def test_motions_in_permanent_contact_are_told_from_rubbing(share, amplitude, found):
+    assert permanent_contact(np.array(share), amplitude, 1e-4) == found
 
 
 def test_nan_is_never_steady():

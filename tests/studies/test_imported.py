@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -9,8 +10,8 @@ from hpcrub.model.disk import build_disk
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
-from hpcrub.studies import imported
-from hpcrub.studies.problem import build_problem
+from hpcrub.studies import imported, modal
+from hpcrub.studies.problem import build_model, build_problem
 from hpcrub.studies.samples import modes_of
 from tests.truth.hexahedra import SMALL, sector_arrays
 from tests.truth.planar import planar_arrays
@@ -108,3 +109,56 @@ def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
     config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
     with pytest.raises(InputError, match="has no K_blade"):
         build_problem(config)
+
+
+def modal_of(text):
+    config = read(f"study: modal\n{text}")
+    values = {name: found for name, _, found in modal.compute(config, build_model(config), 0, None)}
+    lengths = modal.STUDY.all_sizes(config)
+    for line in modal.STUDY.layout(config):
+        shape = tuple(lengths[d] for d in line.dimensions)
+        assert np.shape(values.get(line.name, [])) == shape
+    return values
+
+
+def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
+    """Frequencies by a dense solution; shapes are those of the disk on all nodes of its surface."""
+    arrays = sector_arrays()
+    arrays["surface"] = np.array([[0, 1, 2, 3]])
+    model_file.write("sector.h5", arrays)
+    found = modal_of("disk: {model: sector.h5}\nreduction: {n_modes: 30}")
+    disk = assembly.assemble(neutral.from_arrays(arrays))
+    values, vectors = eigh(disk.stiffness[0].toarray(), disk.mass.toarray())
+    n = len(found["full/frequencies_hz"])
+    exact = np.sqrt(values) / (2 * np.pi)
+    np.testing.assert_allclose(found["full/frequencies_hz"], exact[:n], rtol=1e-6)
+    np.testing.assert_allclose(found["reduced/frequencies_hz"][:5], exact[:5], rtol=1e-3)
+    assert sorted(found["full/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]  # of 5 blades
+    single = int(np.argmin(found["reduced/nodal_diameters"][:5]))
+    u = np.append(vectors[:, np.argmin(found["full/nodal_diameters"][:5])], 0.0)
+    on = np.union1d(disk.surface, disk.contact_node)
+    radial, tangential, axial = u[disk.row[on]].T
+    theta = np.arctan2(disk.nodes[on, 1], disk.nodes[on, 0])
+    c, s = np.cos(theta), np.sin(theta)
+    xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial], axis=1)
+    xyz /= np.linalg.norm(xyz, axis=1).max()
+    shape = found["shapes"][single]
+    sign = np.sign((shape * xyz).sum())
+    np.testing.assert_allclose(shape, sign * xyz, atol=1e-2)
+    np.testing.assert_allclose(found["position_m"], disk.nodes[on])
+
+
+def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 12)
+    model_file.write("reduced.h5", neutral.to_arrays(small))
+    found = modal_of("disk: {model: reduced.h5}")
+    assert found["surface"].shape == (0, 4)
+    np.testing.assert_allclose(found["position_m"], small.nodes)
+    assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
+    np.testing.assert_allclose(np.linalg.norm(found["shapes"], axis=2).max(axis=1), 1.0)
+
+
+def test_polar_kinematics_are_refused_before_any_work(folder):
+    model_file.write("sector.h5", sector_arrays())
+    with pytest.raises(InputError, match="contact.kinematics: polar is for planar disks"):
+        read("disk: {model: sector.h5}\ncontact: {kinematics: polar}")

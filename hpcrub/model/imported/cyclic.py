@@ -67,3 +67,25 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
     twice = np.where((orders == 0) | (2 * orders == n_blades), 1.0, 2.0)  # and the backward wave
     return (size * twice[:, None]).argmax(axis=0)
+
+
+def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Nodal diameters of every mode from displacements of all contact points.
+
+    Parameters
+    ----------
+    shapes : (p, C, K)
+        p displacements of each of C points in K modes.
+    blade : (C,) int
+        Of each point, from 0. The first points of every blade are taken to be alike.
+    angle : (C,) [rad]
+
+    Returns
+    -------
+    (K,) int
+    """
+    count = np.bincount(blade)
+    parts = np.split(np.argsort(blade, kind="stable"), np.cumsum(count)[:-1])
+    points = np.array([part[: count.min()] for part in parts])  # (N, alike)
+    like = shapes[:, points].transpose(0, 2, 1, 3).reshape(-1, *points.T.shape[1:], shapes.shape[2])
+    return nodal_diameters(like, angle[points[:, 0]], len(count))
