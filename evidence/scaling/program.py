@@ -175,7 +175,7 @@ def whole_studies(costs, machine, all_ranks=(1, 2, 4, 8)):
             (log,) = Path(folder).rglob("*.runs.jsonl")
             summary = json.loads(log.read_text().splitlines()[-1])
             found[n_ranks] = [summary, n_ranks]
-    one = marching(found[1][0])
+    one = integrating(found[1][0])
     speed = one / simulate.study(costs, machine, 1, 4 * SAMPLES).seconds
     for n_ranks in all_ranks:
         slow = speed * max(1.0, n_ranks / os.cpu_count())
@@ -184,7 +184,7 @@ def whole_studies(costs, machine, all_ranks=(1, 2, 4, 8)):
     return found
 
 
-def marching(summary):
+def integrating(summary):
     """Seconds of the tuned disk and the samples in a run log's summary."""
     return sum(summary["phases"].get(name, 0.0) for name in ("tuned disk", "samples"))
 

@@ -95,9 +95,9 @@ def _agreement_section(found):
         for n, (real, told) in slept.items()
     ]
     studies = []
-    one = program.marching(found["studies"][1][0])
+    one = program.integrating(found["studies"][1][0])
     for n, (summary, told) in found["studies"].items():
-        real = program.marching(summary)
+        real = program.integrating(summary)
         idle = f"{100 * summary['idle_share']:.1f} %"
         studies.append((n, f"{real:.1f}", f"{told:.1f}", f"{one / real:.2f}", idle))
     heads = ("ranks", "measured [s]", "simulated [s]")

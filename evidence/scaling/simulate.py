@@ -20,7 +20,7 @@ TUNED_RUNS = Mistuning().tuned_runs
 
 
 class Machine(NamedTuple):
-    """What a rank needs besides marching [s]."""
+    """What a rank needs besides integrating in time [s]."""
 
     receive: float  # rank 0, for a message with its results
     send: float  # rank 0
@@ -32,7 +32,7 @@ class Result(NamedTuple):
     """What a simulated study took."""
 
     seconds: float
-    useful: float  # sum of all sweeps, as one rank would march them [s]
+    useful: float  # sum of all sweeps, as one rank would integrate them [s]
     n_messages: int
     serving: float  # seconds that rank 0 was busy with messages
     reference: float  # when the tuned disk was known [s]

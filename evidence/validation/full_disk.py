@@ -113,8 +113,8 @@ def _impulses(W, approach):
 
 
 @numba.njit
-def _march(operators, casing, dof, angle, speeds_hz, h, theta, n_steps, y, start, peaks):
-    """March all speeds from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
+def _integrate(operators, casing, dof, angle, speeds_hz, h, theta, n_steps, y, start, peaks):
+    """Integrate from y = (u, v) (2n, S) at the times start (S,) (y, peaks are modified)."""
     n, n_tips = len(y) // 2, len(angle)
     approach = np.empty(n_tips)
     change = np.empty((n, y.shape[1]))
@@ -161,7 +161,7 @@ def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA
     peaks = np.zeros((2, n_speeds))
     tips = np.ascontiguousarray(model.contact_dof), np.ascontiguousarray(model.contact_angle)
     n_steps = round(duration / h)
-    _march(operators, casing, *tips, speeds_hz, h, theta, n_steps, y, since, peaks)
+    _integrate(operators, casing, *tips, speeds_hz, h, theta, n_steps, y, since, peaks)
     return peaks
 
 

@@ -110,7 +110,7 @@ def problems(config: Config) -> Iterator[str]:
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """March one disk and test its steady state; of one that diverges, say why."""
+    """Integrate one disk in time and test its steady state; of one that diverges, say why."""
     scene, modes = problem.problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
     pieces = list(history.integrate(modes, scene, [speed], duration, poll=poll))

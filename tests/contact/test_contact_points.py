@@ -14,7 +14,7 @@ from hpcrub.response.linear import engine_order_response
 from hpcrub.response.steady import SteadyCriteria, localisation
 from hpcrub.response.sweep import cut_revolution, run_sweep
 from hpcrub.studies import problem as study
-from tests.contact.test_kernel import march, textbook
+from tests.contact.test_kernel import integrate_lanes, textbook
 from tests.truth.disk import make_disk, reference_scene
 
 N_BLADES, SPEED = 4, 34.0
@@ -43,7 +43,7 @@ def scene_of(reduced, **changes):
 def test_two_points_a_blade_are_the_textbook_scheme(reduced):
     modes, scene = mistuned_modes(reduced, DEVIATION), scene_of(reduced)
     assert modes.normal.shape == (2 * N_BLADES, 4 * N_BLADES)
-    history, _ = march(modes, scene, [SPEED], n_blocks=2, width=8)
+    history, _ = integrate_lanes(modes, scene, [SPEED], n_blocks=2, width=8)
     tips, forces = textbook(reduced, modes, scene, SPEED, len(history))
     touches = forces.reshape(len(tips), -1, 2, N_BLADES).any(axis=1)  # tip or second point
     assert touches.all(axis=1).any()  # both points of a blade at once

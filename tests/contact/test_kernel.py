@@ -31,7 +31,7 @@ SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
 
 
-def march(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
+def integrate_lanes(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
     grid = Grid(revolution, scene.n_bumps, 1)
     bank = allocate(modes, scene, grid, width, speeds)
@@ -120,7 +120,7 @@ def mistuned(reduced):
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics):
     scene = reference_scene(kinematics=kinematics)
-    history, _ = march(mistuned, scene, SPEEDS, n_blocks=2, width=8)
+    history, _ = integrate_lanes(mistuned, scene, SPEEDS, n_blocks=2, width=8)
     for lane, speed in enumerate(SPEEDS):
         tips, forces = textbook(reduced, mistuned, scene, speed, len(history))
         contacts = forces[:, 0] != 0.0
@@ -150,12 +150,13 @@ TWIN = """
 import sys
 import numpy as np
 sys.path.insert(0, {root!r})
-from tests.contact.test_kernel import SPEEDS, march
+from tests.contact.test_kernel import SPEEDS, integrate_lanes
 from tests.truth.disk import reference_reduced, reference_scene
 from hpcrub.model.reduction import mistuned_modes
 reduced = reference_reduced()
 scene = reference_scene(kinematics={kinematics!r})
-history, _ = march(mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)), scene, SPEEDS, 1, 8, 1200)
+modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
+history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
 np.save({out!r}, history)
 """
 
@@ -169,7 +170,7 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
     )
     scene = reference_scene(kinematics=kinematics)
     modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
-    history, _ = march(modes, scene, SPEEDS, 1, 8, 1200)
+    history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
     twin = np.load(out)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
     assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
@@ -178,9 +179,9 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 def test_lanes_do_not_see_each_other(reduced, mistuned, kinematics):
     scene = reference_scene(kinematics=kinematics)
-    together, _ = march(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
+    together, _ = integrate_lanes(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
     for lane, speed in enumerate(np.linspace(33.5, 36.0, 8)):
-        alone, _ = march(mistuned, scene, [speed], 4, 1)
+        alone, _ = integrate_lanes(mistuned, scene, [speed], 4, 1)
         assert np.abs(alone).max() > 1e-5
         assert np.array_equal(alone[:, :, 0], together[:, :, lane])
 
@@ -315,10 +316,10 @@ def test_more_contact_points_than_one_tile(reduced):
     angles[-1] = np.pi
     one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
     one = Modes.planar(modes.omega, modes.normal, 0.3 * modes.tangential)
-    history, _ = march(
+    history, _ = integrate_lanes(
         many, one_scene._replace(interface=planar_interface(angles, 1.0)), [20.0], 1, 8, 4000
     )
-    alone, _ = march(one, one_scene, [20.0], 1, 8, 4000)
+    alone, _ = integrate_lanes(one, one_scene, [20.0], 1, 8, 4000)
     assert np.abs(alone).max() > 1e-4
     for i in range(n - 1):
         assert np.array_equal(history[:, i], alone[:, 0])

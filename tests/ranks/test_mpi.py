@@ -15,7 +15,7 @@ from tests.program import TINY, datasets, error_lines, run, start
 pytestmark = pytest.mark.mpi
 
 N_SAMPLES = 12  # on each of two levels, and three runs of the tuned disk
-MARCHED = 7  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
+SWEPT = 7  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}, tuned_runs: 3")
 WAIT = 60.0  # [s] for anything to happen
 
@@ -75,16 +75,16 @@ import sys, time
 from hpcrub.response import sweep
 from hpcrub.commands.run import main
 
-march, n_marched = sweep.run_sweep, 0
+run_sweep, n_swept = sweep.run_sweep, 0
 
 def held(modes, scene, speeds_hz, poll=None, **options):
-    global n_marched
+    global n_swept
     until = time.monotonic() + {WAIT}
-    while n_marched >= {MARCHED} and time.monotonic() < until:
+    while n_swept >= {SWEPT} and time.monotonic() < until:
         poll()
         time.sleep(0.001)
-    n_marched += poll is not None  # not of the warm-up
-    return march(modes, scene, speeds_hz, poll, **options)
+    n_swept += poll is not None  # not of the warm-up
+    return run_sweep(modes, scene, speeds_hz, poll, **options)
 
 sweep.run_sweep = held
 sys.exit(main())

@@ -38,7 +38,7 @@ def mistuned(problem):
 
 
 def whole(modes, scene, speeds, duration, motion=None):
-    """Time, modal coordinates and radial forces of a march, (T, ..., S)."""
+    """Time, modal coordinates and radial forces of a run, (T, ..., S)."""
     pieces = list(history.integrate(modes, scene, speeds, duration, motion))
     return [
         np.concatenate([getattr(piece, name) for piece in pieces])
@@ -85,8 +85,8 @@ def test_a_march_can_be_continued(problem, modes):
     speeds = [34.0, 34.3]
     _, together, _ = whole(modes, problem.scene, speeds, 0.08)
     motion = Motion.at_rest(2, len(modes.omega))
-    marches = [whole(modes, problem.scene, speeds, 0.04, motion) for _ in range(2)]
-    time, parts, _ = (np.concatenate(values) for values in zip(*marches, strict=True))
+    halves = [whole(modes, problem.scene, speeds, 0.04, motion) for _ in range(2)]
+    time, parts, _ = (np.concatenate(values) for values in zip(*halves, strict=True))
     n = min(len(parts), len(together))
     assert np.abs(parts[:n] - together[:n]).max() < 1e-6 * np.abs(together).max()
     np.testing.assert_allclose(np.diff(time, axis=0), np.tile(time[0], (len(time) - 1, 1)))

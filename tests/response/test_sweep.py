@@ -208,20 +208,20 @@ def test_poll_can_stop_a_sweep(modes):
 
 def test_a_sweep_of_small_steps_can_be_stopped_before_its_first_check(modes, monkeypatch):
     """As often as with large steps: `poll` is called after so many steps, not after a time."""
-    marched, integrate = [], kernel.integrate
+    integrated, integrate = [], kernel.integrate
 
     def counted(lanes, *bank_and_blocks):
         *bank, n_blocks, _, _ = bank_and_blocks
-        marched.append(n_blocks * len(bank[0].bump))
+        integrated.append(n_blocks * len(bank[0].bump))
         integrate(lanes, *bank_and_blocks)
 
     monkeypatch.setattr(kernel, "integrate", counted)
     for step in (2e-5, 1e-6):
-        marched.clear()
+        integrated.clear()
         scene = scene_of(step=step, steady=SteadyCriteria(first_check=0.2, max_time=0.2))
         run_sweep(modes, scene, np.array([34.0]), poll=lambda: None, width=8)
         block = cut_revolution(34.0, scene).steps_per_block
-        assert max(marched) <= max(PIECE, block)
+        assert max(integrated) <= max(PIECE, block)
 
 
 def test_pieces_change_no_bit(modes, monkeypatch):
@@ -302,17 +302,17 @@ def test_a_shortcut_changes_no_bit(modes, switch, bump_height, law):
     assert (result.amplitude.max() > 1e-3) == (bump_height > 1e-3)
 
 
-def test_peak_search_marches_fewer_speeds_with_the_same_results(modes):
+def test_peak_search_integrates_fewer_speeds_with_the_same_results(modes):
     speeds = np.linspace(33.5, 35.5, 41)
     full = run_sweep(modes, scene_of(), speeds)
     found = find_peak(modes, scene_of(), speeds)
-    marched = found.point_status != NO_POINT
-    assert 11 <= marched.sum() < 36
+    integrated = found.point_status != NO_POINT
+    assert 11 <= integrated.sum() < 36
     assert found.n_steps < full.n_steps
-    assert np.array_equal(found.amplitude[marched], full.amplitude[marched])
+    assert np.array_equal(found.amplitude[integrated], full.amplitude[integrated])
     top = int(np.nanargmax(found.amplitude))
-    assert marched[max(top - 1, 0)]
-    assert marched[min(top + 1, 40)]
+    assert integrated[max(top - 1, 0)]
+    assert integrated[min(top + 1, 40)]
 
 
 def test_peak_search_finds_the_top_of_a_hill(monkeypatch):

@@ -1,6 +1,6 @@
 """Branches: motions from several initial states, and how one speed hands its motion to the next.
 
-Truth: the sweep from rest, whole histories marched on, and a sweep that is made up. How motions are
+Truth: the sweep from rest, whole histories that go on, and a sweep that is made up. How motions are
 told apart is in test_coexistence.py.
 """
 

@@ -117,15 +117,15 @@ def test_peak_search_leaves_speeds_out(tiny, folder):
         deviation = samples.stiffness_deviation(2020, level, 0, 12, 0.02 * (level + 1))
         modes = samples.mistuned_modes(problem.reduced, deviation)
         found = sweep.find_peak(modes, problem.scene, speeds)
-        marched = found.point_status != NO_POINT
-        assert 6 <= marched.sum() < 21
+        integrated = found.point_status != NO_POINT
+        assert 6 <= integrated.sum() < 21
         whole = sweep.run_sweep(modes, problem.scene, speeds).amplitude
         amplitude = file.read("samples/amplitude_m", (level, 0))
-        np.testing.assert_array_equal(amplitude, np.where(marched, whole, np.nan))
+        np.testing.assert_array_equal(amplitude, np.where(integrated, whole, np.nan))
         found_status = file.read("samples/point_status", (level, 0))
         np.testing.assert_array_equal(found_status, found.point_status)
         peak = file.read("samples/peak_amplitude_m", (level, 0))
-        assert peak == whole[marched].max()
+        assert peak == whole[integrated].max()
         assert file.read("samples/peak_speed_hz", (level, 0)) == speeds[amplitude == peak]
     assert (file.read("tuned/point_status") != NO_POINT).all()
     file.close()
@@ -194,7 +194,7 @@ def test_diverged_points_have_no_peak():
 
 @pytest.mark.parametrize("how", ["LinAlgError", "diverged"])
 def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd, how):
-    solve, march = samples.mistuned_modes, sweep.run_sweep
+    solve, whole_sweep = samples.mistuned_modes, sweep.run_sweep
     bad = samples.stiffness_deviation(2020, 1, 0, 12, 0.04)
 
     def broken_solver(reduced, deviation):
@@ -202,15 +202,15 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
             raise np.linalg.LinAlgError("Eigenvalues did not converge")
         return solve(reduced, deviation)
 
-    def broken_march(modes, scene, speeds_hz, poll=None, **options):
-        result = march(modes, scene, speeds_hz, poll, **options)
+    def broken_sweep(modes, scene, speeds_hz, poll=None, **options):
+        result = whole_sweep(modes, scene, speeds_hz, poll, **options)
         if how == "diverged" and np.array_equal(modes.omega, solve(REDUCED, bad).omega):
             return result._replace(point_status=np.full(len(speeds_hz), 3, np.uint8))
         return result
 
     REDUCED = study.build_problem(load(tiny)).reduced
     monkeypatch.setattr(samples, "mistuned_modes", broken_solver)
-    monkeypatch.setattr(sweep, "run_sweep", broken_march)
+    monkeypatch.setattr(sweep, "run_sweep", broken_sweep)
     assert main(tiny) == 0
     out = capfd.readouterr().out
     assert "level 1, sample 0 failed: " in out

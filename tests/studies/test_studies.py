@@ -126,7 +126,7 @@ def test_sigma_of_a_pattern_is_that_of_its_blades():
 
 
 @pytest.mark.parametrize(
-    ("name", "disk", "marches"),
+    ("name", "disk", "integrates"),
     [
         ("modal", True, False),
         ("casing", False, False),
@@ -136,13 +136,13 @@ def test_sigma_of_a_pattern_is_that_of_its_blades():
         ("branches", True, True),
     ],
 )
-def test_dry_run_tells_of_the_model(folder, capfd, name, disk, marches):
+def test_dry_run_tells_of_the_model(folder, capfd, name, disk, integrates):
     keys = "time.step_s=2e-5", "steady_state.first_check_s=0.2", "steady_state.max_time_s=0.2"
     options = [word for key in keys for word in ("--set", key)]
     assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
     out = capfd.readouterr().out
     assert ("first frequencies:    90.12" in out) == disk  # [Hz], the paper
-    assert ("stability limit:" in out) == marches
+    assert ("stability limit:" in out) == integrates
     assert "computes:" in out
     assert "output:" in out
     assert not any(folder.iterdir())

@@ -9,7 +9,7 @@ from tests.truth.motion import single_steps
 
 
 class Ledger(NamedTuple):
-    """Energy and works of a march of n steps, L lanes."""
+    """Energy and works of n steps, L lanes."""
 
     energy: np.ndarray  # E (n + 1, L) before the first and after every step [J]
     casing: np.ndarray  # work of the casing's motion in every step (n, L) [J]
@@ -70,7 +70,7 @@ def audit(bank, n_steps):
 
 
 def _gap(bank, q, start, n):
-    """Gaps g after n steps of a march that began at step ``start`` of each lane (n_c, L) [m]."""
+    """Gaps g after n steps of a run that began at step ``start`` of each lane (n_c, L) [m]."""
     scheme, polar = bank.scheme, bank.polar
     n_points, n_rows = len(polar.angle), len(scheme.bump)
     t = np.maximum(start + n, 0) * scheme.step

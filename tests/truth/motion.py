@@ -1,4 +1,4 @@
-"""One contact point on any modal structure, marched by the kernel of the studies."""
+"""One contact point on any modal structure, integrated by the kernel of the studies."""
 
 from typing import NamedTuple
 
@@ -79,7 +79,7 @@ def free_motion(structure, q, v, t):
 
 
 def single_steps(bank, n_steps):
-    """March a Bank, at the start of its table, step by step (bank is modified).
+    """Integrate a Bank in time, at the start of its table, step by step (bank is modified).
 
     Yields the number of steps done; ``bank.state`` is then corrected, and its ``multiplier`` holds
     the contact forces of this step alone.
@@ -96,7 +96,7 @@ def single_steps(bank, n_steps):
 
 
 def trace(bank, n_steps, observed):
-    """March and watch displacements ``observed`` (n_observed, K) (bank is modified)."""
+    """Integrate in time and watch displacements ``observed`` (n_observed, K) (bank is modified)."""
     state, step = bank.state, bank.scheme.step
     h = np.where(step > 0.0, step, 1.0)
     displacement, velocity, force = [observed @ state.position], [], []
