@@ -290,6 +290,11 @@ class Mistuning(Section):
         None,
         description="the same, as frequencies of each blade alone; deviations are from their mean",
     )
+    blade_frequencies_csv: FileName | None = Field(
+        None,
+        description="file with these frequencies, which are filled in when a run begins; columns "
+        "blade (from 1) and frequency_hz",
+    )
     by: Literal["blade_stiffness", "cantilever_modes"] = Field(
         "blade_stiffness",
         description="what deviates: all stiffness of a blade, or that of its cantilever modes "

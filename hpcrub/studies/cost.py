@@ -14,7 +14,8 @@ from hpcrub.response.sweep import Scene, SweepResult
 from hpcrub.studies.problem import Problem
 from hpcrub.studies.samples import deviation, modes_of
 
-MEASURED_STEP = 2e-5  # [s] of the sweep that measures the cost: a step costs the same at any length
+# of the sweep that measures the cost: a step of a planar disk costs the same at any length [s]
+MEASURED_STEP = 2e-5
 MEASURED_SPEEDS = 41
 MEASURED_TIME = 0.05  # [s] simulated by the history that measures the cost
 
@@ -67,12 +68,12 @@ def trial(
     seconds_per_disk = time.perf_counter() - started
     if not integrates:
         return Trial(seconds_per_disk)
+    solid = len(modes.axial) > 0  # its contacts are the harder to solve the longer a step is
     shortcuts = problem.scene.shortcuts._replace(nothing_touches=False)
-    scene = problem.scene._replace(
-        scheme="exact_modal", step=max(problem.scene.step, MEASURED_STEP), shortcuts=shortcuts
-    )
+    step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
+    scene = problem.scene._replace(scheme="exact_modal", step=step, shortcuts=shortcuts)
     started = time.perf_counter()
-    result = sweep.run_sweep(modes, scene, _speeds(config), poll)
+    result = sweep.run_sweep(modes, scene, _speeds(config, solid), poll)
     rate = result.n_steps / (time.perf_counter() - started)
     until_steady = result.time.mean() if sweep.can_touch(problem.scene) else 0.0
     kept = _history_rate(modes, problem.scene, config, poll) if histories else np.inf
@@ -83,12 +84,12 @@ def _loads(config):
     return config.linear.n_diameters if config.study == "linear" else (config.engine_order or 1,)
 
 
-def _speeds(config):
-    """Some speeds of a configuration; enough for all lanes, however few it has [Hz]."""
-    speeds = config.speeds.values_hz
-    some = np.linspace(0, len(speeds) - 1, min(len(speeds), MEASURED_SPEEDS)).round().astype(int)
+def _speeds(config, solid):
+    """Some speeds of a configuration [Hz]: of a planar disk enough for all lanes, if few."""
+    speeds, most = config.speeds.values_hz, sweep.WIDTH if solid else MEASURED_SPEEDS
+    some = np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)
     few = speeds[some]
-    return np.resize(few, max(len(few), 2 * sweep.WIDTH))
+    return few if solid else np.resize(few, max(len(few), 2 * sweep.WIDTH))
 
 
 def _history_rate(modes: Modes, scene: Scene, config: Config, poll: Any) -> float:

@@ -30,6 +30,7 @@ SAME = (
             "pattern_gpa",
             "pattern_percent",
             "blade_frequencies_hz",
+            "blade_frequencies_csv",
             "by",
         )
     ),

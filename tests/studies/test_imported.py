@@ -10,7 +10,7 @@ from hpcrub.model.disk import build_disk
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
-from hpcrub.studies import imported, modal
+from hpcrub.studies import imported, measured, modal
 from hpcrub.studies.problem import build_model, build_problem
 from hpcrub.studies.samples import modes_of
 from tests.truth.hexahedra import SMALL, sector_arrays
@@ -93,6 +93,42 @@ def test_measured_frequencies_deviate_from_their_mean(folder):
     problem = build_problem(config)
     tuned, mistuned = (modes_of(config, problem, d).omega for d in (np.zeros(5), exact))
     assert 0.005 < abs(mistuned[:5] / tuned[:5] - 1).max() < 0.02
+
+
+def test_measured_frequencies_come_from_a_table_in_any_order(folder):
+    model_file.write("sector.h5", sector_arrays())
+    folder.joinpath("bench.csv").write_text("frequency_hz,blade\n101,2\n99,1\n100,3\n98,5\n102,4\n")
+    keys = "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
+    config = measured.resolved(Config.from_yaml(keys + "blade_frequencies_csv: bench.csv}"))
+    listed = read(keys + "blade_frequencies_hz: [99, 101, 100, 102, 98]}")
+    np.testing.assert_array_equal(config.pattern_deviation, listed.pattern_deviation)
+    assert config.mistuning.samples == 1
+    assert measured.resolved(config) == config  # of a result file, without the table
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("blade,frequency_hz\n1,99\n2,101\n", "2 values given for the 5 blades"),
+        ("blade,frequency_hz\n1,99\n3,101\n", "a line for each blade"),
+        ("blade,frequency_hz\n1,99\n2,0\n", "frequencies above 0 Hz"),
+        ("99\n101\n", "instead of the names blade, frequency_hz"),
+        ("blade,frequency_hz\n1,abc\n", "line 2: 'abc' is not a number"),
+        ("", "an empty table"),
+    ],
+)
+def test_tables_of_blades_that_cannot_be_used(folder, table, words):
+    model_file.write("sector.h5", sector_arrays())
+    folder.joinpath("bench.csv").write_text(table)
+    text = "disk: {model: sector.h5}\nmistuning: {blade_frequencies_csv: bench.csv}"
+    with pytest.raises(InputError, match=words):
+        measured.resolved(Config.from_yaml(text))
+
+
+def test_a_table_of_blades_is_one_sample(folder):
+    text = "mistuning: {blade_frequencies_csv: bench.csv, samples: 9}"
+    with pytest.raises(InputError, match="samples: cannot be combined"):
+        measured.resolved(Config.from_yaml(text))
 
 
 def test_changed_model_file_is_refused(folder):
