@@ -105,7 +105,7 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     elif options.format != "model":
         raise InputError('--units: the files do not tell their units, such as --units "mm t s"')
     about_z(arrays, options.axis)
-    if str(arrays["kind"]) == "disk" and "contact_blade" not in arrays:
+    if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = _numbered(arrays, options.blades)
     return neutral.from_arrays(arrays)
 

@@ -18,6 +18,8 @@ def read(path: str | Path) -> dict:
 
     Raises InputError when it cannot be read.
     """
+    if os.path.isdir(path):
+        raise InputError(f"{path}: a folder, and no model file")
     try:
         if Path(path).suffix == ".npz":
             with np.load(path, allow_pickle=False) as file:

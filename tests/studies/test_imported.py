@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from hpcrub.commands import import_model
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.disk import build_disk
@@ -198,3 +199,43 @@ def test_polar_kinematics_are_refused_before_any_work(folder):
     model_file.write("sector.h5", sector_arrays())
     with pytest.raises(InputError, match="contact.kinematics: polar is for planar disks"):
         read("disk: {model: sector.h5}\ncontact: {kinematics: polar}")
+
+
+def reduced_arrays():
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 6)
+    return neutral.to_arrays(small)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (lambda a: {"M": -a["M"]}, "M: the mass matrix is not positive definite"),
+        (lambda a: {"K": a["K"] + 0j}, "complex128; real numbers for the 36 rows"),
+        (lambda a: {"K": -a["K"]}, "the disk is not held"),
+        (lambda a: {"K_blade": 50 * a["K_blade"]}, "K_blade: from 0 to 50 of the disk's stiffness"),
+        (lambda a: {"K_blade": -a["K_blade"]}, "K_blade: from -1 to"),
+        (lambda a: {"contact_clearance": a["contact_clearance"] - 1}, "-1000 mm of node 0 is more"),
+        (lambda a: {"contact_node": 0 * a["contact_node"]}, "node 0 is named twice"),
+    ],
+)
+def test_reduced_models_that_cannot_be_right(folder, changes, words):
+    arrays = reduced_arrays()
+    model_file.write("wrong.h5", arrays | changes(arrays))
+    with pytest.raises(InputError, match=words):
+        build_problem(read("disk: {model: wrong.h5}"))
+
+
+def test_blades_may_have_different_numbers_of_contact_nodes(folder):
+    arrays = reduced_arrays()
+    for name in ("contact_node", "contact_blade", "contact_clearance"):
+        arrays[name] = arrays[name][:-1]
+    model_file.write("uneven.h5", arrays)
+    found = modal_of("disk: {model: uneven.h5}")
+    assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
+    assert import_model.main(["model", "uneven.h5"]) == 0
+
+
+def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
+    np.savez("empty.npz", a=1)
+    assert import_model.main(["model", "empty.npz"]) == InputError.exit_code
+    assert "hpcrub_model: this array is missing" in capsys.readouterr().err

@@ -13,6 +13,7 @@ TIP_RADII = 1e-3, 20.0  # [m]
 HEAVIEST = 3e4  # [kg/m3] of all space that the disk sweeps
 RIGID = 1e-3  # a row is unbalanced above, as a share of its own entries
 UNBALANCED = 0.5  # of the rows: no stiffness of a body
+CLEARANCE = 0.1  # of the tip radius: a larger one of a contact node is one of wrong units
 TIP = 0.2  # contact nodes lie in the outer part of the radii
 
 
@@ -46,7 +47,10 @@ def check(model: NeutralModel) -> Findings:
             f"units: the contact nodes lie at a radius of {tip.max():.3g} m, which no bladed disk "
             "has; are the units those of the file?"
         )
+    _check_clearance(model, tip.max())
     if model.kind == "reduced":
+        if not np.linalg.eigvalsh(model.mass)[0] > 0.0:
+            raise InputError("M: the mass matrix is not positive definite")
         return Findings(np.nan, np.nan, 0, float(tip.max()), float(np.ptp(tip)))
     rigid = rigid_motions(model)
     mass = _mass(model, rigid)
@@ -120,6 +124,9 @@ def _check_mass(model, mass, radius):
 
 
 def _check_contact_nodes(model, radius):
+    nodes, count = np.unique(model.contact_node, return_counts=True)
+    if (count > 1).any():
+        raise InputError(f"contact_node: node {nodes[count > 1][0]} is named twice")
     at = radius[model.contact_node]
     if not np.isfinite(at).all():
         node = model.contact_node[~np.isfinite(at)][0]
@@ -131,4 +138,14 @@ def _check_contact_nodes(model, radius):
             f"contact_node: node {model.contact_node[low][0]} lies at a radius of "
             f"{1e3 * at[low][0]:.4g} mm, {1e3 * (outer - at[low][0]):.4g} mm below the outermost "
             "node; contact nodes lie on the tips"
+        )
+
+
+def _check_clearance(model, tip_radius):
+    worst = int(np.abs(model.contact_clearance).argmax())
+    if abs(model.contact_clearance[worst]) > CLEARANCE * tip_radius:
+        raise InputError(
+            f"contact_clearance: {1e3 * model.contact_clearance[worst]:.4g} mm of node "
+            f"{model.contact_node[worst]} is more than a tenth of the tip radius; are the units "
+            "those of the file?"
         )

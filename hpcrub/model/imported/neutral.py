@@ -388,7 +388,8 @@ class _Arrays:
         else:
             matrix = self._take(name, None)
         if matrix.shape != (n, n) or matrix.dtype.kind not in "fiu":
-            raise InputError(f"{name}: shape {matrix.shape}, dof has {n} rows")
+            what = f"shape {matrix.shape}, {matrix.dtype}"
+            raise InputError(f"{name}: {what}; real numbers for the {n} rows of dof are expected")
         return symmetric(name, matrix.astype(float))
 
     def stack(self, name, n):

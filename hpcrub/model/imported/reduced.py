@@ -12,6 +12,8 @@ from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
 
 BLADE_MODES = 4  # cantilever modes of each blade that are kept
+# of the blades' stiffness at rest in that of the whole disk at a speed, in any motion
+SMALLEST_SHARE, LARGEST_SHARE = 1e-6, 1.5
 
 
 def reduce_disk(
@@ -147,7 +149,20 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
         raise InputError("M: the mass matrix is not positive definite") from None
     if found.tuned_eigenvalues[0] <= 0:
         raise InputError("K: the disk is not held: its lowest eigenvalue is not positive")
+    _check_blades(found)
     return found
+
+
+def _check_blades(found):
+    """Refuse stiffness of the blades that is no part of the disk's."""
+    if found.modal_blade_stiffness.any():
+        scale = 1.0 / np.sqrt(found.tuned_eigenvalues)
+        share = np.linalg.eigvalsh(found.modal_blade_stiffness.sum(axis=0) * np.outer(scale, scale))
+        if share[0] < -SMALLEST_SHARE or share[-1] > LARGEST_SHARE:
+            raise InputError(
+                f"K_blade: from {min(share[0], 0.0):.3g} to {share[-1]:.3g} of the disk's "
+                "stiffness, of which it must be a part; is it of the same model, units and rows?"
+            )
 
 
 def _project(matrix, basis):
