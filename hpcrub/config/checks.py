@@ -16,6 +16,7 @@ BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs 
 def problems(config: Any) -> Iterator[str]:
     """Lines that say which keys do not fit together; none when all is well."""
     yield from _disk_problems(config)
+    yield from _damping_problems(config.material)
     yield from _casing_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
@@ -92,6 +93,23 @@ def _disk_problems(c):
             f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface "
             "modes that this disk has"
         )
+
+
+def _damping_problems(m):
+    bands = m.damping_bands_hz
+    if m.damping_ratios is None:
+        if bands is not None or m.damping_of != "modes":
+            yield f"material.damping_of: {m.damping_of} needs material.damping_ratios"
+    elif m.damping_of != "bands":
+        if bands is not None:
+            yield f"material.damping_bands_hz: goes with damping_of: bands, not {m.damping_of}"
+    elif len(bands or ()) != len(m.damping_ratios) - 1:
+        yield (
+            f"material.damping_bands_hz: {len(bands or ())} ends of bands given for "
+            f"{len(m.damping_ratios)} damping ratios; the last band has none"
+        )
+    elif any(low >= high for low, high in pairwise(bands or ())):
+        yield f"material.damping_bands_hz: {show(bands)} are not increasing"
 
 
 def _casing_problems(c):

@@ -6,6 +6,8 @@ All functions take the `Config` of which they are a part.
 import math
 from typing import Any
 
+from hpcrub.model.casing import Outline
+
 # Part of a bump pitch between the two points where a Gaussian bump has 1/e of its height
 WIDTH = 0.2
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
@@ -15,22 +17,23 @@ RECORDS_PER_PERIOD = 20  # of the tips' displacement, at least
 def width_of_bump(config: Any) -> float:
     """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
 
-    Zero when it does not reach the tips. A crest of a casing with harmonics or a measured profile
-    counts as the Gaussian bump that has its height, above the mean of the casing, and curvature.
+    Zero when it does not reach the tips; a load during contact may bring them to any bump. A crest
+    of a casing with harmonics or a measured profile counts as the Gaussian bump that has its
+    height, above the mean of the casing, and curvature.
     """
+    clearance = 0.0 if config.forcing.in_contact else config.casing.clearance
     if config.casing.profile.exists:
-        return _width_of_crest(config)
-    height, clearance = config.casing.bump_height, config.casing.clearance
+        return _width_of_crest(config.casing.outline, clearance)
+    height = config.casing.bump_height
     if height <= clearance:
         return 0.0
     part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
     return WIDTH * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
 
 
-def _width_of_crest(config: Any) -> float:
-    outline = config.casing.outline
-    beyond = outline.highest - max(config.casing.clearance, outline.mean)
-    if outline.highest <= config.casing.clearance:
+def _width_of_crest(outline: Outline, clearance: float) -> float:
+    beyond = outline.highest - max(clearance, outline.mean)
+    if outline.highest <= clearance:
         return 0.0
     if outline.curvature * math.pi**2 <= 2.0 * beyond:  # as good as a circle
         return 2.0 * math.pi

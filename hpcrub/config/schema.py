@@ -1,5 +1,6 @@
 """The whole input of a study, `Config`, and how it is read from a YAML text and overrides."""
 
+import math
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -40,6 +41,7 @@ from hpcrub.config.types import (
     Section,
 )
 from hpcrub.errors import InputError
+from hpcrub.model.damping import Damping
 
 RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
 
@@ -110,6 +112,16 @@ class Config(Section):
         return (self.disk.n_directions or 2) * self.disk.n_points + self.reduction.n_modes
 
     @property
+    def damping(self) -> float | Damping:
+        """Damping ratio of every mode, or of each [-]."""
+        material = self.material
+        if material.damping_ratios is None:
+            return material.damping_ratio
+        family = {"modes": 1, "families": self.disk.n_blades, "bands": 1}[material.damping_of]
+        bands = tuple(2.0 * np.pi * f for f in material.damping_bands_hz or ())
+        return Damping(material.damping_ratios, family, bands)
+
+    @property
     def engine_order(self) -> int | None:
         """Periods of the load around the casing; None where nothing says how many."""
         casing = self.casing
@@ -119,6 +131,12 @@ class Config(Section):
             return casing.n_bumps
         orders = {order for order, *_ in casing.profile.harmonics}
         return orders.pop() if len(orders) == 1 and not casing.profile.measured else None
+
+    @property
+    def repeats(self) -> int:
+        """Times that all that a blade meets in a turn repeats itself: casing and load."""
+        load = self.engine_order if self.forcing.in_contact else None
+        return math.gcd(self.casing.repeats, load or 0)
 
     @property
     def step(self) -> float:

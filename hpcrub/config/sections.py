@@ -13,6 +13,7 @@ from pydantic import Field
 
 from hpcrub.config.types import (
     MOST_SAMPLES,
+    Bands,
     Checksum,
     Deviations,
     FileName,
@@ -21,6 +22,7 @@ from hpcrub.config.types import (
     Moduli,
     Number,
     Percentiles,
+    Ratios,
     Section,
     Switch,
     Whole,
@@ -107,6 +109,19 @@ class Material(Section):
     damping_ratio: Number = Field(
         0.005, ge=1e-6, lt=1, description="damping ratio of every mode [-]"
     )
+    damping_ratios: Ratios | None = Field(
+        None,
+        description="several in place of the one: of what damping_of says; the last is that of all "
+        "modes above [-]",
+    )
+    damping_of: Literal["modes", "families", "bands"] = Field(
+        "modes",
+        description="to what each of damping_ratios belongs: a mode, by increasing frequency; as "
+        "many modes as there are blades; a band of frequencies",
+    )
+    damping_bands_hz: Bands | None = Field(
+        None, description="upper ends of the bands but the last, increasing [Hz]"
+    )
 
     young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
     density = si("density_kg_m3", "kg/m³")
@@ -134,7 +149,16 @@ class Forcing(Section):
     """Engine-order excitation: the load of the linear response."""
 
     amplitude_n: Number = Field(
-        150.0, ge=1e-9, le=1e9, description="radial load on every tip, linear response only [N]"
+        150.0,
+        ge=1e-9,
+        le=1e9,
+        description="radial load on every tip, of the linear response; with in_contact during "
+        "contact, too [N]",
+    )
+    in_contact: Switch = Field(
+        False,
+        description="whether the load acts during contact, too: at rest in space like the casing, "
+        "its crest at the angle 0, from the start of a run",
     )
     engine_order: Whole | None = Field(
         None,

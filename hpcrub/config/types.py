@@ -31,6 +31,8 @@ Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, m
 Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
 Deviations = Annotated[tuple[_number(gt=-100, lt=100), ...], Field(min_length=2, max_length=200)]
 Frequencies = Annotated[tuple[_number(gt=0, le=1e6), ...], Field(min_length=2, max_length=200)]
+Bands = Annotated[tuple[_number(gt=0, le=1e6), ...], Field(min_length=1, max_length=999)]
+Ratios = Annotated[tuple[_number(ge=1e-6, lt=1), ...], Field(min_length=1, max_length=1000)]
 Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 

@@ -13,6 +13,7 @@ from hpcrub.contact.lanes import TILE, aligned, aligned_zeros
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.status import NONE, NOT_FINITE, UNPROVEN
 from hpcrub.model.casing import bump_table
+from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 
 
@@ -111,10 +112,21 @@ def _allocate_scheme(modes, scene, grid, width):
         clearance=aligned(clearance),
         step=np.zeros(width),
         bump=aligned(_columns(bump.T)),
-        external=np.zeros((0, n_modes)),
+        external=_engine_order_forces(modes, scene, grid),
         ramp_time=scene.ramp_time,
         shortcuts=scene.shortcuts,
     )
+
+
+def _engine_order_forces(modes, scene, grid):
+    """Modal forces of the travelling load at the start of every step of a block, (P or 0, K)."""
+    if not scene.load:
+        return np.zeros((0, len(modes.omega)))
+    interface = scene.interface
+    share = scene.load / interface.points_per_blade[interface.blade]
+    turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
+    force = share * np.cos(scene.load_order * (interface.angle + turned[:, None]))
+    return aligned(force @ modes.normal)
 
 
 def _unit_loads(modes, scene):
@@ -250,7 +262,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     empty_lane(bank, lane)
     scheme = bank.scheme
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
-        scene.scheme, modes.omega, scene.damping_ratio, h
+        scene.scheme, modes.omega, ratios(scene.damping_ratio, modes.omega), h
     )
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2

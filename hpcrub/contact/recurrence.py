@@ -10,7 +10,7 @@ LARGEST_PHASE = 2.0  # ωh up to which a mode is integrated exactly: about three
 
 
 def coefficients(
-    scheme: str, omega: np.ndarray, damping_ratio: float, h: float
+    scheme: str, omega: np.ndarray, damping_ratio: float | np.ndarray, h: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Modal coefficients of a time step.
 
@@ -20,8 +20,8 @@ def coefficients(
         ``central_difference`` or ``exact_modal``.
     omega : ndarray (K,)
         Angular eigenfrequencies [rad/s].
-    damping_ratio : float
-        Modal damping ratio ξ [-].
+    damping_ratio : float or ndarray (K,)
+        Modal damping ratio ξ [-], of all modes or of each.
     h : float
         Time step [s].
 
@@ -49,7 +49,9 @@ def coefficients(
     return np.where(slow, exact[0], stiff[0]), np.where(slow, exact[1], stiff[1])
 
 
-def _exact(omega: np.ndarray, damping_ratio: float, h: float) -> tuple[np.ndarray, np.ndarray]:
+def _exact(
+    omega: np.ndarray, damping_ratio: float | np.ndarray, h: float
+) -> tuple[np.ndarray, np.ndarray]:
     c = damping_ratio * omega * h
     theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
     decay = np.exp(-2.0 * c)
@@ -61,7 +63,7 @@ def _exact(omega: np.ndarray, damping_ratio: float, h: float) -> tuple[np.ndarra
 
 
 def _trapezoidal(
-    omega: np.ndarray, damping_ratio: float, h: float
+    omega: np.ndarray, damping_ratio: float | np.ndarray, h: float
 ) -> tuple[np.ndarray, np.ndarray]:
     a, b = damping_ratio * omega * h, (omega * h) ** 2 / 4.0
     scale = 1.0 / (1.0 + a + b)

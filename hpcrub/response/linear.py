@@ -13,6 +13,7 @@ Where the stiffness depends on the speed, omega_k is that of the speed Omega = w
 import numpy as np
 import numpy.typing as npt
 
+from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 
@@ -23,7 +24,7 @@ _MAX_ITERATIONS = 60
 
 def engine_order_response(
     modes: Modes,
-    damping_ratio: float,
+    damping_ratio: float | Damping,
     amplitude: float,
     engine_order: int,
     interface: Interface,
@@ -34,8 +35,8 @@ def engine_order_response(
     Parameters
     ----------
     modes : Modes
-    damping_ratio : float
-        Of every mode [-].
+    damping_ratio : float or Damping
+        Of every mode, or of each [-].
     amplitude : float
         Of the radial load on a blade [N].
     engine_order : int
@@ -61,7 +62,7 @@ def engine_order_response(
 
 def linear_peak(
     modes: Modes,
-    damping_ratio: float,
+    damping_ratio: float | Damping,
     amplitude: float,
     engine_order: int,
     interface: Interface,
@@ -94,13 +95,13 @@ def linear_peak(
     -----
     Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
-    if not (damping_ratio > 0 and engine_order > 0):
+    if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order > 0):
         raise ValueError("a linear peak needs damping_ratio > 0 and engine_order > 0")
     load = _modal_load(modes, amplitude, engine_order, interface)
     if not np.isfinite(_resonances(modes, engine_order)[:n_family]).all():
         modes = modes._replace(stiffening=modes.stiffening[:0])
-    w = _search_mesh(_resonances(modes, engine_order), damping_ratio, n_family)
     oscillators = _Oscillators(modes, damping_ratio, engine_order)
+    w = _search_mesh(_resonances(modes, engine_order), oscillators.xi, n_family)
     u = np.abs((load / oscillators.stiffness(w)) @ modes.observed.T)
 
     speed, row = _mesh_maxima(u)
@@ -114,8 +115,9 @@ def linear_peak(
 class _Oscillators:
     """The modes under a load of an engine order, whose frequency w says the speed."""
 
-    def __init__(self, modes: Modes, damping_ratio: float, engine_order: int) -> None:
-        self.modes, self.xi, self.engine_order = modes, damping_ratio, engine_order
+    def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
+        self.modes, self.engine_order = modes, engine_order
+        self.xi = ratios(damping_ratio, modes.omega)
 
     def stiffness(self, w: np.ndarray) -> np.ndarray:
         """omega^2 - w^2 + 2 j xi omega w of every mode, (len(w), K)."""
@@ -173,11 +175,12 @@ def _search_mesh(omega, xi, n_family):
 
     The response is analytic in w but for a pole at about xi omega_k beside every resonance, so it
     can vary only on the scale of the distance to the nearest pole. The mesh has a constant step in
-    s, where ds = dw / distance: w = omega_k + h sinh(s - s_k) around resonance k, h = xi omega_1.
+    s, where ds = dw / distance: w = omega_k + h sinh(s - s_k) around resonance k, h the smallest
+    xi omega of all.
     """
     first, last = 0.9 * omega[:n_family].min(), 1.1 * omega[:n_family].max()
-    h = xi * omega[:n_family].min()
-    pole = np.sort(omega[(omega >= first) & (omega <= last)])
+    near = (omega >= first) & (omega <= last)
+    h, pole = (xi * omega)[near].min(), np.sort(omega[near])
     half_gap = np.arcsinh(np.diff(pole) / (2 * h))
     below, above = np.arcsinh((pole[0] - first) / h), np.arcsinh((last - pole[-1]) / h)
     s_pole = below + np.concatenate([[0], np.cumsum(2 * half_gap)])
@@ -202,7 +205,7 @@ def _refine(residues, oscillators, w, low, high):
     Newton's method on the slope of |u|^2, halving the bracket where it fails.
     Returns the last w and |u|, shapes as w.
     """
-    smallest = 1e-5 * oscillators.xi * oscillators.modes.omega[0]
+    smallest = np.min(1e-5 * oscillators.xi * oscillators.modes.omega)
     for _ in range(_MAX_ITERATIONS):
         inverse = 1 / oscillators.stiffness(w)
         u, u1, u2 = _response_and_slopes(residues, inverse, *oscillators.slopes(w))

@@ -17,6 +17,7 @@ from hpcrub.contact import arrays, bank, kernel, status
 from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.model.casing import NO_PROFILE, Profile, highest, repeats
+from hpcrub.model.damping import Damping
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.steady import (
@@ -40,13 +41,15 @@ class Scene(NamedTuple):
     """Everything about a contact run that is the same for all samples and speeds."""
 
     interface: Interface
-    damping_ratio: float
+    damping_ratio: float | Damping  # of every mode, or of each
     n_bumps: int
     bump_height: float  # [m]
     clearance: float  # [m]
     ramp_time: float  # [s]
     friction: float
     profile: Profile = NO_PROFILE  # of the casing, beside its bumps
+    load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
+    load_order: int = 1  # its periods around the casing
     kinematics: str = "small"
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
@@ -57,7 +60,8 @@ class Scene(NamedTuple):
     @property
     def repeats(self) -> int:
         """Times that all that a contact point meets repeats itself in a turn."""
-        return repeats(self.n_bumps, self.bump_height, self.profile)
+        casing = repeats(self.n_bumps, self.bump_height, self.profile)
+        return math.gcd(casing, self.load_order) if self.load else casing
 
     @property
     def lift(self) -> float:
@@ -243,6 +247,8 @@ def _merge(first, second):
 
 def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
+    if scene.load:
+        return True
     top = highest(scene.n_bumps, scene.bump_height, scene.profile)
     return top > scene.clearance + scene.interface.clearance.min()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from hpcrub import __version__
 
 # the rooms whose text decides about numbers; a change in a figure or a command does not
-COMPUTING = "model", "contact", "response", "statistics", "config", "results", "run", "studies"
+COMPUTING = "model", "contact", "response", "statistics", "config", "results", "ranks", "studies"
 LIBRARIES = "numpy", "scipy", "numba", "h5py", "mpi4py"
 PACKAGE = Path(__file__).resolve().parents[1]
 

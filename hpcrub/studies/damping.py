@@ -73,6 +73,12 @@ def constants(config: Config) -> dict[str, Any]:
     may have other samples and seeds.
     """
     files = [complete(path) for path in config.sources]
+    for file in files:
+        if file.config.material.damping_ratios is not None:
+            raise InputError(
+                f"sources: {file.path} has material.damping_ratios; files of one damping ratio "
+                "each can be compared"
+            )
     for file in files[1:]:
         _compare(files[0], file)
     values = {

@@ -83,7 +83,7 @@ def _peaks(config, model, blade_deviation):
     modes = modes_of(config, model, blade_deviation)
     return np.array([
         linear_peak(
-            modes, config.material.damping_ratio, config.forcing.amplitude, n_diameters,
+            modes, config.damping, config.forcing.amplitude, n_diameters,
             model.reduced.interface, config.disk.n_blades,
         )
         for n_diameters in config.linear.n_diameters

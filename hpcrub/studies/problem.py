@@ -55,8 +55,14 @@ def build_model(config: Config) -> Model:
 def build_problem(config: Config) -> Problem:
     """Tuned disk, reduced model and scene of a configuration.
 
-    Raises InputError for an impossible geometry and for a time step above the stability limit.
+    Raises InputError for an impossible geometry, for a time step above the stability limit, and for
+    a load without a known engine order.
     """
+    if config.forcing.in_contact and config.engine_order is None:
+        raise InputError(
+            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
+            "load has; give their number"
+        )
     disk, reduced = build_model(config)
     if config.disk.model is not None:
         # the full model is not needed any more, and would go to all ranks
@@ -78,13 +84,15 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     steady = config.steady_state
     return Scene(
         interface=reduced.interface,
-        damping_ratio=config.material.damping_ratio,
+        damping_ratio=config.damping,
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,
         clearance=config.casing.clearance,
         ramp_time=config.casing.growth_time,
         friction=config.contact.friction,
         profile=config.casing.profile,
+        load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
+        load_order=config.engine_order or 1,
         kinematics=config.contact.kinematics,
         scheme=config.time.scheme,
         step=config.step,
@@ -105,6 +113,6 @@ def time_grid(config: Config) -> SimpleNamespace:
     """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
     return SimpleNamespace(
         step=config.step,
-        repeats=config.casing.repeats,
+        repeats=config.repeats,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
     )

@@ -41,7 +41,7 @@ def fingerprint(path: str | Path) -> str:
     Raises InputError as `complete`.
     """
     file = complete(path)
-    digest = hashlib.sha256(str(file.config.material.damping_ratio).encode())
+    digest = hashlib.sha256(str(file.config.damping).encode())
     for name in USED:
         digest.update(np.ascontiguousarray(file.read(name)).tobytes())
     file.close()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistune, mistuned_modes
@@ -31,11 +32,11 @@ def sampled_load(n_diameters, n_times=64):
     return 2 / n_times * np.sum(force * np.exp(-1j * turned), axis=0)
 
 
-def direct_response(disk, n_diameters, speed_hz):
-    """Tangential amplitudes by a complex solve of the full model, (S, 12)."""
+def direct_response(disk, n_diameters, speed_hz, ratio=DAMPING_RATIO):
+    """Tangential amplitudes by a complex solve of the full model, (S, 12); ratio: of all modes."""
     eigenvalues, Phi = eigh(disk.stiffness, disk.mass)
     projected = Phi.T @ disk.mass
-    C = projected.T @ (2 * DAMPING_RATIO * np.sqrt(eigenvalues)[:, None] * projected)
+    C = projected.T @ ((2 * ratio * np.sqrt(eigenvalues))[:, None] * projected)
     force = np.zeros(len(C), dtype=complex)
     force[disk.contact_dof[:, 0]] = sampled_load(n_diameters)
     responses = []
@@ -46,8 +47,8 @@ def direct_response(disk, n_diameters, speed_hz):
     return np.array(responses)
 
 
-def response(modes, n_diameters, speed_hz):
-    return engine_order_response(modes, DAMPING_RATIO, LOAD, n_diameters, TIPS, speed_hz)
+def response(modes, n_diameters, speed_hz, damping=DAMPING_RATIO):
+    return engine_order_response(modes, damping, LOAD, n_diameters, TIPS, speed_hz)
 
 
 def peak(modes, n_diameters, damping_ratio=DAMPING_RATIO):
@@ -62,6 +63,26 @@ def test_response_is_that_of_the_full_matrices(n_diameters, mistuned):
     direct = direct_response(mistune(reference_disk(), deviation), n_diameters, speed_hz)
     modal = response(mistuned_modes(reference_reduced(216), deviation), n_diameters, speed_hz)
     np.testing.assert_allclose(modal, direct, rtol=1e-6, atol=1e-8 * np.abs(direct).max())
+
+
+def test_response_with_a_damping_of_each_mode_is_that_of_the_full_matrices():
+    disk, deviation = mistune(reference_disk(), deviation_of(0)), deviation_of(0)
+    each = np.random.default_rng(3).uniform(1e-3, 2e-2, len(disk.mass))
+    speed_hz = np.array([20.0, 91.0, 92.3, 150.0, 541.0]) / 4
+    direct = direct_response(disk, 4, speed_hz, each)
+    modes = mistuned_modes(reference_reduced(216), deviation)
+    found = response(modes, 4, speed_hz, Damping(tuple(each)))
+    np.testing.assert_allclose(found, direct, rtol=1e-6, atol=1e-8 * np.abs(direct).max())
+
+
+def test_peak_with_a_damping_of_each_mode_is_that_of_brute_force():
+    modes = mistuned_modes(reference_reduced(60), deviation_of(5))
+    damping = Damping(tuple(np.random.default_rng(4).uniform(1e-3, 2e-2, 12)))
+    amplitude, _ = peak(modes, 4, damping)
+    w = np.linspace(0.9 * modes.omega[0], 1.1 * modes.omega[11], 60_001)
+    brute = np.abs(response(modes, 4, w / (2 * np.pi * 4), damping)).max()
+    assert brute <= amplitude * (1 + 1e-12)
+    assert amplitude == pytest.approx(brute, rel=1e-5)
 
 
 def test_reduced_response_is_close_to_the_full_one():

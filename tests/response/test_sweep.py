@@ -8,12 +8,14 @@ from hpcrub.contact.arrays import Shortcuts
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
 from hpcrub.model.casing import Profile, bump_height
+from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
-from hpcrub.response import sweep
+from hpcrub.response import history, sweep
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import (
     PIECE,
+    Motion,
     Scene,
     can_touch,
     cut_revolution,
@@ -89,6 +91,38 @@ def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
     assert (first.point_status == STEADY).all()
     assert (first.amplitude > 1e-4).all()
     np.testing.assert_allclose(first.amplitude, second.amplitude, rtol=3e-4)
+
+
+def test_equal_damping_ratios_are_the_bits_of_the_single_one():
+    modes, scene = one_blade()
+    one = run_sweep(modes, scene, [13.0, 19.0])
+    each = run_sweep(modes, scene._replace(damping_ratio=Damping((0.05, 0.05))), [13.0, 19.0])
+    other = run_sweep(modes, scene._replace(damping_ratio=Damping((0.06,))), [13.0, 19.0])
+    for a, b in zip(one[:-1], each[:-1], strict=True):
+        assert a.tobytes() == b.tobytes()
+    assert (one.amplitude > 0.0).all()
+    assert (other.amplitude != one.amplitude).all()
+
+
+def test_every_mode_decays_with_its_own_damping():
+    """Two free modes, seen one by one by two contact points that never touch."""
+    damping = Damping((0.01, 0.03))
+    omega = 2 * np.pi * np.array([20.0, 50.0])
+    modes = Modes.planar(omega, np.eye(2), np.eye(2))
+    scene = Scene(
+        planar_interface(np.zeros(2), 1.0), damping, 1, 0.0, 1.0, 0.0, 0.0, step=1e-4,
+        scheme="exact_modal",
+    )  # fmt: skip
+    start = Motion(np.array([[1e-3, 2e-3]]), np.zeros((1, 2)), np.zeros(1))
+    end = Motion(*(values.copy() for values in start))
+    pieces = list(history.integrate(modes, scene, [10.0], 0.5, end))
+    time, ratio = pieces[-1].time[-1, 0], np.array(damping.ratios)
+    envelope = np.hypot(
+        end.position[0], (end.velocity[0] + ratio * omega * end.position[0]) / omega
+    )
+    np.testing.assert_allclose(
+        envelope, start.position[0] * np.exp(-ratio * omega * time), rtol=0.02
+    )
 
 
 def test_a_profile_below_the_clearance_never_touches():

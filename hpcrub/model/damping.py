@@ -1,0 +1,29 @@
+"""Damping ratios of modes: one number for all, or a list by mode, family or frequency."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Damping(NamedTuple):
+    """Damping ratios that differ from mode to mode; the last one is that of all modes above."""
+
+    ratios: tuple[float, ...]  # [-]
+    family: int = 1  # modes, by frequency, that share a ratio
+    # upper ends of frequency bands [rad/s], increasing, one fewer than ratios; () for families
+    bands: tuple[float, ...] = ()
+
+    def of_modes(self, omega: np.ndarray) -> np.ndarray:
+        """Damping ratio of every mode (K,) from the angular frequencies, increasing (K,) [rad/s].
+
+        A frequency at the end of a band belongs to the band below.
+        """
+        place = np.arange(len(omega)) // self.family
+        if self.bands:
+            place = np.searchsorted(self.bands, omega)
+        return np.array(self.ratios)[np.minimum(place, len(self.ratios) - 1)]
+
+
+def ratios(damping: float | Damping, omega: np.ndarray) -> float | np.ndarray:
+    """Damping ratio of the modes [-]: one for all, or one for each (K,)."""
+    return damping.of_modes(omega) if isinstance(damping, Damping) else damping

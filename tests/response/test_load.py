@@ -1,0 +1,83 @@
+"""A load that travels around the disk during contact: its response without contact is known."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config, replaced
+from hpcrub.contact.bank import allocate
+from hpcrub.errors import InputError
+from hpcrub.model.casing import Profile
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.linear import engine_order_response
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import can_touch, cut_revolution, run_sweep
+from hpcrub.studies.problem import build_problem, time_grid
+from tests.truth.disk import LOAD, reference_reduced, reference_scene
+
+DAMPING = 0.05  # transients decay by 10⁻⁹ until the first check
+FREE = {
+    "clearance": 1.0,
+    "damping_ratio": DAMPING,
+    "load": LOAD,
+    "scheme": "exact_modal",
+    "steady": SteadyCriteria(first_check=0.75, max_time=1.5),
+}
+
+
+@pytest.mark.parametrize(("order", "n_bumps", "repeats"), [(4, 4, 4), (3, 4, 1), (2, 6, 2)])
+def test_without_contact_it_gives_the_harmonic_response(order, n_bumps, repeats):
+    reduced = reference_reduced()
+    modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
+    scene = reference_scene(
+        **FREE, load_order=order, n_bumps=n_bumps, step=2e-5, record_interval=2e-5
+    )
+    speeds = np.array([86.0, 91.0, 92.5, 100.0]) / order
+    assert cut_revolution(speeds[0], scene).blocks_per_revolution == repeats
+    found = run_sweep(modes, scene, speeds)
+    # equation (5) travels the other way; this load stands still, and so do the bumps
+    mirrored = reduced.interface._replace(angle=-reduced.interface.angle)
+    expected = engine_order_response(modes, DAMPING, LOAD, order, mirrored, speeds)
+    expected = np.abs(expected).max(axis=1)
+    np.testing.assert_allclose(found.amplitude, expected, rtol=1e-3)
+    other_way = engine_order_response(modes, DAMPING, LOAD, order, reduced.interface, speeds)
+    assert not np.allclose(np.abs(other_way).max(axis=1), expected, rtol=5e-3)
+
+
+def test_it_stands_still_in_space_as_the_casing_does():
+    """Where the load pushes each blade outward, a casing of that order meets it inward."""
+    modes = mistuned_modes(reference_reduced(), np.zeros(12))
+    wave = Profile(harmonics=((4, 1.0, 0.0),))
+    scene = reference_scene(**FREE, load_order=4, bump_height=0.0, profile=wave)
+    grid = cut_revolution(30.0, scene)
+    lanes = allocate(modes, scene, grid, 8)
+    turned = 2 * np.pi * np.arange(grid.steps_per_block) / grid.steps_per_revolution
+    pushed = lanes.scheme.external @ np.linalg.pinv(modes.normal)  # (P, 12) [N]
+    np.testing.assert_allclose(
+        pushed, LOAD * np.cos(4 * (scene.interface.angle + turned[:, None])), atol=1e-6 * LOAD
+    )
+    # the force acts at the begin of a step, the casing is met at its end
+    np.testing.assert_allclose(pushed[1:] / LOAD, lanes.scheme.bump[:-1, :12], atol=1e-6)
+
+
+def test_a_loaded_disk_may_touch_a_casing_without_bumps():
+    modes = mistuned_modes(reference_reduced(), np.zeros(12))
+    scene = reference_scene(
+        **(FREE | {"clearance": 1e-6}), load_order=4, bump_height=0.0, step=2e-5
+    )
+    assert can_touch(scene)
+    free = run_sweep(modes, scene._replace(clearance=1.0), [23.0])
+    stopped = run_sweep(modes, scene, [23.0])
+    assert free.max_sweeps[0] == 0 < stopped.max_sweeps[0]
+    assert 0.0 < stopped.amplitude[0] < 0.9 * free.amplitude[0]
+
+
+def test_the_keys_of_the_load():
+    config = replaced(Config(), {"forcing.in_contact": True, "forcing.engine_order": 6})
+    scene = build_problem(config).scene
+    assert (scene.load, scene.load_order, scene.repeats) == (150.0, 6, 2)
+    assert time_grid(config).repeats == 2
+    assert build_problem(Config()).scene.load == 0.0
+    waves = [{"order": n, "amplitude_mm": 0.1} for n in (2, 3)]
+    with pytest.raises(InputError, match="forcing.engine_order: a casing without equal bumps"):
+        build_problem(replaced(config, {"casing.harmonics": waves, "casing.bump_height_mm": 0.0,
+                                        "forcing.engine_order": None}))  # fmt: skip
