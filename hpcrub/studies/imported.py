@@ -10,6 +10,7 @@ from hpcrub.config.schema import Config, replaced
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, checks, neutral, reduced
 from hpcrub.model.imported.assembly import SparseDisk
+from hpcrub.model.imported.frames import row_table
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.reduction import ReducedModel
 from hpcrub.results import model_file
@@ -76,7 +77,8 @@ class Scenery(NamedTuple):
     surface: np.ndarray  # (F, 4) nodes of faces
     contact_node: np.ndarray  # (C,)
     contact_blade: np.ndarray  # (C,)
-    rows: np.ndarray | None  # (n, 3) rows of u_r, u_theta, u_z, -1 for none; None: only reduced
+    rows: np.ndarray  # (n, 3) rows of u_r, u_theta, u_z, -1 for none; coordinates if reduced
+    is_reduced: bool
 
 
 def scenery(config: Config) -> Scenery:
@@ -91,10 +93,10 @@ def scenery(config: Config) -> Scenery:
         on = np.union1d(disk.surface, disk.contact_node)
         shown &= np.isin(np.arange(len(shown)), on)
     place = np.cumsum(shown) - 1
-    rows = None if model.kind == "reduced" else disk.row[shown]
-    return Scenery(
-        disk.nodes[shown], place[disk.surface], place[disk.contact_node], disk.contact_blade, rows
-    )
+    is_reduced = model.kind == "reduced"
+    rows = row_table(model.dof, len(model.nodes))[:, 1:4] if is_reduced else disk.row
+    nodes, surface, contact = disk.nodes[shown], place[disk.surface], place[disk.contact_node]
+    return Scenery(nodes, surface, contact, disk.contact_blade, rows[shown], is_reduced)
 
 
 def memory(config: Config) -> int:

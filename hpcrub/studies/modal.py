@@ -64,7 +64,7 @@ def sizes_of_file(config: Config) -> dict[str, int]:
     if config.disk.model is None:
         return {}
     seen = imported.scenery(config)
-    n_modes = 0 if seen.rows is None else min(MOST_SHAPES, config.n_coordinates)
+    n_modes = 0 if seen.is_reduced else min(MOST_SHAPES, config.n_coordinates)
     return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
 
 
@@ -99,28 +99,25 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
     yield "reduced/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
-    if disk is None:
-        parts = np.moveaxis(tips, 0, 1)
-    else:
+    if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
         values, full = lowest_modes(K, disk.mass.tocsc(), n_modes)
         tips = full[boundary_rows(disk)].reshape(-1, len(face.blade), n_modes)
         yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
-        shapes = np.vstack([reduced.basis @ reduced.tuned_modes, np.zeros(len(reduced.mass))])
-        parts = shapes[seen.rows]  # row -1 is held
-    yield "shapes", (), _in_space(seen.nodes, parts[..., :MOST_SHAPES])
+    shapes = reduced.basis @ reduced.tuned_modes[:, :MOST_SHAPES]
+    shapes = np.vstack([shapes, np.zeros(shapes.shape[1])])  # row -1 is held
+    yield "shapes", (), _in_space(seen.nodes, shapes[seen.rows])
 
 
 def _in_space(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Displacements x, y, z (K, n, 3), the largest one is 1.
 
-    nodes: (n, 3); parts: (n, 2 or 3, K), radial, tangential and axial.
+    nodes: (n, 3); parts: (n, 3, K), radial, tangential and axial.
     """
     c, s = (f(np.arctan2(nodes[:, 1], nodes[:, 0]))[:, None] for f in (np.cos, np.sin))
-    radial, tangential = parts[:, 0], parts[:, 1]
-    axial = parts[:, 2] if parts.shape[1] == 3 else np.zeros_like(radial)
+    radial, tangential, axial = np.moveaxis(parts, 1, 0)
     xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial])
     largest = np.sqrt((xyz**2).sum(axis=0)).max(axis=0)
     return np.moveaxis(xyz / largest, (0, 1, 2), (2, 1, 0))
