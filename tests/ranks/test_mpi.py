@@ -128,7 +128,7 @@ sys.exit(parallel.run(program))
 MESSAGES = {  # of BAD_INPUTS
     "unknown key": "casing.n_bumpz: unknown key; did you mean casing.n_bumps?",
     "wrong type": "casing.n_bumps: 'many' is not a whole number from 1 up to 1,000",
-    "negative thickness": "disk.blade.thickness_mm: -1 is out of range, allowed is a number above 0",
+    "negative thickness": "thickness_mm: -1 is out of range, allowed is a number above 0",
     "long step": "time.step_s: 0.0001 is not below ",
     "empty speed range": "speeds.to_hz: 1.0 is below speeds.from_hz, 34.0: no speeds",
     "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
