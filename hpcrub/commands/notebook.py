@@ -69,7 +69,8 @@ def run(
     asked = _configuration(config)
     if output is not None:
         asked = asked.model_copy(update={"output": os.fspath(output)})
-    studies.check(measured.with_tables(asked))
+    asked = measured.with_tables(asked)
+    studies.check(asked)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "input.yaml")
         path.write_text(asked.to_yaml(), encoding="utf-8")

@@ -154,6 +154,15 @@ def _run_problems(c):
 
 def _pattern_problems(c):
     m, given = c.mistuning, patterns(vars(c.mistuning))
+    is_random = m.distribution == "uniform" and not (
+        m.neighbour_correlation or m.intentional_percent
+    )
+    if m.patterns_file is not None and (given or not is_random):
+        other = given[0][0] if given else "distribution"
+        yield (
+            f"mistuning.patterns_file: cannot be combined with mistuning.{other}; its disks are "
+            "all samples, and nothing of them is random"
+        )
     if not given:
         yield from _law_problems(c)
         return

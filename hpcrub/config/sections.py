@@ -319,6 +319,19 @@ class Mistuning(Section):
         description="file with these frequencies, which are filled in when a run begins; columns "
         "blade (from 1) and frequency_hz",
     )
+    patterns_file: FileName | None = Field(
+        None,
+        description="CSV or NPZ file of measured disks: a row for each disk, which is one sample "
+        "of the study, and a column for each blade",
+    )
+    patterns_unit: Literal["percent", "gpa", "hz"] = Field(
+        "percent",
+        description="what it holds: deviations of stiffness [%], Young's moduli [GPa], or "
+        "frequencies of the blades alone [Hz], whose deviations are from the mean of their disk",
+    )
+    patterns_sha256: Checksum | None = Field(
+        None, description="checksum of that file, filled in when a run begins"
+    )
     by: Literal["blade_stiffness", "cantilever_modes"] = Field(
         "blade_stiffness",
         description="what deviates: all stiffness of a blade, or that of its cantilever modes "

@@ -31,6 +31,8 @@ SAME = (
             "pattern_percent",
             "blade_frequencies_hz",
             "blade_frequencies_csv",
+            "patterns_unit",
+            "patterns_sha256",
             "by",
         )
     ),

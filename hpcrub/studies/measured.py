@@ -1,12 +1,14 @@
 """What an input says by the name of a file: its model and what has been measured (rank 0)."""
 
+import functools
+
 import numpy as np
 
 from hpcrub.config.casing import MOST_POINTS
 from hpcrub.config.checks import deviation_of
 from hpcrub.config.schema import Config, replaced
 from hpcrub.errors import InputError
-from hpcrub.results import tables
+from hpcrub.results import model_file, tables
 from hpcrub.studies import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
@@ -19,7 +21,10 @@ def resolved(config: Config) -> Config:
 
     Raises InputError for a file that cannot be used, or has changed.
     """
-    return imported.resolved(with_tables(config))
+    config = imported.resolved(with_tables(config))
+    if config.mistuning.patterns_file is not None:
+        patterns(config)
+    return config
 
 
 def with_tables(config: Config) -> Config:
@@ -29,7 +34,84 @@ def with_tables(config: Config) -> Config:
     mistuning = config.mistuning
     if mistuning.blade_frequencies_csv and mistuning.blade_frequencies_hz is None:
         config = replaced(config, _blade_frequencies(mistuning))
+    if mistuning.patterns_file is not None and mistuning.patterns_sha256 is None:
+        config = replaced(config, _patterns(config))
     return config
+
+
+def patterns(config: Config) -> np.ndarray:
+    """Stiffness deviations of all disks of the patterns' file (samples, N) [-].
+
+    Raises InputError when it is not the file that the configuration was made of.
+    """
+    mistuning, n_blades = config.mistuning, config.disk.n_blades
+    path = mistuning.patterns_file
+    found = _deviations(
+        path,
+        mistuning.patterns_sha256,
+        mistuning.patterns_unit,
+        config.material.young_modulus_gpa,
+    )
+    if found.shape[1] != n_blades:
+        raise InputError(
+            f"mistuning.patterns_file: {path} has {found.shape[1]} columns for the {n_blades} "
+            f"blades of disk.{'model' if config.disk.model else 'n_blades'}"
+        )
+    if len(found) < mistuning.samples:
+        raise InputError(
+            f"mistuning.samples: {mistuning.samples} asked for, {path} has {len(found)} disks"
+        )
+    return found
+
+
+def _patterns(config):
+    """Keys of measured disks: so many samples of one level, as wide as the largest deviation."""
+    mistuning, path = config.mistuning, config.mistuning.patterns_file
+    if "half_range_percent" in mistuning.model_fields_set:
+        raise InputError(
+            "mistuning.half_range_percent: cannot be combined with mistuning.patterns_file, whose "
+            "disks are one level; leave it out"
+        )
+    checksum = model_file.checksum(path)
+    found = _deviations(path, checksum, mistuning.patterns_unit, config.material.young_modulus_gpa)
+    largest = 100.0 * float(np.abs(found).max())
+    if not largest < 100.0:
+        raise InputError(
+            f"mistuning.patterns_file: {path}: the stiffness of a blade deviates by {largest:.6g} "
+            f"%; less than 100 % is allowed (mistuning.patterns_unit: {mistuning.patterns_unit})"
+        )
+    keys = {
+        "mistuning.patterns_sha256": checksum,
+        "mistuning.half_range_percent": [largest],
+    }
+    if "samples" not in mistuning.model_fields_set:
+        keys["mistuning.samples"] = len(found)
+    return keys
+
+
+@functools.lru_cache(maxsize=4)
+def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
+    """Deviations (disks, N) of a table of patterns [-]; kept, because every sample asks for it."""
+    if model_file.checksum(path) != checksum:
+        raise InputError(
+            f"mistuning.patterns_file: {path} is not the file that this configuration was made of"
+        )
+    if str(path).endswith(".npz"):
+        arrays = list(model_file.read(path).values())
+        if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype.kind not in "fiu":
+            raise InputError(
+                f"mistuning.patterns_file: {path} has to hold one array of numbers, a row for "
+                "each disk and a column for each blade"
+            )
+        values = arrays[0].astype(float)
+    else:
+        values = tables.read(path)[1]
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"mistuning.patterns_file: {path}: empty, or not all values are numbers")
+    if unit != "percent" and not (values > 0.0).all():
+        raise InputError(f"mistuning.patterns_file: {path}: values above 0 are expected in {unit}")
+    key = {"percent": "pattern_percent", "gpa": "pattern_gpa", "hz": "blade_frequencies_hz"}[unit]
+    return np.array([deviation_of(key, row, young_modulus_gpa) for row in values])
 
 
 def _blade_frequencies(mistuning):

@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, ReducedModel, craig_bampton, mistune, mistuned_modes
+from hpcrub.studies import measured
 from hpcrub.studies.problem import Model, Problem, build_problem
 
 
@@ -35,6 +37,8 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     if config.pattern_deviation is not None:
         return config.pattern_deviation
     level, sample = config.levels[level], config.samples[sample]
+    if config.mistuning.patterns_file is not None:
+        return measured.patterns(config)[sample]
     half_range = config.mistuning.half_range[level]
     return stiffness_deviation(
         config.mistuning.seed, level, sample, config.disk.n_blades, half_range, config.mistuning.law
@@ -50,6 +54,8 @@ def sigma_of(config: Config) -> np.ndarray:
     if config.pattern_deviation is not None:
         return np.array([np.std(config.pattern_deviation)])
     half_range = config.mistuning.half_range[list(config.levels)]
+    if config.mistuning.patterns_file is not None:
+        return np.full(len(half_range), np.std(measured.patterns(config)))
     law = config.mistuning.law
     if law.distribution == "uniform":
         return half_range / np.sqrt(3)
@@ -57,7 +63,15 @@ def sigma_of(config: Config) -> np.ndarray:
 
 
 def disks(config: Config) -> np.ndarray:
-    """Stiffness deviations (D, N) [-]: the tuned disk, and the pattern when there is one."""
+    """Stiffness deviations (D, N) [-]: the tuned disk, and the pattern when there is one.
+
+    Raises InputError for a file of many patterns.
+    """
+    if config.mistuning.patterns_file is not None:
+        raise InputError(
+            f"mistuning.patterns_file: a study {config.study} is of one pattern "
+            "(mistuning.pattern_percent); contact and linear ones are of many"
+        )
     tuned = np.zeros(config.disk.n_blades)
     pattern = config.pattern_deviation
     return np.array([tuned] if pattern is None else [tuned, pattern])

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from hpcrub.config.schema import Config
+from hpcrub.config import parts
+from hpcrub.config.schema import Config, replaced
 from hpcrub.errors import InputError
 from hpcrub.studies import measured
 from hpcrub.studies.files import open_result
-from tests.program import run
+from hpcrub.studies.samples import deviation, disks, sigma_of
+from tests.program import TINY, run
 
 PROFILE = "angle_deg,radius_change_mm\n0,-0.5\n90,0\n180,-0.4\n270,0.1\n"
 
@@ -86,3 +88,105 @@ def test_a_result_keeps_its_profile_and_refuses_another(tmp_path):
     code, _, err = run(0, *arguments, "--resume", folder=tmp_path)
     assert code == 2
     assert "casing.profile_mm: [-0.5, 0.0, -0.4, 0.1] in the file, [-0.5, 0.0, -0.3, 0.1]" in err
+
+
+PATTERNS = np.random.default_rng(9).uniform(-3.0, 3.0, (5, 12)).round(2)
+
+
+def study_of(path, **mistuning):
+    return measured.resolved(
+        Config.from_mapping({"mistuning": {"patterns_file": str(path)} | mistuning})
+    )
+
+
+def csv_of(path, values, head=""):
+    lines = [",".join(f"{value!r}" for value in row) for row in values.tolist()]
+    path.write_text(head + "\n".join(lines) + "\n")
+    return path
+
+
+def test_every_measured_disk_is_a_sample(tmp_path):
+    names = ",".join(f"blade {i}" for i in range(12)) + "\n"
+    percent = csv_of(tmp_path / "disks.csv", PATTERNS, "# of a rig\n" + names)
+    gpa = csv_of(tmp_path / "gpa.csv", 210.0 * (1.0 + PATTERNS / 100))
+    hz = tmp_path / "hz.npz"
+    np.savez(hz, measured=91.0 * np.sqrt(1.0 + PATTERNS / 100))
+    config = study_of(percent)
+    assert config.mistuning.samples == 5
+    assert config.mistuning.half_range_percent == (np.abs(PATTERNS).max(),)
+    np.testing.assert_allclose(sigma_of(config), [PATTERNS.std() / 100], rtol=1e-12)
+    for sample, row in enumerate(PATTERNS):
+        np.testing.assert_array_equal(deviation(config, 0, sample), row / 100)
+        np.testing.assert_allclose(
+            deviation(study_of(gpa, patterns_unit="gpa"), 0, sample), row / 100, atol=1e-15
+        )
+        measured_hz = np.sqrt(1.0 + row / 100)
+        np.testing.assert_allclose(
+            deviation(study_of(hz, patterns_unit="hz"), 0, sample),
+            (measured_hz / measured_hz.mean()) ** 2 - 1.0, atol=1e-15,
+        )  # fmt: skip
+    few = study_of(percent, samples=3)
+    assert few.mistuning.samples == 3
+    assert measured.resolved(Config.from_yaml(config.to_yaml())) == config
+    part = parts.cut(config, 2, 2)
+    np.testing.assert_array_equal(deviation(part, 0, 0), PATTERNS[2] / 100)
+
+
+@pytest.mark.parametrize(
+    ("rows", "keys", "words"),
+    [
+        (PATTERNS[:, :11], {}, "has 11 columns for the 12 blades of disk.n_blades"),
+        (PATTERNS, {"samples": 6}, "samples: 6 asked for, .* has 5 disks"),
+        (PATTERNS, {"patterns_unit": "hz"}, "values above 0 are expected in hz"),
+        (40 * PATTERNS, {}, "the stiffness of a blade deviates by 1.* less than 100 % is allowed"),
+        (PATTERNS, {"half_range_percent": [4]}, "half_range_percent: cannot be combined"),
+        (PATTERNS, {"distribution": "normal"}, "cannot be combined with mistuning.distribution"),
+        (PATTERNS, {"pattern_percent": [1] * 12}, "cannot be combined with mistuning.pattern_perc"),
+    ],
+)
+def test_patterns_that_do_not_fit_are_refused(tmp_path, rows, keys, words):
+    with pytest.raises(InputError, match=words):
+        study_of(csv_of(tmp_path / "disks.csv", rows), **keys)
+
+
+@pytest.mark.parametrize(
+    "arrays", [{}, {"a": np.ones((2, 12)), "b": np.ones(3)}, {"a": np.ones(12)}]
+)
+def test_an_archive_of_something_else_is_refused(tmp_path, arrays):
+    np.savez(tmp_path / "disks.npz", **arrays)
+    with pytest.raises(InputError, match="has to hold one array of numbers"):
+        study_of(tmp_path / "disks.npz")
+
+
+def test_a_study_of_one_disk_takes_no_file_of_many(tmp_path):
+    config = study_of(csv_of(tmp_path / "disks.csv", PATTERNS))
+    with pytest.raises(InputError, match="a study time_response is of one pattern"):
+        disks(replaced(config, {"study": "time_response"}))
+
+
+@pytest.mark.mpi
+def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path):
+    csv_of(tmp_path / "disks.csv", PATTERNS[:2])
+    levels = "mistuning: {half_range_percent: [2, 4], samples: 2}"
+    (tmp_path / "all.yaml").write_text(
+        TINY.replace(levels, "mistuning: {patterns_file: disks.csv}")
+    )
+    (tmp_path / "one.yaml").write_text(
+        TINY.replace(levels, f"mistuning: {{pattern_percent: {PATTERNS[1].tolist()}}}")
+    )
+    for ranks, name in ((2, "all"), (0, "one")):
+        code, _, err = run(
+            ranks, f"{name}.yaml", "--output", f"{name}.h5", "--no-figures", folder=tmp_path
+        )
+        assert code == 0, err
+    with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:
+        np.testing.assert_array_equal(many.read("samples/deviation", 0), PATTERNS[:2] / 100)
+        for name in ("amplification", "amplitude_m", "linear_amplification"):
+            assert (
+                many.read(f"samples/{name}", (0, 1)).tobytes()
+                == one.read(f"samples/{name}", (0, 0)).tobytes()
+            )
+    csv_of(tmp_path / "disks.csv", PATTERNS[1:3])
+    code, _, err = run(0, "all.yaml", "--output", "all.h5", "--resume", folder=tmp_path)
+    assert code == 2
+    assert "patterns_sha256" in err or "half_range_percent" in err
