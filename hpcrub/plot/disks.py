@@ -64,7 +64,7 @@ def disk(canvas: Canvas) -> None:
     """
     file = canvas.file
     if file.config.disk.model is not None:
-        axes = canvas.panels(1, 1, (8, 7), subplot_kw=solids.THREE)[0, 0]
+        axes = canvas.panels(1, 1, (8, 5), subplot_kw=solids.THREE)[0, 0]
         solids.draw(axes, solids.Solid.of_result(file))
         canvas.title(f"{Path(file.config.disk.model).name}: blades and contact nodes")
         return
@@ -234,7 +234,8 @@ def shapes(canvas: Canvas, mode: int | None = None) -> None:
     size = 3.2 if mode is None else 6.5
     solid = None if file.config.disk.model is None else solids.Solid.of_result(file)
     how = {} if solid is None else {"subplot_kw": solids.THREE}
-    axes = canvas.panels(rows, columns, (size * columns, (size + 0.3) * rows), **how).ravel()
+    height = size + 0.3 if solid is None else 0.8 * size
+    axes = canvas.panels(rows, columns, (size * columns, height * rows), **how).ravel()
     canvas.hide(axes[len(chosen) :])
     for panel, k in zip(axes, chosen, strict=False):
         if solid is None:

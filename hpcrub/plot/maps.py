@@ -64,10 +64,14 @@ def interaction_map(canvas: Canvas) -> None:
         panel.grid(False)
         _draw_orders(panel, file)
         natural = file.read("natural_frequencies_hz", disk)
-        for frequency in natural[natural < frequencies[-1]]:
-            panel.axhline(frequency, color=BLUE, lw=0.7, label="natural frequencies")
+        _draw_natural(panel, file, disk, natural[natural < frequencies[-1]])
+        strongest = interactions(speeds, frequencies, spectra[disk])
         family = natural[: file.config.disk.n_blades].max()
-        _draw_interactions(panel, interactions(speeds, frequencies, spectra[disk]), family)
+        if strongest and file.config.disk.model is not None:
+            curves = file.read("natural_frequencies_at_speed_hz", disk)
+            highest = curves[:, : file.config.disk.n_blades].max(axis=1)
+            family = np.interp(strongest[0].speed_hz, speeds, highest)
+        _draw_interactions(panel, strongest, family)
     axes[0].set_ylabel("frequency [Hz]")
     found: dict[str, Any] = {}
     for panel in axes:
@@ -107,6 +111,18 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
         found.append(Interaction(order, at_best, low, high, float(along[best])))
     found.sort(key=lambda interaction: -interaction.amplitude)
     return [one for one in found[:N_INTERACTIONS] if one.amplitude > 0]
+
+
+def _draw_natural(panel: Axes, file: ResultFile, disk: int, natural: Any) -> None:
+    """Natural frequencies: lines, or curves where the stiffness depends on the speed."""
+    how: dict[str, Any] = {"color": BLUE, "lw": 0.7, "label": "natural frequencies"}
+    if file.config.disk.model is None:
+        for frequency in natural:
+            panel.axhline(frequency, **how)
+        return
+    curves = file.read("natural_frequencies_at_speed_hz", disk)
+    for curve in curves[:, : len(natural)].T:
+        panel.plot(file.read("speeds_hz"), curve, **how)
 
 
 def _draw_orders(axes: Axes, file: ResultFile) -> None:

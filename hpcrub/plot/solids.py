@@ -10,7 +10,8 @@ from hpcrub.errors import InputError
 from hpcrub.plot.style import BLUE, COLOURS
 from hpcrub.results.storage import ResultFile
 
-DEFORMED = 0.1  # largest displacement drawn, in tip radii
+DEFORMED = 0.14  # largest displacement drawn, in tip radii
+NUMBERED, ALONE = 1.1, 1.3  # how large a disk is drawn, with numbers and axes, and without
 FACE = "0.85"
 THREE = {"projection": "3d"}
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -88,9 +89,9 @@ def draw(axes: Any, solid: Solid, shape: Array | None = None, numbers: bool = Tr
         style = "o" if len(solid.surface) else "o-"
         drawn += axes.plot(*mine.T, style, color=COLOURS[blade % len(COLOURS)], ms=3)
         if numbers:
-            place = 1.12 * np.array([1.0, 1.0, 0.0]) * mine.mean(axis=0)
+            place = 1.15 * np.array([1.0, 1.0, 0.0]) * mine.mean(axis=0)
             axes.text(*place, f"{blade + 1}")
-    _frame(axes, 1e3 * solid.nodes)
+    _frame(axes, 1e3 * solid.nodes, NUMBERED if numbers else ALONE)
     return drawn
 
 
@@ -111,12 +112,14 @@ def _shades(shape: Array, surface: Any) -> Any:
     return colormaps["viridis"](size / max(size.max(), 1e-300))
 
 
-def _frame(axes: Any, nodes: Array) -> None:
+def _frame(axes: Any, nodes: Array, zoom: float) -> None:
     """Axes as long as the undeformed disk, so that shapes beside each other have one scale."""
+    sides = []
     known = nodes[np.isfinite(nodes).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
     least = 0.02 * (high - low).max()  # contact nodes of a planar disk lie in one plane
     for side, a, b in zip("xyz", low - least, high + least, strict=True):
         axes.set(**{f"{side}lim": (a, b), f"{side}label": f"{side} [mm]"})
-    axes.set_aspect("equal")
+        sides.append(b - a)
+    axes.set_box_aspect(sides, zoom=zoom)
     axes.locator_params(axis="z", nbins=3)

@@ -27,7 +27,18 @@ LAYOUT = (
     Dataset("amplitude_m", _DS, "m", "largest tangential displacement within the window"),
     Dataset("point_reason", _DS, "1", f"{POINT_REASON}; where diverged, values are NaN", "u1"),
 )
+AT_SPEED = Dataset(
+    "natural_frequencies_at_speed_hz",
+    (*_DS, "mode"),
+    "Hz",
+    "the same at each speed; of a model file, whose stiffness depends on it",
+)
 SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of a planar disk, or of a model file."""
+    return LAYOUT if config.disk.model is None else (*LAYOUT, AT_SPEED)
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -91,6 +102,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     if group[0] == groups[0][0]:
         yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
     for lane, speed in enumerate(group):
+        if config.disk.model is not None:
+            there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
+            yield AT_SPEED.name, (disk, speed), there
         interval = time[1, lane] - time[0, lane]
         last = slice(-round(config.spectrum.window_s / interval), None)
         window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
@@ -148,7 +162,7 @@ STUDY = Study(
     name="interaction_map",
     figures="6",
     what="spectra over a wide range of speeds",
-    layout=lambda config: LAYOUT,
+    layout=layout,
     scales=SCALES,
     sizes=sizes,
     constants=constants,

@@ -96,7 +96,10 @@ def _memory(config):
     if study.integrates:
         grid = cut_revolution(config.speeds.from_hz, time_grid(config))
         records = grid.steps_per_revolution // grid.stride * steady.window_revolutions
-        integration = NUMBER * (grid.steps_per_block + 2 * records * config.disk.n_points * WIDTH)
+        n_points = config.disk.n_points
+        integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
+        if config.disk.model is not None:  # of every point on every other, in each direction
+            integration += NUMBER * 4 * n_points**2 * WIDTH
     if study.histories:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
