@@ -21,7 +21,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference readme docs clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference readme docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -87,6 +87,10 @@ readme: reference  ## the old name of reference
 docs: reference .venv/set-up-docs  ## build the site in build/docs; fails at a broken link inside
 	@$(VENV_PYTHON) -m sphinx -q --fail-on-warning --keep-going docs build/docs
 	@echo "open build/docs/index.html"
+
+links: .venv/set-up-docs  ## try every link of the documents to other sites (needs a network)
+	@$(VENV_PYTHON) -m sphinx -q -b linkcheck -D nb_execution_mode=off \
+	    -D suppress_warnings=myst-nb.lexer docs build/links
 
 .venv/set-up-docs: $(STAMP)
 	@$(VENV_PYTHON) -m pip install -q --disable-pip-version-check --no-build-isolation --editable '.[docs]'

@@ -57,26 +57,34 @@ def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = N
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at, values = list(file.config.convergence.percentiles), _values(file, name)
         seen = file.read("statistics/contact/samples_seen")
+        known = seen[np.isfinite(values).any(axis=(0, 1))]
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)
             if percentile not in at:
                 panel.set_axis_off()
                 continue
             for sigma, of_level in zip(file.read("sigma"), values, strict=True):
+                of_percentile = scale * of_level[at.index(percentile)]
                 panel.plot(
-                    seen, scale * of_level[at.index(percentile)], color=colours[sigma], lw=1.6,
+                    seen, of_percentile, color=colours[sigma], lw=1.6,
                     marker="." if len(seen) <= 4 * FEW else "",
                 )  # fmt: skip
+                panel.plot(
+                    seen[: MIN_VALUES - 1], of_percentile[: MIN_VALUES - 1], "o", ms=5, mfc="w",
+                    mec=colours[sigma],
+                )  # fmt: skip
             panel.set(xscale="log", xlabel="samples" if file is files[-1] else "")
-            few = len(seen) <= FEW
-            panel.xaxis.set_major_locator(FixedLocator(seen) if few else LogLocator(subs=(1, 2, 5)))
+            panel.set_xlim(0.9 * known[0], 1.1 * known[-1])
+            few = len(known) <= FEW
+            panel.xaxis.set_major_locator(
+                FixedLocator(known) if few else LogLocator(subs=(1, 2, 5))
+            )
             panel.xaxis.set_major_formatter("{x:,.0f}")
             panel.xaxis.set_minor_formatter("")
-    if min(np.isfinite(_values(f, name)).sum(axis=-1).max() for f in files) < MIN_VALUES:
-        canvas.note(
-            f"Convergence is not judged on fewer than {MIN_VALUES} estimates, each of "
-            "convergence.step more samples."
-        )
+    canvas.note(
+        f"Hollow: fewer than {MIN_VALUES} estimates, each of convergence.step more samples; "
+        "convergence is not judged on these."
+    )
     handles = [
         Line2D([], [], color=colour, label=f"σ = {100 * sigma:.1f} %")
         for sigma, colour in colours.items()

@@ -81,8 +81,9 @@ def _draw_level(axes: Axes, file: ResultFile, level: int) -> tuple[Any, int]:
         ):  # fmt: skip
             label = f"percentile 99 of {name}"
             line(np.percentile(values[known], 99), color=colour, ls="--", label=label)
-    edge = np.array([0.95, max(axes.get_xlim()[1], axes.get_ylim()[1])])
-    axes.plot(edge, edge, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
+    edge = max(axes.get_xlim()[1], axes.get_ylim()[1])
+    axes.update_datalim([(0.95, 0.95), (edge, edge)])
+    axes.axline((1.0, 1.0), slope=1.0, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
     return image, n
 
 

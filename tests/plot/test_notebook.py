@@ -98,13 +98,18 @@ def test_too_few_samples_to_converge_are_said_to_be(random, name):
         plot.find(name)(file)
 
 
-def test_convergence_of_few_estimates_is_said_not_to_be_judged(random):
-    note = "Convergence is not judged on fewer than 10 estimates"
-    file = contact_file(random)  # 8 of them
-    assert note in plot.errors(file)[0].figure.legends[0].get_title().get_text()
-    file.values["statistics/contact/samples_seen"] = 5 * np.arange(1, 13)
-    file.values["statistics/contact/convergence_error"] = random.uniform(0.01, 0.1, (2, 3, 12))
-    assert note not in plot.errors(file)[0].figure.legends[0].get_title().get_text()
+def test_few_estimates_are_said_not_to_be_judged(random):
+    file = contact_file(random)
+    for n_estimates, hollow in ((8, 8), (12, 9)):
+        file.values["statistics/contact/samples_seen"] = 5 * np.arange(1, n_estimates + 1)
+        file.values["statistics/contact/convergence_error"] = random.uniform(
+            0.01, 0.1, (2, 3, n_estimates)
+        )
+        axes = plot.errors(file)[0]
+        drawn = [line for line in axes.get_lines() if line.get_markerfacecolor() == "w"]
+        assert [len(line.get_xdata()) for line in drawn] == [hollow, hollow]
+        note = axes.figure.legends[0].get_title().get_text()
+        assert "Hollow: fewer than 10 estimates" in note
 
 
 @pytest.mark.parametrize("figure", plot.FIGURES, ids=lambda f: f.__name__)
