@@ -122,7 +122,7 @@ class Survey(NamedTuple):
 
     config: Config  # of the whole
     tuned: dict[str, Any] | None  # results of the tuned disk
-    origin: dict[str, str]  # attributes that say with which libraries they were computed
+    origin: dict[str, str]  # attributes: with which libraries, and what is not resolved
     programs: list[str]  # that have computed them, one for each text
 
 
@@ -134,7 +134,7 @@ def texts(programs: Sequence[str]) -> list[str]:
 def _survey(out, paths, samples):
     """Survey of the parts. Raises InputError for parts that do not belong together."""
     config = tuned = tuned_path = None
-    origin, programs = defaultdict(set), []
+    origin, programs, warned = defaultdict(set), [], {}
     for path in paths:
         with files.open_result(path) as part:
             mine, found = _whole_config(part, out, samples), contact_file.read_tuned(part)
@@ -150,11 +150,14 @@ def _survey(out, paths, samples):
                 _same_tuned(tuned, tuned_path, found, path)
             elif found:
                 tuned, tuned_path = found, path
+            warned |= dict.fromkeys(str(part.attributes().get("warnings", "")).splitlines())
             for name, value in part.attributes().items():
                 if name.endswith(("_version", "_revision")) and name != "program_version":
                     origin[name].update(str(value).split(", "))
-    versions = {name: ", ".join(sorted(values)) for name, values in origin.items()}
-    return Survey(config, tuned, versions, programs)
+    attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
+    if warned:
+        attributes["warnings"] = "\n".join(warned)
+    return Survey(config, tuned, attributes, programs)
 
 
 def _rows(part, programs):

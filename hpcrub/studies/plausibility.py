@@ -16,7 +16,9 @@ from hpcrub.response.sweep import can_touch
 from hpcrub.studies.problem import Problem
 
 STEPS_PER_BUMP_WIDTH = 12.0
-STEPS_PER_PERIOD = 20.0
+STEPS_PER_PERIOD = 16.0
+MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
+FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7
 
@@ -74,6 +76,9 @@ def numbers(config: Config, problem: Problem) -> Iterator[str]:
     yield f"{steps_per_bump_width(config):.3g} steps per bump width at {config.speeds.to_hz:g} Hz"
     yield f"{steps_per_period(config, problem):.3g} steps per period of the first family"
     yield f"{revolutions:.3g} revolutions before the first check"
+    if config.disk.model is None:
+        per_blade = config.reduction.n_modes / config.disk.n_blades
+        yield f"{per_blade:.3g} modes with the tips held for each blade"
     yield f"modes up to {top:.4g} Hz, the casing excites up to {excited_hz(config):.4g} Hz"
 
 
@@ -93,8 +98,21 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
             f"not resolved: {found:.3g} time steps per period of the first family, fewer than "
             f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"
         )
-    top = float(np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi))
+    yield from _mode_warnings(config, problem)
+
+
+def _mode_warnings(config, problem):
+    frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
+    top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
     passing = next(iter(orders(config)), 0) * config.speeds.to_hz
+    per_blade = MODES_PER_BLADE + (passing > FAST * family)
+    all_modes = config.disk.n_dof - 2 * config.disk.n_blades
+    wanted = min(per_blade * config.disk.n_blades, all_modes)
+    if config.disk.model is None and config.reduction.n_modes < wanted:
+        yield (
+            f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than "
+            f"{per_blade} for each blade, {wanted}"
+        )
     if top < passing:
         yield (
             f"not resolved: the bumps pass at {passing:.4g} Hz, above all modes of the model (up "
