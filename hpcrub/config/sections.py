@@ -315,11 +315,6 @@ class Mistuning(Section):
         None,
         description="the same, as frequencies of each blade alone; deviations are from their mean",
     )
-    blade_frequencies_csv: FileName | None = Field(
-        None,
-        description="file with these frequencies, which are filled in when a run begins; columns "
-        "blade (from 1) and frequency_hz",
-    )
     patterns_file: FileName | None = Field(
         None,
         description="CSV or NPZ file of measured disks: a row for each disk, which is one sample "

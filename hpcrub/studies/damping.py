@@ -30,7 +30,6 @@ SAME = (
             "pattern_gpa",
             "pattern_percent",
             "blade_frequencies_hz",
-            "blade_frequencies_csv",
             "patterns_unit",
             "patterns_sha256",
             "by",

@@ -12,7 +12,6 @@ from hpcrub.results import model_file, tables
 from hpcrub.studies import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
-BLADE_COLUMNS = "blade", "frequency_hz"
 DIGITS = 6  # of degrees and millimetres that are kept
 
 
@@ -32,8 +31,6 @@ def with_tables(config: Config) -> Config:
     if not config.casing.is_resolved:
         config = replaced(config, _profile(config.casing.profile_csv))
     mistuning = config.mistuning
-    if mistuning.blade_frequencies_csv and mistuning.blade_frequencies_hz is None:
-        config = replaced(config, _blade_frequencies(mistuning))
     if mistuning.patterns_file is not None and mistuning.patterns_sha256 is None:
         config = replaced(config, _patterns(config))
     return config
@@ -112,31 +109,6 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
         raise InputError(f"mistuning.patterns_file: {path}: values above 0 are expected in {unit}")
     key = {"percent": "pattern_percent", "gpa": "pattern_gpa", "hz": "blade_frequencies_hz"}[unit]
     return np.array([deviation_of(key, row, young_modulus_gpa) for row in values])
-
-
-def _blade_frequencies(mistuning):
-    """Keys of blades that have been measured one by one: an explicit sample."""
-    path = mistuning.blade_frequencies_csv
-    if others := {"samples", "half_range_percent"} & mistuning.model_fields_set:
-        raise InputError(
-            f"mistuning.{max(others)}: cannot be combined with mistuning.blade_frequencies_csv, "
-            "which is one sample; leave one out"
-        )
-    table = tables.columns(path, BLADE_COLUMNS)
-    blade, frequency = table[np.argsort(table[:, 0], kind="stable")].T
-    if not np.array_equal(blade, np.arange(1, len(blade) + 1)):
-        raise InputError(
-            f"mistuning.blade_frequencies_csv: {path}: a line for each blade is expected, numbered "
-            "from 1"
-        )
-    if not (frequency > 0.0).all():
-        raise InputError(f"mistuning.blade_frequencies_csv: {path}: frequencies above 0 Hz")
-    deviation = deviation_of("blade_frequencies_hz", frequency, 1.0)
-    return {
-        "mistuning.blade_frequencies_hz": frequency.tolist(),
-        "mistuning.samples": 1,
-        "mistuning.half_range_percent": [100 * float(np.abs(deviation).max())],
-    }
 
 
 def _profile(path):

@@ -13,7 +13,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
 from hpcrub.studies import imported, measured, modal
 from hpcrub.studies.problem import build_model, build_problem
-from hpcrub.studies.samples import modes_of
+from hpcrub.studies.samples import deviation, modes_of
 from tests.truth.hexahedra import SMALL, sector_arrays
 from tests.truth.planar import planar_arrays
 
@@ -36,11 +36,11 @@ def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
     ours = read(f"disk: {{model: planar.h5}}\nreduction: {{n_modes: 24}}\n{brief}")
     assert ours.n_coordinates == built_in.n_coordinates
     assert ours.disk.n_blades == 12
-    deviation = np.linspace(-0.01, 0.01, 12)
+    blades = np.linspace(-0.01, 0.01, 12)
     found = []
     for config in (built_in, ours):
         problem = build_problem(config)
-        modes = modes_of(config, problem, deviation)
+        modes = modes_of(config, problem, blades)
         found.append(run_sweep(modes, problem.scene, [34.0, 34.5]))
     assert (found[0].amplitude > 1e-3).all()
     assert (found[0].max_sweeps > 0).all()
@@ -96,40 +96,18 @@ def test_measured_frequencies_deviate_from_their_mean(folder):
     assert 0.005 < abs(mistuned[:5] / tuned[:5] - 1).max() < 0.02
 
 
-def test_measured_frequencies_come_from_a_table_in_any_order(folder):
+def test_measured_frequencies_come_from_a_table(folder):
     model_file.write("sector.h5", sector_arrays())
-    folder.joinpath("bench.csv").write_text("frequency_hz,blade\n101,2\n99,1\n100,3\n98,5\n102,4\n")
+    folder.joinpath("bench.csv").write_text("99,101,100,102,98\n100,101,100,99,100\n")
     keys = "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
-    config = measured.resolved(Config.from_yaml(keys + "blade_frequencies_csv: bench.csv}"))
+    config = measured.resolved(
+        Config.from_yaml(keys + "patterns_file: bench.csv, patterns_unit: hz}")
+    )
     listed = read(keys + "blade_frequencies_hz: [99, 101, 100, 102, 98]}")
-    np.testing.assert_array_equal(config.pattern_deviation, listed.pattern_deviation)
-    assert config.mistuning.samples == 1
-    assert measured.resolved(config) == config  # of a result file, without the table
-
-
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ("blade,frequency_hz\n1,99\n2,101\n", "2 values given for the 5 blades"),
-        ("blade,frequency_hz\n1,99\n3,101\n", "a line for each blade"),
-        ("blade,frequency_hz\n1,99\n2,0\n", "frequencies above 0 Hz"),
-        ("99\n101\n", "instead of the names blade, frequency_hz"),
-        ("blade,frequency_hz\n1,abc\n", "line 2: 'abc' is not a number"),
-        ("", "an empty table"),
-    ],
-)
-def test_tables_of_blades_that_cannot_be_used(folder, table, words):
-    model_file.write("sector.h5", sector_arrays())
-    folder.joinpath("bench.csv").write_text(table)
-    text = "disk: {model: sector.h5}\nmistuning: {blade_frequencies_csv: bench.csv}"
-    with pytest.raises(InputError, match=words):
-        measured.resolved(Config.from_yaml(text))
-
-
-def test_a_table_of_blades_is_one_sample(folder):
-    text = "mistuning: {blade_frequencies_csv: bench.csv, samples: 9}"
-    with pytest.raises(InputError, match="samples: cannot be combined"):
-        measured.resolved(Config.from_yaml(text))
+    problem = build_problem(config)
+    assert config.mistuning.samples == 2
+    assert problem.reduced.blade_stiffness.any()
+    np.testing.assert_array_equal(deviation(config, 0, 0), listed.pattern_deviation)
 
 
 def test_changed_model_file_is_refused(folder):
