@@ -11,7 +11,10 @@ from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import contact
 
-PHYSICS = ("disk", "material", "reduction", "casing", "contact", "speeds", "time", "steady_state")
+PHYSICS = (
+    *("disk", "material", "reduction", "casing", "contact", "forcing"),
+    *("speeds", "time", "steady_state"),
+)
 USED = (
     "sigma",
     "tuned/reference_amplitude_m",

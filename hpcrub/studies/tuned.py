@@ -109,6 +109,6 @@ class TunedDisk:
             )
         if not self.reference.usable:
             raise HpcrubError(
-                "the tuned disk is not excited: the bumps never reach the blades "
-                "(casing.clearance_mm, casing.bump_height_mm)"
+                "the tuned disk is not excited: the casing never reaches the blades "
+                "(casing.clearance_mm beside bump_height_mm, harmonics and profile)"
             )

@@ -392,10 +392,14 @@ def test_stability_limit_counts_the_stiffest_sample(tiny_config):
     study.build_problem(tiny_config.model_copy(update={"time": exact}))  # needs no limit
 
 
-def test_bumps_that_reach_no_blade(tiny, folder, capfd):
-    assert main(tiny, "--set", "casing.bump_height_mm=0.2") == 1
+@pytest.mark.parametrize(
+    "shape",
+    ["casing.bump_height_mm=0.2", "casing.harmonics=[{order: 2, amplitude_mm: 0.2}]"],
+)
+def test_a_casing_that_reaches_no_blade(tiny, folder, capfd, shape):
+    assert main(tiny, "--set", shape) == 1
     (line,) = error_lines(capfd.readouterr().err)
-    assert "bumps never reach the blades" in line
+    assert "the casing never reaches the blades" in line
 
 
 def test_without_a_reference_no_sample_is_marched(tiny, folder, capfd, monkeypatch):

@@ -196,6 +196,8 @@ def test_damping(folder):
         ("casing: {n_bumps: 6}", "casing.n_bumps: 4 in the first, 6 in the second"),
         ("mistuning: {half_range_percent: [3, 4]}", "mistuning.half_range_percent: "),
         ("contact: {friction: 0.1}\ntime: {step_s: 3e-5}", "contact.friction: .*; time.step_s: "),
+        ("forcing: {in_contact: true}", "differ in forcing.in_contact: false in the first"),
+        ("material: {damping_ratios: [0.004]}", "other.h5 has material.damping_ratios"),
     ],
 )
 def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, message):
@@ -209,7 +211,7 @@ def test_dampings_are_compared_of_the_same_disks_only(folder, capfd, keys, messa
     assert cli.main(["wrong.yaml"]) == 2
     error = capfd.readouterr().err
     assert re.search(message, error)
-    assert "differ in" in error
+    assert "sources: " in error
     assert not list(folder.glob("results/wrong*"))
 
 
