@@ -99,7 +99,10 @@ def _add_common(one):
 
 def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     """The checked model that the options name. Raises InputError."""
+    _check_numbers(options)
     arrays = _arrays(options)
+    if options.axis != "z" and str(arrays.get("frame")) == "cylindrical":
+        raise InputError(f"--axis {options.axis}: cylindrical directions are about z")
     if options.units:
         arrays["units"] = np.array(options.units)
     elif options.format != "model":
@@ -108,6 +111,15 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = _numbered(arrays, options.blades)
     return neutral.from_arrays(arrays)
+
+
+def _check_numbers(options):
+    if not 0.0 <= options.speed_hz < np.inf:
+        raise InputError(f"--speed-hz: {options.speed_hz:g} is not 0 or more")
+    if not 0.0 < options.step_s < np.inf:
+        raise InputError(f"--step-s: {options.step_s:g} is not above 0")
+    if options.reduce is not None and options.reduce < 0:
+        raise InputError(f"--reduce: {options.reduce} is not 0 or more")
 
 
 def _arrays(options):

@@ -217,3 +217,22 @@ def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
     np.savez("empty.npz", a=1)
     assert import_model.main(["model", "empty.npz"]) == InputError.exit_code
     assert "hpcrub_model: this array is missing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--speed-hz", "nan"], "--speed-hz: nan is not 0 or more"),
+        (["--speed-hz=-5"], "--speed-hz: -5 is not 0 or more"),
+        (["--step-s", "0"], "--step-s: 0 is not above 0"),
+        (["--reduce=-1"], "--reduce: -1 is not 0 or more"),
+        (["--reduce", "3"], "--reduce: this model is reduced already"),
+        (["--axis", "x"], "--axis x: cylindrical directions are about z"),
+        (["--units", "mm"], 'units: "mm" is not a length'),
+        (["--output", "model.mat"], "model.mat: a model file ends with .h5, .hdf5, .npz"),
+    ],
+)
+def test_options_of_the_import_that_cannot_be(folder, capsys, options, words):
+    model_file.write("reduced.h5", reduced_arrays())
+    assert import_model.main(["model", "reduced.h5", *options]) == InputError.exit_code
+    assert f"hpcrub: error: {words}" in capsys.readouterr().err
