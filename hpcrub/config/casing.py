@@ -64,7 +64,7 @@ class Casing(Section):
         None, description="change of radius there, outward positive, filled in as well [mm]"
     )
     growth_time_s: Number = Field(
-        0.01, ge=0, le=1e4, description="time in which the bumps grow to their height [s]"
+        0.01, ge=0, le=1e4, description="time in which the shape grows from a circle [s]"
     )
 
     clearance = si("clearance_mm", "m", per=1000)
