@@ -46,7 +46,9 @@ class Contact(NamedTuple):
 
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    reach: np.ndarray  # (1, L) how far a contact is felt by others, see `candidates` [-]
+    # (1, L) how far a contact is felt by others: see `candidates` [-]; spatial: largest motion of a
+    # point by a unit force on any point [m/N]
+    reach: np.ndarray
 
 
 class State(NamedTuple):
@@ -92,21 +94,25 @@ class Polar(NamedTuple):
 
 
 class Spatial(NamedTuple):
-    """What contact in three dimensions reads and modifies; N blades, at most P points on one."""
+    """What contact in three dimensions reads and modifies; N blades in G groups of at most P points."""
 
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # of every contact point (n,) int
-    starts: np.ndarray  # place in ``points`` of the first one of every blade (N + 1,) int
+    starts: np.ndarray  # place in ``points`` of the first one of every group of blades (G + 1,) int
     way: np.ndarray  # of a point along the casing in a step, R 2π/n (C,) [m]
     friction: float
     axial: np.ndarray  # A (K, C) [1/√kg]
-    compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row (b·C + i)·C + j
+    compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
     before: np.ndarray  # increment d at the end of the step before (K, L) (modified)
     cosine: np.ndarray  # cos β (C, L) (modified)
     sine: np.ndarray  # sin β (C, L) (modified)
-    touching: np.ndarray  # 1 where a point carried a force when its blade last touched (C, L)
-    blades: np.ndarray  # starts of the active blades in ``state.active`` (N + 1,) int (modified)
-    chosen: np.ndarray  # work space of `solve_blade`: (P,) int
+    # (C, L): 1 where a point carried a force in its lane's last contact, -1 where others kept it
+    # from the casing, else 0 (modified)
+    touching: np.ndarray
+    groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
+    turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
+    fresh: np.ndarray  # work space of `friction.turn`: (C + TILE,) int
+    chosen: np.ndarray  # work space of `blades.solve_group`: (P or TILE,) int
     factor: np.ndarray  # (P·P, L)
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)

@@ -16,6 +16,8 @@ from hpcrub.model.casing import bump_table
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 
+GROUP = 48  # contact points of neighbouring blades whose forces are found at once
+
 
 def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarray:
     """Displacement of every contact point per unit force on every other in one step.
@@ -197,8 +199,8 @@ def _allocate_polar(scene, grid, n_points, width):
 def _allocate_spatial(scene, grid, modes, width):
     interface, axial = scene.interface, _columns(modes.axial)
     n_modes, n_points = axial.shape
-    starts = np.concatenate([[0], np.cumsum(interface.points_per_blade)])
-    most = int(interface.points_per_blade.max())
+    starts = _groups(interface.points_per_blade)
+    most = int(np.diff(starts).max())
     way = np.zeros(n_points)
     way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
     return Spatial(
@@ -213,13 +215,24 @@ def _allocate_spatial(scene, grid, modes, width):
         cosine=aligned_zeros((n_points, width)),
         sine=aligned_zeros((n_points, width)),
         touching=aligned_zeros((n_points, width)),
-        blades=np.zeros(len(starts), dtype=np.int64),
-        chosen=np.zeros(most, dtype=np.int64),
+        groups=np.zeros(len(starts), dtype=np.int64),
+        turned=np.zeros(n_points, dtype=np.bool_),
+        fresh=np.zeros(n_points + TILE, dtype=np.int64),
+        chosen=np.zeros(max(most, TILE), dtype=np.int64),
         factor=aligned_zeros((most**2, width)),
-        right=aligned_zeros((max(most, 2), width)),
+        right=aligned_zeros((most, width)),
         wrong=aligned_zeros((most, width)),
         steps_touched=aligned_zeros((interface.n_blades, width)),
     )
+
+
+def _groups(points_per_blade):
+    """Starts of groups of neighbouring blades: as few as hold at most GROUP points each."""
+    starts, ends = [0], np.cumsum(points_per_blade)
+    for begin, end in zip(ends[:-1], ends[1:], strict=True):
+        if end - starts[-1] > GROUP:
+            starts.append(int(begin))
+    return np.array([*starts, int(ends[-1])])
 
 
 def empty_lane(bank: Bank, lane: int) -> None:
@@ -293,9 +306,9 @@ def _fill_spatial(bank, lane, modes, friction):
     flaw = complementarity.flaw(W[0] + friction * W[1])
     bank.state.report[FLAW, lane] = flaw
     if flaw in (NONE, UNPROVEN):
-        _spread(spatial.compliance.reshape(3, -1, spatial.compliance.shape[1]), lane, W)
-    parts = np.split(spatial.points, spatial.starts[1:-1])
-    bank.contact.reach[0, lane] = _spatial_reach(W, friction, parts)
+        table = spatial.compliance.reshape(-1, 3, spatial.compliance.shape[1])
+        _spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
+        bank.contact.reach[0, lane] = (np.abs(W[0]) + friction * np.hypot(W[1], W[2])).max()
 
 
 def _fill_contact(contact, lane, W):
@@ -374,30 +387,6 @@ def _spread(table, lane, values):
 
 def _reach(rho):
     return rho / (1.0 - rho) if rho < 1.0 else np.inf
-
-
-def _spatial_reach(W, friction, blades):
-    """Bound of `Contact.reach` between blades for any direction of friction.
-
-    The forces on blade b are at most |p| / σ_b for penetrations p of its points, σ_b the smallest
-    eigenvalue of the symmetric part of its Delassus operator.
-    """
-    if not np.isfinite(W).all():
-        return np.inf
-    turned = friction * np.hypot(W[1], W[2])  # of a single point, at most
-    influence = np.zeros(W.shape[1])
-    for points in blades:
-        own = np.ix_(points, points)
-        smallest = np.linalg.eigvalsh((W[0][own] + W[0][own].T) / 2.0)[0]
-        sides = np.hstack([W[1][own], W[2][own]])
-        smallest -= friction * np.linalg.norm(sides, 2)
-        if smallest <= 0.0:
-            return np.inf
-        per_force = np.linalg.norm(W[0][:, points], axis=1)
-        per_force += np.linalg.norm(turned[:, points], axis=1)
-        per_force[points] = 0.0
-        influence += per_force * math.sqrt(len(points)) / smallest
-    return _reach(influence.max())
 
 
 def _polar_reach(W, friction):

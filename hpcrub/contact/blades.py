@@ -1,17 +1,21 @@
-"""The multipliers of blades with several contact points: from blade to blade, each solved exactly.
+"""The multipliers of blades with several contact points: the problem of a group is solved exactly.
 
 The contact points of one blade are coupled so stiffly that Gauss–Seidel from point to point takes
-up to hundreds of sweeps at small steps. Blades act on one another much less. So the sweeps go from
-blade to blade, and the problem of one blade is solved exactly: the set of its points that carry a
-force is guessed (those of the step before), the linear equations of the set are solved, and points
-of the wrong sign change sides (principal pivoting; Júdice and Pires 1994). All lanes do so at once.
-A lane is never changed by what the other lanes need. What does not converge goes to Lemke's method.
+up to hundreds of sweeps at small steps. So blades form groups of at most `bank.GROUP` points,
+whose problem is solved exactly: the set of points that carry a force is guessed (those of the step
+before), the linear equations of the set are solved, and points of the wrong sign change sides
+(principal pivoting; Júdice and Pires 1994). All lanes do so at once. Sweeps go from group to group
+where there are several. What does not converge goes to Lemke's method.
+
+Only points near the casing are looked at. The forces found bound what they can push others in, and
+points that this bound reaches join. A lane is never changed by what the other lanes need.
 """
 
 import numpy as np
 
-from hpcrub.contact.arrays import Contact, Spatial, State
+from hpcrub.contact.arrays import Contact, Scheme, Spatial, State
 from hpcrub.contact.complementarity import SWEEPS, UNSOLVED, solve_by_pivoting
+from hpcrub.contact.friction import turn, turn_penetrating
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     any_lane,
@@ -27,132 +31,245 @@ from hpcrub.contact.lanes import (
 )
 from hpcrub.contact.multipliers import TOLERANCE
 
-MOST_TRIALS = 60  # guesses of the points of a blade that carry a force; one or two are usual
+MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
 ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign change sides
-MOST_SWEEPS = 100  # from blade to blade; three or so are usual
+MOST_SWEEPS = 100  # from group to group; three or so are usual
+NEAR = 4.0  # distance at which points are looked at from the begin, of the deepest penetration
 
 
 @compiled
-def nearness(lanes: tuple, contact: Contact, deepest: np.ndarray) -> np.ndarray:
-    """Penetration (L,) from which on a point may be pushed in by forces on other blades [m]."""
-    return splat(lanes, 0.0) - positive_part(deepest) * load(lanes, contact.reach, 0)
-
-
-@compiled
-def solve_blades(
-    lanes: tuple,
-    contact: Contact,
-    state: State,
-    spatial: Spatial,
-    deepest: np.ndarray,
-    n_blades: int,
-) -> None:
-    """Multipliers of all active points, blade by blade (state and spatial are modified).
-
-    Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
-
-    Parameters
-    ----------
-    lanes, contact, state, spatial
-        As in `kernel.integrate`.
-    deepest : ndarray (L,)
-        Deepest penetration of the step [m].
-    n_blades : int
-        Active blades.
-    """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
-    threshold = nearness(lanes, contact, deepest)
-    for a in range(spatial.blades[n_blades]):
-        store(state.multiplier, state.active[a], zero)
-    changing, trials, stuck = below(zero, deepest), zero, zero
-    for _ in range(MOST_SWEEPS):
-        change, most, stuck = zero, zero, zero
-        for b in range(n_blades):
-            start, end = spatial.blades[b], spatial.blades[b + 1]
-            largest = splat(lanes, -np.inf)
-            for a in range(start, end):
-                i = state.active[a]
-                largest = larger(load(lanes, state.penetration, i), largest)
-                depth = left_by_others(lanes, contact, state, spatial, n_blades, b, i)
-                store(state.depth, i, depth)
-            solving = below(select(changing, threshold, splat(lanes, np.inf)), largest)
-            tried, unfinished = solve_blade(
-                lanes, contact, state, spatial, start, end, limit, solving
-            )
-            most, stuck = larger(tried, most), larger(unfinished, stuck)
-            for a in range(start, end):
-                moved = load(lanes, state.multiplier, state.active[a])
-                moved = moved - load(lanes, spatial.wrong, a - start)
-                change = larger(larger(moved, zero - moved), change)
-        trials = trials + select(below(limit, change), most, zero)
-        changing = below(limit, select(changing, change, zero))
-        if n_blades == 1 or not any_lane(changing):
-            break
-    if n_blades > 1:
-        stuck = larger(stuck, select(changing, one, zero))
-    store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
-    if any_lane(below(zero, stuck)):
-        store(spatial.right, 0, stuck)
-        store(spatial.right, 1, threshold)
-        solve_stuck(lanes, contact, state, spatial, n_blades)
-
-
-@compiled
-def left_by_others(
-    lanes: tuple,
-    contact: Contact,
-    state: State,
-    spatial: Spatial,
-    n_blades: int,
-    blade: int,
-    i: int,
-) -> np.ndarray:
-    """Penetration (L,) of a point that the forces on the other active blades leave [m].
-
-    Parameters
-    ----------
-    lanes, contact, state, spatial
-        As in `kernel.integrate`.
-    n_blades : int
-        Active blades.
-    blade : int
-        Place among the active blades of that of the point.
-    i : int
-        Contact point.
-    """
-    n_rows = state.penetration.shape[0]
-    depth = load(lanes, state.penetration, i)
-    for b in range(n_blades):
-        if b != blade:
-            for a in range(spatial.blades[b], spatial.blades[b + 1]):
-                j = state.active[a]
-                effect = load(lanes, contact.coupling, i * n_rows + j)
-                depth = depth - effect * load(lanes, state.multiplier, j)
-    return depth
-
-
-@compiled
-def choose(lanes: tuple, state: State, spatial: Spatial, start: int, end: int) -> int:
-    """Points of a blade that touch in the guess of any lane (spatial.chosen, modified).
+def list_near(lanes: tuple, state: State, spatial: Spatial, threshold: np.ndarray) -> int:
+    """List the points that penetrate by more than a threshold in any lane (state.active, modified).
 
     Parameters
     ----------
     lanes, state, spatial
         As in `kernel.integrate`.
-    start, end : int
-        Places in `State.active` of the first point of the blade and after the last.
+    threshold : ndarray (L,)
+        Negative for points that are near [m].
 
     Returns
     -------
     int
-        Points chosen.
+        Groups with points in the list; ``spatial.groups`` says where each begins (modified).
     """
-    n = 0
+    n_groups = n_active = 0
+    spatial.groups[0] = 0
+    for group in range(len(spatial.starts) - 1):
+        for point in spatial.points[spatial.starts[group] : spatial.starts[group + 1]]:
+            if any_lane(below(threshold, load(lanes, state.penetration, point))):
+                state.active[n_active] = point
+                n_active += 1
+        if n_active > spatial.groups[n_groups]:
+            n_groups += 1
+            spatial.groups[n_groups] = n_active
+    return n_groups
+
+
+@compiled
+def guess(lanes: tuple, state: State, spatial: Spatial, deepest: np.ndarray) -> None:
+    """Points that carry a force, from those of the step before (state, spatial are modified).
+
+    A point that penetrates does, unless others have held it out in the step before.
+
+    Parameters
+    ----------
+    lanes, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m]; lanes without contact keep their guess.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    contact = below(zero, deepest)
+    for i in spatial.points:
+        before = load(lanes, spatial.touching, i)
+        penetrates = below(zero, load(lanes, state.penetration, i))
+        new = select(penetrates, select(below(before, zero), zero, one), zero)
+        store(spatial.touching, i, select(contact, new, before))
+        store(state.multiplier, i, zero)
+
+
+@compiled
+def solve_blades(
+    lanes: tuple,
+    scheme: Scheme,
+    contact: Contact,
+    state: State,
+    spatial: Spatial,
+    deepest: np.ndarray,
+) -> int:
+    """Multipliers of all points that may carry a force (contact, state, spatial are modified).
+
+    Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
+
+    Parameters
+    ----------
+    lanes, scheme, contact, state, spatial
+        As in `kernel.integrate`.
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m].
+
+    Returns
+    -------
+    int
+        Entries of `State.active` that count.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
+    threshold = zero - positive_part(deepest) * splat(lanes, NEAR)
+    n_groups = list_near(lanes, state, spatial, threshold)
+    guess(lanes, state, spatial, deepest)
+    turn_penetrating(lanes, scheme, contact, state, spatial, spatial.groups[n_groups])
+    changing, trials, stuck = below(zero, deepest), zero, zero
+    for _ in range(MOST_SWEEPS):
+        change, most, stuck = zero, zero, zero
+        for g in range(n_groups):
+            left_by_others(lanes, contact, state, spatial, n_groups, g)
+            tried, unfinished = solve_group(
+                lanes, scheme, contact, state, spatial, n_groups, g, threshold, limit, changing
+            )
+            most, stuck = larger(tried, most), larger(unfinished, stuck)
+            for a in range(spatial.groups[g], spatial.groups[g + 1]):
+                moved = load(lanes, state.multiplier, state.active[a])
+                moved = moved - load(lanes, spatial.wrong, a - spatial.groups[g])
+                change = larger(larger(moved, zero - moved), change)
+        trials = trials + select(below(limit, change), most, zero)
+        unsettled = select(below(limit, select(changing, change, zero)), one, zero)
+        if n_groups == 1:
+            unsettled = zero
+        felt = reach_of_forces(lanes, contact, state, spatial, spatial.groups[n_groups])
+        if any_lane(below(felt, threshold)):
+            more = count_between(lanes, state, spatial, felt, threshold)
+            threshold = select(below(felt, threshold), felt, threshold)
+            if any_lane(below(zero, more)):
+                n_groups = list_near(lanes, state, spatial, threshold)
+                turn_penetrating(lanes, scheme, contact, state, spatial, spatial.groups[n_groups])
+                unsettled = larger(more, unsettled)
+        changing = below(zero, unsettled)
+        if not any_lane(changing):
+            break
+    stuck = larger(stuck, select(changing, one, zero))
+    store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
+    if any_lane(below(zero, stuck)):
+        n_groups = list_near(lanes, state, spatial, splat(lanes, -np.inf))
+        turn_all(lanes, scheme, contact, state, spatial, spatial.groups[n_groups])
+        store(spatial.right, 0, stuck)
+        solve_stuck(contact, state, spatial, spatial.groups[n_groups])
+    return spatial.groups[n_groups]
+
+
+@compiled
+def reach_of_forces(
+    lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_active: int
+) -> np.ndarray:
+    """Minus the depth (L,) that the forces can push any point in, a bound [m].
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    n_active : int
+        Entries of `State.active` that count.
+    """
+    total = splat(lanes, 0.0)
+    for a in range(n_active):
+        if spatial.turned[a]:
+            i = state.active[a]
+            total = fma(load(lanes, state.multiplier, i), load(lanes, contact.stiffness, i), total)
+    return splat(lanes, 0.0) - total * load(lanes, contact.reach, 0)
+
+
+@compiled
+def count_between(
+    lanes: tuple, state: State, spatial: Spatial, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Points (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
+    zero, one, count = splat(lanes, 0.0), splat(lanes, 1.0), splat(lanes, 0.0)
+    for i in spatial.points:
+        depth = load(lanes, state.penetration, i)
+        count = count + select(below(high, depth), zero, select(below(low, depth), one, zero))
+    return count
+
+
+@compiled
+def turn_all(
+    lanes: tuple, scheme: Scheme, contact: Contact, state: State, spatial: Spatial, n_active: int
+) -> None:
+    """Columns of all listed points; as `turn_penetrating`."""
+    for a in range(n_active):
+        spatial.fresh[a] = a
+    turn(lanes, scheme, contact, state, spatial, n_active, n_active)
+
+
+@compiled
+def left_by_others(
+    lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_groups: int, group: int
+) -> None:
+    """Penetrations of a group that the forces on the other groups leave (state.depth, modified).
+
+    Parameters
+    ----------
+    lanes, contact, state, spatial
+        As in `kernel.integrate`.
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    """
+    n_rows = state.penetration.shape[0]
+    start, end = spatial.groups[group], spatial.groups[group + 1]
     for a in range(start, end):
-        i = state.active[a]
-        if any_lane(below(splat(lanes, 0.0), load(lanes, spatial.touching, i))):
-            spatial.chosen[n] = i
+        store(state.depth, a, load(lanes, state.penetration, state.active[a]))
+    for b in range(spatial.groups[n_groups]):
+        if spatial.turned[b] and not start <= b < end:
+            less = splat(lanes, 0.0) - load(lanes, state.multiplier, state.active[b])
+            for a in range(start, end):
+                effect = load(lanes, contact.coupling, b * n_rows + a)
+                store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
+
+
+@compiled
+def choose(
+    lanes: tuple,
+    scheme: Scheme,
+    contact: Contact,
+    state: State,
+    spatial: Spatial,
+    n_groups: int,
+    group: int,
+    solving: np.ndarray,
+) -> int:
+    """Points of a group that touch in the guess of any lane (contact, spatial are modified).
+
+    Parameters
+    ----------
+    lanes, scheme, contact, state, spatial
+        As in `kernel.integrate`.
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    solving : ndarray (L,) bool
+        Lanes that count.
+
+    Returns
+    -------
+    int
+        Points whose places ``spatial.chosen`` holds, in order.
+    """
+    zero, n_fresh = splat(lanes, 0.0), 0
+    for a in range(spatial.groups[group], spatial.groups[group + 1]):
+        touches = select(solving, load(lanes, spatial.touching, state.active[a]), zero)
+        if any_lane(below(zero, touches)) and not spatial.turned[a]:
+            spatial.fresh[n_fresh] = a
+            n_fresh += 1
+    if n_fresh > 0:
+        turn(lanes, scheme, contact, state, spatial, n_fresh, spatial.groups[n_groups])
+    n = 0
+    for a in range(spatial.groups[group], spatial.groups[group + 1]):
+        touches = select(solving, load(lanes, spatial.touching, state.active[a]), zero)
+        if any_lane(below(zero, touches)):
+            spatial.chosen[n] = a
             n += 1
     return n
 
@@ -173,35 +290,35 @@ def solve_set(lanes: tuple, contact: Contact, state: State, spatial: Spatial, n:
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
     matrix, and its force 0.
     """
-    n_rows, width = state.penetration.shape[0], len(spatial.right)
+    n_rows, zero, one = state.penetration.shape[0], splat(lanes, 0.0), splat(lanes, 1.0)
     for r in range(n):
-        i = spatial.chosen[r]
-        touches = load(lanes, spatial.touching, i)
-        store(spatial.right, r, touches * load(lanes, state.depth, i))
+        a = spatial.chosen[r]
+        touches = positive_part(load(lanes, spatial.touching, state.active[a]))
+        store(spatial.right, r, touches * load(lanes, state.depth, a))
         for c in range(n):
-            j = spatial.chosen[c]
-            both = touches * load(lanes, spatial.touching, j)
-            value = both * load(lanes, contact.coupling, i * n_rows + j)
+            b = spatial.chosen[c]
+            both = touches * positive_part(load(lanes, spatial.touching, state.active[b]))
+            value = both * load(lanes, contact.coupling, b * n_rows + a)
             if r == c:
-                value = value + (splat(lanes, 1.0) - touches)
-            store(spatial.factor, r * width + c, value)
+                value = value + (one - touches)
+            store(spatial.factor, r * n + c, value)
     for p in range(n):
-        scale = inverse(load(lanes, spatial.factor, p * width + p))
-        store(spatial.factor, p * width + p, scale)
+        scale = inverse(load(lanes, spatial.factor, p * n + p))
+        store(spatial.factor, p * n + p, scale)
         known = load(lanes, spatial.right, p)
         for r in range(p + 1, n):
-            less = splat(lanes, 0.0) - load(lanes, spatial.factor, r * width + p) * scale
+            less = zero - load(lanes, spatial.factor, r * n + p) * scale
             store(spatial.right, r, fma(less, known, load(lanes, spatial.right, r)))
             for c in range(p + 1, n):
-                at = r * width + c
-                pivot = load(lanes, spatial.factor, p * width + c)
+                at = r * n + c
+                pivot = load(lanes, spatial.factor, p * n + c)
                 store(spatial.factor, at, fma(less, pivot, load(lanes, spatial.factor, at)))
     for back in range(n):
         p = n - 1 - back
         x = load(lanes, spatial.right, p)
         for c in range(p + 1, n):
-            x = x - load(lanes, spatial.factor, p * width + c) * load(lanes, spatial.right, c)
-        store(spatial.right, p, x * load(lanes, spatial.factor, p * width + p))
+            x = x - load(lanes, spatial.factor, p * n + c) * load(lanes, spatial.right, c)
+        store(spatial.right, p, x * load(lanes, spatial.factor, p * n + p))
 
 
 @compiled
@@ -213,6 +330,7 @@ def find_wrong(
     start: int,
     end: int,
     n: int,
+    threshold: np.ndarray,
     limit: np.ndarray,
     trying: np.ndarray,
 ) -> np.ndarray:
@@ -223,9 +341,11 @@ def find_wrong(
     lanes, contact, state, spatial
         As in `kernel.integrate`.
     start, end : int
-        Places in `State.active` of the first point of the blade and after the last.
+        Places in `State.active` of the first point of the group and after the last.
     n : int
         Chosen points, the first of ``spatial.chosen``.
+    threshold : ndarray (L,)
+        Penetration from which on a point counts in a lane [m].
     limit : ndarray (L,)
         Tolerance of a multiplier or penetration [m].
     trying : ndarray (L,) bool
@@ -238,18 +358,20 @@ def find_wrong(
     """
     n_rows = state.penetration.shape[0]
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    count = zero
+    count, own = zero, 0
     for a in range(start, end):
         i = state.active[a]
-        depth, force = load(lanes, state.depth, i), zero
+        depth, force = load(lanes, state.depth, a), zero
         for r in range(n):
-            x = load(lanes, spatial.right, r)
-            depth = depth - load(lanes, contact.coupling, i * n_rows + spatial.chosen[r]) * x
-            if spatial.chosen[r] == i:
-                force = x
-        touches = below(zero, load(lanes, spatial.touching, i))
+            effect = load(lanes, contact.coupling, spatial.chosen[r] * n_rows + a)
+            depth = depth - effect * load(lanes, spatial.right, r)
+        if own < n and spatial.chosen[own] == a:
+            force = load(lanes, spatial.right, own)
+            own += 1
+        near = below(threshold, load(lanes, state.penetration, i))
         pulls = select(below(force, zero), one, zero)
-        penetrates = select(below(limit, depth), one, zero)
+        penetrates = select(below(limit, depth), select(near, one, zero), zero)
+        touches = below(zero, load(lanes, spatial.touching, i))
         wrong = select(trying, select(touches, pulls, penetrates), zero)
         store(spatial.wrong, a - start, wrong)
         count = count + wrong
@@ -267,7 +389,7 @@ def change_sides(
     lanes, state, spatial
         As in `kernel.integrate`.
     start, end : int
-        Places in `State.active` of the first point of the blade and after the last.
+        Places in `State.active` of the first point of the group and after the last.
     all_at_once : bool
         Whether all change sides, or only the last.
     """
@@ -283,26 +405,32 @@ def change_sides(
 
 
 @compiled
-def solve_blade(
+def solve_group(
     lanes: tuple,
+    scheme: Scheme,
     contact: Contact,
     state: State,
     spatial: Spatial,
-    start: int,
-    end: int,
+    n_groups: int,
+    group: int,
+    threshold: np.ndarray,
     limit: np.ndarray,
     solving: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Multipliers of one blade (state.multiplier, spatial are modified).
+    """Multipliers of one group (contact, state.multiplier, spatial are modified).
 
     Parameters
     ----------
-    lanes, contact, spatial
+    lanes, scheme, contact, spatial
         As in `kernel.integrate`.
     state : State
-        On entry ``depth`` holds what the other blades leave of the penetrations [m].
-    start, end : int
-        Places in `State.active` of the first point of the blade and after the last.
+        On entry ``depth`` holds what the other groups leave of the penetrations [m].
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    threshold : ndarray (L,)
+        Penetration from which on a point counts in a lane [m].
     limit : ndarray (L,)
         Tolerance of a multiplier or penetration [m].
     solving : ndarray (L,) bool
@@ -321,63 +449,52 @@ def solve_blade(
     Pires (1994).
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    start, end = spatial.groups[group], spatial.groups[group + 1]
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
-        n = choose(lanes, state, spatial, start, end)
+        n = choose(lanes, scheme, contact, state, spatial, n_groups, group, solving)
         solve_set(lanes, contact, state, spatial, n)
-        count = find_wrong(lanes, contact, state, spatial, start, end, n, limit, trying)
+        count = find_wrong(lanes, contact, state, spatial, start, end, n, threshold, limit, trying)
         tried = tried + select(trying, one, zero)
         trying = below(zero, count)
         if not any_lane(trying):
             break
         change_sides(lanes, state, spatial, start, end, trial < ALL_AT_ONCE)
+    own = 0
     for a in range(start, end):
         i = state.active[a]
         old, force = load(lanes, state.multiplier, i), zero
-        for r in range(n):
-            if spatial.chosen[r] == i:
-                force = positive_part(load(lanes, spatial.right, r))
+        if own < n and spatial.chosen[own] == a:
+            force = positive_part(load(lanes, spatial.right, own))
+            own += 1
         store(spatial.wrong, a - start, old)
         store(state.multiplier, i, select(solving, force, old))
     return tried, select(trying, one, zero)
 
 
 @compiled
-def solve_stuck(
-    lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_blades: int
-) -> None:
+def solve_stuck(contact: Contact, state: State, spatial: Spatial, n_active: int) -> None:
     """Multipliers of the lanes marked in ``spatial.right`` by pivoting (state is modified).
-
-    Only blades near the casing in the lane itself take part: others' would change its rounding.
 
     Parameters
     ----------
-    lanes, contact, state, spatial
+    contact, state, spatial
         As in `kernel.integrate`.
-    n_blades : int
-        Active blades.
+    n_active : int
+        Entries of `State.active`: all points, with their columns.
     """
     n_rows = state.penetration.shape[0]
-    n_active = spatial.blades[n_blades]
-    for lane in range(len(lanes)):
+    rows = state.active[:n_active].copy()
+    M = np.empty((n_active, n_active))
+    x = np.zeros(n_active)
+    for lane in range(state.report.shape[1]):
         if spatial.right[0, lane] == 0.0:
             continue
-        near = np.zeros(n_active, dtype=np.bool_)
-        for b in range(n_blades):
-            part = slice(spatial.blades[b], spatial.blades[b + 1])
-            depth = state.penetration[:, lane][state.active[part]]
-            near[part] = depth.max() > spatial.right[1, lane]
-        rows = state.active[:n_active][near]
-        M = np.empty((len(rows), len(rows)))
-        p = np.empty(len(rows))
-        for a, i in enumerate(rows):
-            p[a] = state.penetration[i, lane]
-            for b, j in enumerate(rows):
-                M[a, b] = contact.coupling[i * n_rows + j, lane]
-        x = np.zeros(len(rows))
-        if not solve_by_pivoting(M, p, x):
+        for b in range(n_active):
+            for a in range(n_active):
+                M[a, b] = contact.coupling[b * n_rows + a, lane]
+        x[:] = 0.0
+        if not solve_by_pivoting(M, state.penetration[:, lane][rows], x):
             state.report[UNSOLVED, lane] = 1.0
-        for i in state.active[:n_active]:
-            state.multiplier[i, lane] = 0.0
         for a, i in enumerate(rows):
             state.multiplier[i, lane] = x[a]

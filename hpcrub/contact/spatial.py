@@ -1,41 +1,16 @@
-"""Contact of blades that move in three dimensions: friction that turns with the slip velocity.
+"""Contact of blades that move in three dimensions: what the kernel calls.
 
-Friction opposes the slip velocity of a contact point, which has a part along the casing's
-circumference, RΩ + u̇_t, and an axial part u̇_a. Its direction (cos β, sin β) is that of the step
-before, so the multipliers of a step still solve a linear problem, whose operator changes with β:
-
-    W = N·gain·[N + μ (T cos β + A sin β)]ᵀ.
-
-`blades` finds the multipliers. Disks without axial motion use none of this: in the kernel it is
-left out when it is compiled.
+`friction` turns the friction with the slip velocity, and `blades` finds the multipliers. Disks
+without axial motion use none of this: in the kernel it is left out when it is compiled.
 """
 
 import numpy as np
 from numba.core.extending import overload
 
 from hpcrub.contact.arrays import Contact, Scheme, Spatial, State
-from hpcrub.contact.blades import nearness, solve_blades
-from hpcrub.contact.complementarity import FLAW
+from hpcrub.contact.blades import solve_blades
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    any_lane,
-    below,
-    fma,
-    indices,
-    inverse,
-    larger,
-    length,
-    load,
-    select,
-    splat,
-    store,
-    tile_add_at,
-    tile_scatter,
-    tile_splat,
-)
-from hpcrub.contact.multipliers import MANY_CONTACTS
-from hpcrub.contact.status import JAMMING
+from hpcrub.contact.lanes import TILE, any_lane, below, larger, load, select, splat, store
 
 
 def remember(spatial: Spatial | tuple[()], k: int, increment: np.ndarray) -> None:
@@ -99,162 +74,39 @@ def _find(lanes, scheme, contact, state, spatial, deepest):
 
 @compiled
 def _find_forces(lanes, scheme, contact, state, spatial, deepest):
-    n_blades, n_active = active_blades(lanes, contact, state, spatial, deepest)
-    turn_friction(lanes, scheme, state, spatial, n_active)
-    turned_delassus(lanes, contact, state, spatial, deepest, n_active)
-    solve_blades(lanes, contact, state, spatial, deepest, n_blades)
-    count_contacts(lanes, state, spatial, n_blades)
+    n_active = solve_blades(lanes, scheme, contact, state, spatial, deepest)
+    count_contacts(lanes, state, spatial, n_active)
     return turned_forces(lanes, contact, state, spatial, n_active)
 
 
 @compiled
-def active_blades(
-    lanes: tuple, contact: Contact, state: State, spatial: Spatial, deepest: np.ndarray
-) -> tuple[int, int]:
-    """List the points of all blades that may carry a force in any lane (state.active, modified).
-
-    Parameters
-    ----------
-    lanes, contact, state, spatial
-        As in `kernel.integrate`.
-    deepest : ndarray (L,)
-        Deepest penetration of the step [m].
-
-    Returns
-    -------
-    n_blades : int
-        Active blades.
-    n_active : int
-        Their points. The list goes on with points that are in it, so that tiles have something
-        to read.
-    """
-    threshold = nearness(lanes, contact, deepest)
-    n_blades = n_active = 0
-    for blade in range(len(spatial.starts) - 1):
-        first, end = spatial.starts[blade], spatial.starts[blade + 1]
-        near = False
-        for point in spatial.points[first:end]:
-            near = near or any_lane(below(threshold, load(lanes, state.penetration, point)))
-        if near:
-            spatial.blades[n_blades] = n_active
-            n_blades += 1
-            for point in spatial.points[first:end]:
-                state.active[n_active] = point
-                n_active += 1
-    spatial.blades[n_blades] = n_active
-    for a in range(n_active, n_active + TILE):
-        state.active[a] = state.active[0]
-    return n_blades, n_active
-
-
-@compiled
-def turn_friction(
-    lanes: tuple, scheme: Scheme, state: State, spatial: Spatial, n_active: int
-) -> None:
-    """Directions of slip of the active points in the step before (spatial is modified).
-
-    Parameters
-    ----------
-    lanes, scheme, state, spatial
-        As in `kernel.integrate`.
-    n_active : int
-        Entries of `State.active` that count.
-    """
-    for first in range(0, n_active, TILE):
-        points = indices(MANY_CONTACTS, state.active, first)
-        way = tile_splat(MANY_CONTACTS, splat(lanes, 0.0))
-        for k in range(spatial.before.shape[0]):
-            d = load(lanes, spatial.before, k)
-            way = tile_add_at(way, scheme.tangential, k, points, d)
-        tile_scatter(spatial.cosine, points, way)
-        way = tile_splat(MANY_CONTACTS, splat(lanes, 0.0))
-        for k in range(spatial.before.shape[0]):
-            way = tile_add_at(way, spatial.axial, k, points, load(lanes, spatial.before, k))
-        tile_scatter(spatial.sine, points, way)
-    for a in range(n_active):
-        i = state.active[a]
-        along = splat(lanes, spatial.way[i]) + load(lanes, spatial.cosine, i)
-        across = load(lanes, spatial.sine, i)
-        unit = inverse(length(along, across))
-        store(spatial.cosine, i, along * unit)
-        store(spatial.sine, i, across * unit)
-
-
-@compiled
-def turned_delassus(
-    lanes: tuple,
-    contact: Contact,
-    state: State,
-    spatial: Spatial,
-    deepest: np.ndarray,
-    n_active: int,
-) -> None:
-    """Delassus operator of the active points for their friction (contact, state modified).
-
-    Parameters
-    ----------
-    lanes, contact, state, spatial
-        As in `kernel.integrate`.
-    deepest : ndarray (L,)
-        Deepest penetration of the step [m].
-    n_active : int
-        Entries of `State.active` that count.
-    """
-    n_rows = state.penetration.shape[0]
-    n_points = n_rows - 1
-    n_pairs = n_points * n_points
-    zero, tiny, mu = splat(lanes, 0.0), splat(lanes, 1e-300), splat(lanes, spatial.friction)
-    threshold = nearness(lanes, contact, deepest)
-    for b in range(n_active):
-        j = state.active[b]
-        along = mu * load(lanes, spatial.cosine, j)
-        across = mu * load(lanes, spatial.sine, j)
-        at = j * n_points + j
-        own = load(lanes, spatial.compliance, at)
-        own = fma(along, load(lanes, spatial.compliance, n_pairs + at), own)
-        own = fma(across, load(lanes, spatial.compliance, 2 * n_pairs + at), own)
-        # where the point is near: a force there would pull its blade further in
-        depth = select(below(zero, deepest), load(lanes, state.penetration, j), threshold)
-        jamming = below(select(below(threshold, depth), own, splat(lanes, 1.0)), tiny)
-        code = select(jamming, splat(lanes, float(JAMMING)), load(lanes, state.report, FLAW))
-        store(state.report, FLAW, code)
-        scale = inverse(own)
-        store(contact.stiffness, j, scale)
-        for a in range(n_active):
-            i = state.active[a]
-            at = i * n_points + j
-            w = load(lanes, spatial.compliance, at)
-            w = fma(along, load(lanes, spatial.compliance, n_pairs + at), w)
-            w = fma(across, load(lanes, spatial.compliance, 2 * n_pairs + at), w)
-            store(contact.coupling, i * n_rows + j, w * scale)
-
-
-@compiled
-def count_contacts(lanes: tuple, state: State, spatial: Spatial, n_blades: int) -> None:
+def count_contacts(lanes: tuple, state: State, spatial: Spatial, n_active: int) -> None:
     """Count this step for the blades that carry a force (spatial.steps_touched, modified).
 
     Parameters
     ----------
     lanes, state, spatial
         As in `kernel.integrate`.
-    n_blades : int
-        Active blades.
+    n_active : int
+        Entries of `State.active` that count, blade by blade.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    for b in range(n_blades):
-        force = zero
-        for a in range(spatial.blades[b], spatial.blades[b + 1]):
-            force = larger(force, load(lanes, state.multiplier, state.active[a]))
-        blade = spatial.blade[state.active[spatial.blades[b]]]
-        touched = load(lanes, spatial.steps_touched, blade) + select(below(zero, force), one, zero)
-        store(spatial.steps_touched, blade, touched)
+    force = zero
+    for a in range(n_active):
+        force = larger(force, load(lanes, state.multiplier, state.active[a]))
+        blade = spatial.blade[state.active[a]]
+        if a + 1 == n_active or spatial.blade[state.active[a + 1]] != blade:
+            touched = select(below(zero, force), one, zero)
+            touched = touched + load(lanes, spatial.steps_touched, blade)
+            store(spatial.steps_touched, blade, touched)
+            force = zero
 
 
 @compiled
 def turned_forces(
     lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_active: int
 ) -> int:
-    """Normal, circumferential and axial forces of the multipliers (state is modified).
+    """Normal, circumferential and axial forces of the multipliers (state, spatial are modified).
 
     Parameters
     ----------
@@ -269,11 +121,14 @@ def turned_forces(
         Rows of ``state.multiplier`` that count, without those of no force in any lane.
     """
     n_points = state.penetration.shape[0] - 1
-    mu, n = splat(lanes, spatial.friction), 0
+    zero, mu, n = splat(lanes, 0.0), splat(lanes, spatial.friction), 0
     for a in range(n_active):
         i = state.active[a]
         force = load(lanes, state.multiplier, i)
-        if any_lane(below(splat(lanes, 0.0), force)):
+        touches = load(lanes, spatial.touching, i)
+        held = select(below(zero, load(lanes, state.penetration, i)), splat(lanes, -1.0), zero)
+        store(spatial.touching, i, select(below(zero, touches), touches, held))
+        if any_lane(below(zero, force)):
             force = force * load(lanes, contact.stiffness, i)
             store(state.multiplier, i, force)
             friction = mu * force
