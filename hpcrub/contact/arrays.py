@@ -94,7 +94,7 @@ class Polar(NamedTuple):
 
 
 class Spatial(NamedTuple):
-    """What contact in three dimensions reads and modifies; N blades in G groups of at most P points."""
+    """What contact in three dimensions works on; N blades in G groups of at most P points."""
 
     points: np.ndarray  # contact points, blade by blade (n,) int
     blade: np.ndarray  # of every contact point (n,) int

@@ -37,7 +37,7 @@ MOST_SWEEPS = 100  # from group to group; three or so are usual
 NEAR = 4.0  # distance at which points are looked at from the begin, of the deepest penetration
 
 
-@compiled
+@compiled(allocates=False)
 def list_near(lanes: tuple, state: State, spatial: Spatial, threshold: np.ndarray) -> int:
     """List the points that penetrate by more than a threshold in any lane (state.active, modified).
 
@@ -66,7 +66,7 @@ def list_near(lanes: tuple, state: State, spatial: Spatial, threshold: np.ndarra
     return n_groups
 
 
-@compiled
+@compiled(allocates=False)
 def guess(lanes: tuple, state: State, spatial: Spatial, deepest: np.ndarray) -> None:
     """Points that carry a force, from those of the step before (state, spatial are modified).
 
@@ -89,7 +89,7 @@ def guess(lanes: tuple, state: State, spatial: Spatial, deepest: np.ndarray) -> 
         store(state.multiplier, i, zero)
 
 
-@compiled
+@compiled(allocates=False)
 def solve_blades(
     lanes: tuple,
     scheme: Scheme,
@@ -158,7 +158,7 @@ def solve_blades(
     return spatial.groups[n_groups]
 
 
-@compiled
+@compiled(allocates=False)
 def reach_of_forces(
     lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_active: int
 ) -> np.ndarray:
@@ -179,7 +179,7 @@ def reach_of_forces(
     return splat(lanes, 0.0) - total * load(lanes, contact.reach, 0)
 
 
-@compiled
+@compiled(allocates=False)
 def count_between(
     lanes: tuple, state: State, spatial: Spatial, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
@@ -191,7 +191,7 @@ def count_between(
     return count
 
 
-@compiled
+@compiled(allocates=False)
 def turn_all(
     lanes: tuple, scheme: Scheme, contact: Contact, state: State, spatial: Spatial, n_active: int
 ) -> None:
@@ -201,7 +201,7 @@ def turn_all(
     turn(lanes, scheme, contact, state, spatial, n_active, n_active)
 
 
-@compiled
+@compiled(allocates=False)
 def left_by_others(
     lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_groups: int, group: int
 ) -> None:
@@ -228,7 +228,7 @@ def left_by_others(
                 store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
 
 
-@compiled
+@compiled(allocates=False)
 def choose(
     lanes: tuple,
     scheme: Scheme,
@@ -274,7 +274,7 @@ def choose(
     return n
 
 
-@compiled
+@compiled(allocates=False)
 def solve_set(lanes: tuple, contact: Contact, state: State, spatial: Spatial, n: int) -> None:
     """Forces of the chosen points that leave no gap at those that touch (spatial.right, modified).
 
@@ -321,7 +321,7 @@ def solve_set(lanes: tuple, contact: Contact, state: State, spatial: Spatial, n:
         store(spatial.right, p, x * load(lanes, spatial.factor, p * n + p))
 
 
-@compiled
+@compiled(allocates=False)
 def find_wrong(
     lanes: tuple,
     contact: Contact,
@@ -378,7 +378,7 @@ def find_wrong(
     return count
 
 
-@compiled
+@compiled(allocates=False)
 def change_sides(
     lanes: tuple, state: State, spatial: Spatial, start: int, end: int, all_at_once: bool
 ) -> None:
@@ -404,7 +404,7 @@ def change_sides(
         store(spatial.touching, i, touches + wrong * (one - touches - touches))
 
 
-@compiled
+@compiled(allocates=False)
 def solve_group(
     lanes: tuple,
     scheme: Scheme,

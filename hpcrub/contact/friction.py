@@ -34,7 +34,7 @@ from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACT
 from hpcrub.contact.status import JAMMING
 
 
-@compiled
+@compiled(allocates=False)
 def turn_penetrating(
     lanes: tuple, scheme: Scheme, contact: Contact, state: State, spatial: Spatial, n_active: int
 ) -> None:
@@ -58,7 +58,7 @@ def turn_penetrating(
     turn(lanes, scheme, contact, state, spatial, n, n_active)
 
 
-@compiled
+@compiled(allocates=False)
 def turn(
     lanes: tuple,
     scheme: Scheme,
@@ -92,7 +92,7 @@ def turn(
         fill_column(lanes, contact, state, spatial, spatial.fresh[b], n_active)
 
 
-@compiled
+@compiled(allocates=False)
 def slip(
     lanes: tuple, slots: tuple, scheme: Scheme, state: State, spatial: Spatial, first: int
 ) -> None:
@@ -120,7 +120,7 @@ def slip(
     tile_scatter(spatial.sine, points, way)
 
 
-@compiled
+@compiled(allocates=False)
 def fill_column(
     lanes: tuple, contact: Contact, state: State, spatial: Spatial, b: int, n_active: int
 ) -> None:

@@ -98,7 +98,9 @@ class _Cache(FunctionCache):
                 cache.lost = f"{numba.config.CACHE_DIR}: {reason(error)}"
 
 
-def compiled(function: Callable | None = None, *, inline: bool = False) -> Any:
+def compiled(
+    function: Callable | None = None, *, inline: bool = False, allocates: bool = True
+) -> Any:
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached.
 
     Parameters
@@ -107,6 +109,9 @@ def compiled(function: Callable | None = None, *, inline: bool = False) -> Any:
         To compile; without it a decorator is returned.
     inline : bool, optional
         Whether it becomes part of every function that calls it.
+    allocates : bool, optional
+        Whether it makes arrays. One that does not need not count the references to its arguments,
+        which costs more than the work where it is called in every step with many arrays.
 
     Returns
     -------
@@ -115,7 +120,9 @@ def compiled(function: Callable | None = None, *, inline: bool = False) -> Any:
     """
 
     def decorate(f):
-        dispatcher = numba.njit(f, error_model="numpy", nogil=True, forceinline=inline)
+        dispatcher = numba.njit(
+            f, error_model="numpy", nogil=True, forceinline=inline, _nrt=allocates
+        )
         if numba.config.CACHE_DIR:
             dispatcher._cache = _Cache(f)
         return dispatcher

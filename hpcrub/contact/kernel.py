@@ -39,7 +39,7 @@ from hpcrub.contact.lanes import (
 )
 from hpcrub.contact.multipliers import FEW_CONTACTS, MANY_CONTACTS, SOME_CONTACTS, candidates, solve
 from hpcrub.contact.polar import displaced_delassus, displaced_depths, displaced_forces
-from hpcrub.contact.spatial import find_forces, remember
+from hpcrub.contact.spatial import find_forces, predict_all
 from hpcrub.model import casing
 
 bump_ramp = compiled(casing.ramp)
@@ -53,14 +53,13 @@ def predict(
     contacts: tuple,
     scheme: Scheme,
     state: State,
-    spatial: Spatial | tuple[()],
     step: int,
 ) -> np.ndarray:
     """Corrector of the step before, predictor of this one (state is modified).
 
     Parameters
     ----------
-    lanes, scheme, state, spatial
+    lanes, scheme, state
         As in `integrate`.
     contacts : tuple
         As many zeros as there are first active points to correct.
@@ -86,8 +85,6 @@ def predict(
             kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
-        if len(spatial) > 0:
-            remember(spatial, k, d)
         d = load(lanes, scheme.decay, k) * d - (gain * per_lane(lanes, scheme.squared, k)) * q
         if loaded:
             d = d + splat(lanes, scheme.external[step, k]) * gain
@@ -270,17 +267,19 @@ def apply_and_predict(
     ndarray (L,)
         Deepest penetration of all contact points [m].
     """
+    if len(spatial) > 0:
+        return predict_all(lanes, scheme, state, spatial, step, n_active)
     if n_active > len(MANY_CONTACTS):
         correct(lanes, scheme, state, n_active)
         n_active = 0
     if n_active == 0:
-        deepest = predict(lanes, NO_CONTACTS, scheme, state, spatial, step)
+        deepest = predict(lanes, NO_CONTACTS, scheme, state, step)
     elif n_active <= len(FEW_CONTACTS):
-        deepest = predict(lanes, FEW_CONTACTS, scheme, state, spatial, step)
+        deepest = predict(lanes, FEW_CONTACTS, scheme, state, step)
     elif n_active <= len(SOME_CONTACTS):
-        deepest = predict(lanes, SOME_CONTACTS, scheme, state, spatial, step)
+        deepest = predict(lanes, SOME_CONTACTS, scheme, state, step)
     else:
-        deepest = predict(lanes, MANY_CONTACTS, scheme, state, spatial, step)
+        deepest = predict(lanes, MANY_CONTACTS, scheme, state, step)
     for first in range(TILE, state.penetration.shape[0] - 1, TILE):
         deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest

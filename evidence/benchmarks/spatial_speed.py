@@ -1,0 +1,245 @@
+"""Steps per second and core of disks that rub in three dimensions: against C and the limit, growth.
+
+The disk is the blisk of `inputs/blisk`, with its contact points interpolated along the chord of the
+tip, and its modes cut off or continued above the highest by made-up ones of a small amplitude.
+"""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from evidence.benchmarks.kernel_speed import Lanes, best, peak_bandwidth, peak_gflops
+from hpcrub.config.schema import load_runs
+from hpcrub.contact import spatial
+from hpcrub.contact.blades import solve_blades
+from hpcrub.contact.friction import turn_penetrating
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import load
+from hpcrub.contact.recurrence import coefficients
+from hpcrub.model import casing
+from hpcrub.studies.imported import resolved
+from hpcrub.studies.problem import build_problem
+from hpcrub.studies.samples import modes_of
+
+INPUT = "inputs/blisk/contact.yaml"
+SLOWEST, FASTEST = 211.0, 217.0  # [Hz] where the tips rub
+REVOLUTIONS = 20  # until they rub as they do most of the time: the casing has grown
+POINTS, MODES = 48, 250  # of the comparison
+GROWTH_POINTS, GROWTH_MODES = (12, 24, 48, 96, 192, 288), (60, 120, 250, 400, 600)
+FIXED_MODES = 600  # of the growth over the points: a Delassus operator needs more than points
+SIDES = 3
+
+
+def blisk(n_points=POINTS, n_modes=MODES):
+    """Modes and Scene of the blisk with other numbers of contact points and modes."""
+    config = resolved(load_runs(INPUT)[0])
+    problem = build_problem(config)
+    rng = np.random.default_rng(1)
+    modes = modes_of(config, problem, 0.02 * rng.uniform(-1.0, 1.0, config.disk.n_blades))
+    face = problem.scene.interface
+    along = _chord(face, n_points // face.n_blades)
+    rows = {name: along @ getattr(modes, name) for name in ("normal", "tangential", "axial")}
+    n_extra = max(0, n_modes - len(modes.omega))
+    rows = {name: _continued(value, n_extra, rng)[:, :n_modes] for name, value in rows.items()}
+    rise = np.linspace(1.01, 1.5, n_extra)
+    modes = modes._replace(
+        omega=np.append(modes.omega, modes.omega[-1] * rise)[:n_modes],
+        observed=np.pad(modes.observed, ((0, 0), (0, n_extra)))[:, :n_modes],
+        stiffening=np.pad(modes.stiffening, ((0, 0), (0, n_extra)))[:, :n_modes],
+        shapes=np.eye(n_modes),
+        **rows,
+    )
+    face = face._replace(
+        blade=np.repeat(np.arange(face.n_blades), n_points // face.n_blades),
+        **{name: along @ getattr(face, name)
+           for name in ("angle", "radius", "axial_position", "clearance")},
+        **rows,
+    )  # fmt: skip
+    return modes, problem.scene._replace(interface=face)
+
+
+def _chord(face, n):
+    """Matrix (N·n, C) that interpolates n points along the tip of each blade by a polynomial."""
+    own = face.points_per_blade[0]
+    knots, places = np.linspace(0.0, 1.0, own), np.linspace(0.0, 1.0, n) if n > 1 else [0.5]
+    weights = np.vander(places, own) @ np.linalg.inv(np.vander(knots, own))
+    matrix = np.zeros((face.n_blades * n, len(face.blade)))
+    for blade in range(face.n_blades):
+        matrix[blade * n : (blade + 1) * n, face.blade == blade] = weights
+    return matrix
+
+
+def _continued(rows, n_extra, rng):
+    """Rows with n_extra more modes, as large as the last ones, each point by itself."""
+    size = np.sqrt(np.mean(rows[:, -20:] ** 2))
+    return np.hstack([rows, size * rng.normal(size=(len(rows), n_extra))])
+
+
+class Rubbing(Lanes):
+    """Lanes of such a disk that rub, ready to be timed."""
+
+    def __init__(self, model=None, width=16):
+        modes, scene = model or blisk()
+        super().__init__(
+            width, model=(modes, scene), speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps
+        )
+
+    def contacts(self, n_looks=40):
+        """Mean number of points in contact in a lane, looked at all over a block."""
+        whole, points = self.bank, self.bank.scheme.normal.shape[1]
+        counts = []
+        cuts = np.linspace(0, len(whole.scheme.bump), n_looks + 1).astype(int)
+        for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+            part = whole.scheme._replace(bump=whole.scheme.bump[first:last])
+            self.bank = whole._replace(scheme=part)
+            self.march(1)
+            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
+        self.bank = whole
+        return float(np.mean(counts))
+
+
+def plain_c(lanes, speed=214.0, n_steps=20_000, printed=0):
+    """Steps per second of ``dense3d.c`` on the same disk, or what else it prints."""
+    modes, scene, grid = lanes.modes.at(speed), lanes.scene, lanes.grid
+    h = 1.0 / (speed * grid.steps_per_revolution)
+    decay, gain = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
+    rows = np.vstack([modes.normal, modes.tangential, modes.axial])
+    rest = np.linalg.svd(rows)[2][len(rows) :] * np.sqrt(np.mean(rows**2)) * np.sqrt(rows.shape[1])
+    shapes = np.vstack([rows, rest])  # any coordinates will do, these begin with the points
+    inverse = np.linalg.inv(shapes)
+    face, pitch = scene.interface, grid.steps_per_revolution
+    bump = casing.bump_table(face.angle, scene.n_bumps, scene.bump_height, pitch,
+                             grid.steps_per_block, scene.profile)  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        source, program = Path(__file__).with_name("dense3d.c"), Path(folder) / "dense"
+        options = ["-O3", "-march=native", "-ffast-math"]
+        subprocess.run(["gcc", *options, "-o", program, source, "-lm"], check=True)
+        with open(Path(folder) / "case.bin", "wb") as file:
+            np.array([len(shapes), len(face.blade), bump.shape[1], n_steps]).tofile(file)
+            np.array([h, scene.ramp_time, scene.friction]).tofile(file)
+            for array in (
+                shapes @ np.diag(1.0 + decay - modes.omega**2 * gain) @ inverse,
+                -shapes @ np.diag(decay) @ inverse,
+                -rows @ np.diag(gain) @ shapes.T,
+                scene.clearance + face.clearance,
+                face.radius * 2.0 * np.pi / pitch,
+                bump.T,
+            ):
+                np.ascontiguousarray(array).tofile(file)
+        run = subprocess.run([program, file.name], check=True, capture_output=True, text=True)
+    seconds, largest, failed = map(float, run.stdout.split())
+    return (n_steps / seconds, largest, failed)[printed]
+
+
+def needed_flops(n_modes, n_points, n_contacts):
+    """Floating-point operations of one step of one speed: modes, penetrations, slip, contacts."""
+    modal = 6 * n_modes
+    penetrations = 2 * n_modes * n_points + 2 * n_points
+    slip = 2 * n_modes * 2 * n_contacts
+    correction = 2 * n_modes * 3 * n_contacts + n_modes
+    columns = 4 * n_points * n_contacts
+    multipliers = 2 * n_contacts**3 / 3 + 2 * n_contacts**2 + 2 * n_points * n_contacts
+    return modal + penetrations + slip + correction + columns + multipliers
+
+
+def touched(bank, n_contacts):
+    """Bytes that 16 lanes read in a step and that they write: motion, coefficients, projections."""
+    s, state = bank.scheme, bank.state
+    rows = 5 * n_contacts * s.normal.shape[0] * 8  # directions of friction, loads
+    written = state.position, state.increment, bank.spatial.before
+    read = s.normal, s.decay, s.squared, s.gain, *written
+    return int(sum(a.nbytes for a in read) + rows), sum(a.nbytes for a in written)
+
+
+@compiled(allocates=False)
+def _predictor(lanes, scheme, state, sp, n_active, n):
+    for _ in range(n):
+        spatial.predict_all(lanes, scheme, state, sp, 0, n_active)
+
+
+@compiled(allocates=False)
+def _columns(lanes, scheme, contact, state, sp, n_active, n):
+    for _ in range(n):
+        turn_penetrating(lanes, scheme, contact, state, sp, n_active)
+
+
+@compiled(allocates=False)
+def _solver(lanes, scheme, contact, state, sp, deepest, n):
+    for _ in range(n):
+        solve_blades(lanes, scheme, contact, state, sp, load(lanes, deepest, 0))
+
+
+def parts(lanes, n_looks=24):
+    """Seconds of a step of 16 lanes by part, each by itself on states over a block, and of all."""
+    bank, found = lanes.bank, []
+    whole = lanes.width / lanes.rate(3)
+    for last in np.linspace(1, len(bank.scheme.bump), n_looks).astype(int):
+        lanes.bank = bank._replace(scheme=bank.scheme._replace(bump=bank.scheme.bump[:last]))
+        lanes.march(1)
+        deepest = bank.state.penetration[:-1].max(axis=0)[None]
+        if (deepest > 0.0).any():
+            found.append(seconds_of_parts(bank.take(slice(None)), deepest, lanes.width))
+    lanes.bank = bank
+    predict, turn, solve = np.mean(found, axis=0)
+    return {
+        "corrector, predictor and penetrations": predict,
+        "slip, and columns of the Delassus operator": turn,
+        "a first trial of the multipliers": solve,
+        "the rest: more trials, forces": whole - predict - turn - solve,
+        "a step of 16 lanes": whole,
+    }
+
+
+def seconds_of_parts(bank, deepest, width, n=100):
+    """Seconds of predictor, columns and a trial of the multipliers (bank is modified)."""
+    group, (scheme, contact, state, _, _, sp) = (0,) * width, bank
+    n_points = scheme.normal.shape[1]
+    forced = np.flatnonzero((state.multiplier[:n_points] > 0.0).any(axis=1))
+    solve = best(lambda: _solver(group, scheme, contact, state, sp, deepest, n), 3)
+    near = int(sp.groups.max())
+    turn = best(lambda: _columns(group, scheme, contact, state, sp, near, n), 3)
+    rows = np.concatenate([forced, forced + n_points, forced + 2 * n_points])
+    state.active[:] = 3 * n_points
+    state.active[: len(rows)] = rows
+    predict = best(lambda: _predictor(group, scheme, state, sp, len(rows), n), 3)
+    return np.array([predict, turn, solve - turn]) / n
+
+
+def memory(bank):
+    """Bytes of a Bank, without its records."""
+    groups = bank.scheme, bank.contact, bank.state, bank.spatial
+    return sum(a.nbytes for group in groups for a in group if isinstance(a, np.ndarray))
+
+
+def growth(sizes, model):
+    """Seconds of a step and lane, contacts, memory [bytes] and failures for every size."""
+    out = []
+    for size in sizes:
+        lanes = Rubbing(model(size))
+        report = lanes.bank.state.report
+        out.append((1.0 / lanes.rate(2), lanes.contacts(12), memory(lanes.bank),
+                    int(report[0].max()), int(report[2].any())))  # fmt: skip
+    return sizes, out
+
+
+def measure():
+    """All numbers of the section on three dimensions."""
+    lanes = Rubbing()
+    contacts = lanes.contacts()
+    read, written = touched(lanes.bank, contacts)
+    sides = [
+        (lanes.rate(3), lanes.rate(3, 0), plain_c(lanes), peak_gflops(),
+         peak_bandwidth(read) / (read + written) * lanes.width)
+        for _ in range(SIDES)
+    ]  # fmt: skip
+    return {
+        "sides": sides,
+        "contacts": contacts,
+        "flops": needed_flops(MODES, POINTS, contacts),
+        "bytes": (read, written),
+        "parts": parts(lanes),
+        "points": growth(GROWTH_POINTS, lambda n: blisk(n, FIXED_MODES)),
+        "modes": growth(GROWTH_MODES, lambda n: blisk(POINTS, n)),
+    }
