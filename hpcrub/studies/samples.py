@@ -65,15 +65,17 @@ def sigma_of(config: Config) -> np.ndarray:
 def disks(config: Config) -> np.ndarray:
     """Stiffness deviations (D, N) [-]: the tuned disk, and the pattern when there is one.
 
-    Raises InputError for a file of many patterns.
+    Raises InputError for a file of several measured disks.
     """
-    if config.mistuning.patterns_file is not None:
-        raise InputError(
-            f"mistuning.patterns_file: a study {config.study} is of one pattern "
-            "(mistuning.pattern_percent); contact and linear ones are of many"
-        )
     tuned = np.zeros(config.disk.n_blades)
     pattern = config.pattern_deviation
+    if config.mistuning.patterns_file is not None:
+        if config.mistuning.samples != 1:
+            raise InputError(
+                f"mistuning.patterns_file: {config.mistuning.samples} disks, and a study "
+                f"{config.study} is of one; mistuning.samples: 1 takes the first"
+            )
+        pattern = measured.patterns(config)[0]
     return np.array([tuned] if pattern is None else [tuned, pattern])
 
 

@@ -158,10 +158,12 @@ def test_an_archive_of_something_else_is_refused(tmp_path, arrays):
         study_of(tmp_path / "disks.npz")
 
 
-def test_a_study_of_one_disk_takes_no_file_of_many(tmp_path):
-    config = study_of(csv_of(tmp_path / "disks.csv", PATTERNS))
-    with pytest.raises(InputError, match="a study time_response is of one pattern"):
-        disks(replaced(config, {"study": "time_response"}))
+def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
+    config = replaced(study_of(csv_of(tmp_path / "disks.csv", PATTERNS)), {"study": "branches"})
+    with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
+        disks(config)
+    first = replaced(config, {"mistuning.samples": 1})
+    np.testing.assert_array_equal(disks(first), [np.zeros(12), PATTERNS[0] / 100])
 
 
 @pytest.mark.mpi
