@@ -58,7 +58,7 @@ def patterns(config: Config) -> np.ndarray:
         raise InputError(
             f"mistuning.samples: {mistuning.samples} asked for, {path} has {len(found)} disks"
         )
-    return found
+    return found[: mistuning.samples]
 
 
 def _patterns(config):

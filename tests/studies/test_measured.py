@@ -127,6 +127,7 @@ def test_every_measured_disk_is_a_sample(tmp_path):
         )  # fmt: skip
     few = study_of(percent, samples=3)
     assert few.mistuning.samples == 3
+    np.testing.assert_allclose(sigma_of(few), [PATTERNS[:3].std() / 100], rtol=1e-12)
     assert measured.resolved(Config.from_yaml(config.to_yaml())) == config
     part = parts.cut(config, 2, 2)
     np.testing.assert_array_equal(deviation(part, 0, 0), PATTERNS[2] / 100)
