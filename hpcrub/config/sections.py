@@ -204,7 +204,7 @@ class Time(Section):
         3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
     )
     steps_per_bump_width: Number = Field(
-        16.0,
+        32.0,
         ge=1,
         le=1e4,
         description="time steps while a tip passes a bump's width at the highest speed, at least; "

@@ -40,7 +40,7 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
 )
 def test_the_step_follows_the_bumps(keys, seconds):
     config = replaced(Config(), keys)
-    assert config.step == pytest.approx(min(seconds / 16, 3.3e-5), rel=1e-9)
+    assert config.step == pytest.approx(min(seconds / 32, 3.3e-5), rel=1e-9)
     assert replaced(config, {"time.step_s": 1e-9}).step == 1e-9
 
 
@@ -50,7 +50,7 @@ def test_the_step_follows_harmonics():
     config = Config.from_mapping({"casing": {"harmonics": [keys], "clearance_mm": 0.0}})
     seconds = 2 * np.sqrt(2) / 40 / (2 * np.pi * 35.5)
     assert resolution.bump_time(config) == pytest.approx(seconds, rel=1e-6)
-    assert config.step == pytest.approx(min(seconds / 16, 3.3e-5), rel=1e-6)
+    assert config.step == pytest.approx(min(seconds / 32, 3.3e-5), rel=1e-6)
     assert config.step < 2e-5
     # half of its height reaches beyond the clearance, which is a part √½ of the width
     half = replaced(config, {"casing.clearance_mm": 0.25})
