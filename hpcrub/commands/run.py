@@ -127,7 +127,10 @@ def placed(config: Config) -> Config:
 
     That may be removed or left while a study runs; ~ is the home folder.
     """
-    output = os.path.abspath(os.path.expanduser(config.output.strip()))
+    try:
+        output = os.path.abspath(os.path.expanduser(config.output.strip()))
+    except FileNotFoundError:
+        raise InputError("the working folder was removed while the program started") from None
     sources = tuple(os.path.expanduser(path) for path in config.sources)
     return config.model_copy(update={"output": output, "sources": sources})
 

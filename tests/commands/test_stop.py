@@ -10,6 +10,8 @@ import pytest
 from hpcrub.__main__ import main as program
 from hpcrub.commands import execution, import_model
 from hpcrub.commands import run as cli
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.results.storage import ResultFile
 from tests.program import ROOT, TINY, run, start
 
@@ -77,3 +79,11 @@ def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatc
     expected = f"hpcrub: stopped: SIGTERM came before {tmp_path / 'a.h5'} was opened\n"
     assert capfd.readouterr().err == expected
     assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_working_folder_that_is_gone_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    (tmp_path / "here").rmdir()
+    with pytest.raises(InputError, match="the working folder was removed"):
+        cli.placed(Config())
