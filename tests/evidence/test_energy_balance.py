@@ -107,7 +107,7 @@ def test_a_mass_that_hits_a_wall_loses_its_kinetic_energy(name):
 
 
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
-def test_audited_march_is_the_march_of_the_studies(kinematics):
+def test_audited_motion_is_that_of_the_studies(kinematics):
     audited, bank = (bank_of(kinematics, "exact_modal", n_modes=12) for _ in range(2))
     energy_balance.audit(audited, N_BLOCKS)
     kernel.integrate((0,) * 8, *bank, N_BLOCKS, -1, 1)

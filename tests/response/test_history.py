@@ -64,7 +64,7 @@ def test_same_steps_as_the_sweep(problem, mistuned):
     assert len(time) == history.n_records(34.2, result.time[1], problem.scene)
 
 
-def test_a_continued_sweep_is_the_march_from_the_same_motion(problem, mistuned):
+def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned):
     """In the transient: from rest, the amplitude at the same time would be another one."""
     speeds = np.array([34.0, 34.3])
     motion = Motion.at_rest(2, len(mistuned.omega))
@@ -81,7 +81,7 @@ def test_a_continued_sweep_is_the_march_from_the_same_motion(problem, mistuned):
         np.testing.assert_allclose(motion.position[s], q[-1, :, 0], atol=1e-9 * np.abs(q).max())
 
 
-def test_a_march_can_be_continued(problem, modes):
+def test_a_history_can_be_continued(problem, modes):
     speeds = [34.0, 34.3]
     _, together, _ = whole(modes, problem.scene, speeds, 0.08)
     motion = Motion.at_rest(2, len(modes.omega))
@@ -155,7 +155,7 @@ def test_a_failure_stays():
     assert first.reason.tolist() == last.reason.tolist() == [status.TOO_LARGE, status.NONE]
 
 
-def test_points_that_fail_when_marched_on_have_no_result():
+def test_points_that_fail_later_have_no_result():
     nan = np.nan
     result = SweepResult.empty(3)._replace(
         amplitude=np.array([1.0, 2.0, nan]),
