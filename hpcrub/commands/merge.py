@@ -94,7 +94,7 @@ def merge(
     try:
         if os.path.lexists(out) and not overwrite:
             raise InputError(f"{out} exists: --overwrite replaces it")
-        if unfinished in [Path(path).expanduser().resolve() for path in paths]:
+        if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
         found = _survey(out, paths, samples)
         if len(texts(found.programs)) > 1 and not allow_mixed:
