@@ -228,6 +228,11 @@ def test_a_merge_harms_none_of_its_parts(folder, capsys):
     assert (folder / name).read_text() == "mine"
 
 
+def test_a_link_to_itself_is_no_part(folder, capsys):
+    (folder / "loop.h5").symlink_to("loop.h5")
+    assert "loop.h5" in refused(capsys, "whole.h5", "loop.h5", *THREE[1:])
+
+
 def test_an_interrupted_merge_is_one_line_and_leaves_nothing(folder, capsys, monkeypatch):
     monkeypatch.setattr(merge, "_copy", lambda *_: os.kill(os.getpid(), signal.SIGINT))
     assert program(["merge", "whole.h5", *THREE]) == 75

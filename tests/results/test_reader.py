@@ -181,6 +181,15 @@ def test_export_replaces_nothing_unless_told(done):
     assert len(export.export(done, overwrite=True)) == 2
 
 
+def test_export_refuses_what_is_no_longer_a_result(done):
+    with h5py.File(done, "r+") as file:
+        del file["samples/time_s"]
+        file["samples/time_s"] = np.zeros((2, 2, 4000))
+    for kind in export.KINDS:
+        with pytest.raises(InputError, match="samples/time_s"):
+            export.export(done, kind)
+
+
 def test_import_is_fast_and_needs_no_mpi():
     """Nothing heavy is loaded before it is asked for, and mpi4py never."""
     program = (
