@@ -11,7 +11,16 @@ import time
 from pathlib import Path
 
 from evidence import page
-from evidence.benchmarks import cases, kernel_speed, report, sample_cost, work_precision
+from evidence.benchmarks import (
+    cases,
+    kernel_speed,
+    report,
+    sample_cost,
+    spatial_precision,
+    spatial_report,
+    spatial_speed,
+    work_precision,
+)
 
 REPORT = Path(__file__).with_name("report.md")
 MEASURED = page.ROOT / "build" / "benchmarks.pickle"
@@ -20,6 +29,11 @@ MEASURED = page.ROOT / "build" / "benchmarks.pickle"
 def kernel():
     """Simulated steps per second."""
     return kernel_speed.measure()
+
+
+def spatial():
+    """Three dimensions: simulated steps per second, growth, run time against error."""
+    return spatial_speed.measure(), spatial_precision.measure()
 
 
 def precision(disk=None):
@@ -51,6 +65,7 @@ def ranks():
 
 SECTIONS = {  # what measures a section, what writes it
     "kernel": (kernel, report.kernel_section),
+    "spatial": (spatial, spatial_report.section),
     "precision": (precision, report.precision_section),
     "sample": (sample, report.sample_section),
     "size": (size, report.size_section),

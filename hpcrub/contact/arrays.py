@@ -47,7 +47,7 @@ class Contact(NamedTuple):
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     # (1, L) how far a contact is felt by others: see `candidates` [-]; spatial: largest motion of a
-    # point by a unit force on any point [m/N]
+    # point by a unit force on another blade [m/N]
     reach: np.ndarray
 
 
@@ -111,8 +111,10 @@ class Spatial(NamedTuple):
     touching: np.ndarray
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
     turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
+    deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
     fresh: np.ndarray  # work space of `friction.turn`: (C + TILE,) int
-    chosen: np.ndarray  # work space of `blades.solve_group`: (P or TILE,) int
+    slipping: np.ndarray  # (TILE,) int
+    chosen: np.ndarray  # work space of `blades.solve_group`: (P,) int
     factor: np.ndarray  # (P·P, L)
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)
@@ -141,8 +143,8 @@ LANE_MEMBERS = {
     State: tuple(name for name in State._fields if name != "active"),
     Record: Record._fields,
     Spatial: (
-        "compliance", "before", "cosine", "sine", "touching", "factor", "right", "wrong",
-        "steps_touched",
+        "compliance", "before", "cosine", "sine", "touching", "deepest", "factor", "right",
+        "wrong", "steps_touched",
     ),
     Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
 }  # fmt: skip

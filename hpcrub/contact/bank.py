@@ -217,8 +217,10 @@ def _allocate_spatial(scene, grid, modes, width):
         touching=aligned_zeros((n_points, width)),
         groups=np.zeros(len(starts), dtype=np.int64),
         turned=np.zeros(n_points, dtype=np.bool_),
+        deepest=aligned_zeros((interface.n_blades, width)),
         fresh=np.zeros(n_points + TILE, dtype=np.int64),
-        chosen=np.zeros(max(most, TILE), dtype=np.int64),
+        slipping=np.zeros(TILE, dtype=np.int64),
+        chosen=np.zeros(most, dtype=np.int64),
         factor=aligned_zeros((most**2, width)),
         right=aligned_zeros((most, width)),
         wrong=aligned_zeros((most, width)),
@@ -308,7 +310,9 @@ def _fill_spatial(bank, lane, modes, friction):
     if flaw in (NONE, UNPROVEN):
         table = spatial.compliance.reshape(-1, 3, spatial.compliance.shape[1])
         _spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
-        bank.contact.reach[0, lane] = (np.abs(W[0]) + friction * np.hypot(W[1], W[2])).max()
+        bound = np.abs(W[0]) + friction * np.hypot(W[1], W[2])
+        others = spatial.blade[:, None] != spatial.blade
+        bank.contact.reach[0, lane] = (bound * others).max()
 
 
 def _fill_contact(contact, lane, W):

@@ -7,8 +7,9 @@ before), the linear equations of the set are solved, and points of the wrong sig
 (principal pivoting; Júdice and Pires 1994). All lanes do so at once. Sweeps go from group to group
 where there are several. What does not converge goes to Lemke's method.
 
-Only points near the casing are looked at. The forces found bound what they can push others in, and
-points that this bound reaches join. A lane is never changed by what the other lanes need.
+Only blades that penetrate are looked at, or nearly do. The forces found bound what they can push
+others in, and blades that this bound reaches join. A lane is never changed by what the other lanes
+need.
 """
 
 import numpy as np
@@ -34,32 +35,43 @@ from hpcrub.contact.multipliers import TOLERANCE
 MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
 ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign change sides
 MOST_SWEEPS = 100  # from group to group; three or so are usual
-NEAR = 4.0  # distance at which points are looked at from the begin, of the deepest penetration
+NEAR = 0.5  # distance at which blades are looked at from the begin, of the deepest penetration
 
 
 @compiled(allocates=False)
 def list_near(lanes: tuple, state: State, spatial: Spatial, threshold: np.ndarray) -> int:
-    """List the points that penetrate by more than a threshold in any lane (state.active, modified).
+    """List the points of blades that penetrate more than a threshold in any lane (state.active).
 
     Parameters
     ----------
-    lanes, state, spatial
-        As in `kernel.integrate`.
+    lanes, spatial
+        As in `kernel.integrate`; ``groups`` and ``deepest`` are modified.
+    state : State
+        Modified.
     threshold : ndarray (L,)
-        Negative for points that are near [m].
+        Negative for blades that are near [m].
 
     Returns
     -------
     int
-        Groups with points in the list; ``spatial.groups`` says where each begins (modified).
+        Groups with points in the list; ``spatial.groups`` says where each begins.
     """
     n_groups = n_active = 0
     spatial.groups[0] = 0
     for group in range(len(spatial.starts) - 1):
-        for point in spatial.points[spatial.starts[group] : spatial.starts[group + 1]]:
-            if any_lane(below(threshold, load(lanes, state.penetration, point))):
-                state.active[n_active] = point
-                n_active += 1
+        first = spatial.starts[group]
+        while first < spatial.starts[group + 1]:
+            blade, end = spatial.blade[spatial.points[first]], first
+            deepest = splat(lanes, -np.inf)
+            while end < len(spatial.points) and spatial.blade[spatial.points[end]] == blade:
+                deepest = larger(load(lanes, state.penetration, spatial.points[end]), deepest)
+                end += 1
+            store(spatial.deepest, blade, deepest)
+            if any_lane(below(threshold, deepest)):
+                for place in range(first, end):
+                    state.active[n_active] = spatial.points[place]
+                    n_active += 1
+            first = end
         if n_active > spatial.groups[n_groups]:
             n_groups += 1
             spatial.groups[n_groups] = n_active
@@ -139,7 +151,7 @@ def solve_blades(
             unsettled = zero
         felt = reach_of_forces(lanes, contact, state, spatial, spatial.groups[n_groups])
         if any_lane(below(felt, threshold)):
-            more = count_between(lanes, state, spatial, felt, threshold)
+            more = count_between(lanes, spatial, felt, threshold)
             threshold = select(below(felt, threshold), felt, threshold)
             if any_lane(below(zero, more)):
                 n_groups = list_near(lanes, state, spatial, threshold)
@@ -162,7 +174,7 @@ def solve_blades(
 def reach_of_forces(
     lanes: tuple, contact: Contact, state: State, spatial: Spatial, n_active: int
 ) -> np.ndarray:
-    """Minus the depth (L,) that the forces can push any point in, a bound [m].
+    """Minus the depth (L,) that the forces can push points of other blades in, a bound [m].
 
     Parameters
     ----------
@@ -180,13 +192,11 @@ def reach_of_forces(
 
 
 @compiled(allocates=False)
-def count_between(
-    lanes: tuple, state: State, spatial: Spatial, low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
-    """Points (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
+def count_between(lanes: tuple, spatial: Spatial, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
     zero, one, count = splat(lanes, 0.0), splat(lanes, 1.0), splat(lanes, 0.0)
-    for i in spatial.points:
-        depth = load(lanes, state.penetration, i)
+    for blade in range(spatial.deepest.shape[0]):
+        depth = load(lanes, spatial.deepest, blade)
         count = count + select(below(high, depth), zero, select(below(low, depth), one, zero))
     return count
 
@@ -257,20 +267,17 @@ def choose(
     int
         Points whose places ``spatial.chosen`` holds, in order.
     """
-    zero, n_fresh = splat(lanes, 0.0), 0
-    for a in range(spatial.groups[group], spatial.groups[group + 1]):
-        touches = select(solving, load(lanes, spatial.touching, state.active[a]), zero)
-        if any_lane(below(zero, touches)) and not spatial.turned[a]:
-            spatial.fresh[n_fresh] = a
-            n_fresh += 1
-    if n_fresh > 0:
-        turn(lanes, scheme, contact, state, spatial, n_fresh, spatial.groups[n_groups])
-    n = 0
+    zero, n, n_fresh = splat(lanes, 0.0), 0, 0
     for a in range(spatial.groups[group], spatial.groups[group + 1]):
         touches = select(solving, load(lanes, spatial.touching, state.active[a]), zero)
         if any_lane(below(zero, touches)):
             spatial.chosen[n] = a
             n += 1
+            if not spatial.turned[a]:
+                spatial.fresh[n_fresh] = a
+                n_fresh += 1
+    if n_fresh > 0:
+        turn(lanes, scheme, contact, state, spatial, n_fresh, spatial.groups[n_groups])
     return n
 
 
@@ -315,9 +322,11 @@ def solve_set(lanes: tuple, contact: Contact, state: State, spatial: Spatial, n:
                 store(spatial.factor, at, fma(less, pivot, load(lanes, spatial.factor, at)))
     for back in range(n):
         p = n - 1 - back
-        x = load(lanes, spatial.right, p)
+        less = zero
         for c in range(p + 1, n):
-            x = x - load(lanes, spatial.factor, p * n + c) * load(lanes, spatial.right, c)
+            factor = load(lanes, spatial.factor, p * n + c)
+            less = fma(factor, load(lanes, spatial.right, c), less)
+        x = load(lanes, spatial.right, p) - less
         store(spatial.right, p, x * load(lanes, spatial.factor, p * n + p))
 
 
@@ -345,7 +354,7 @@ def find_wrong(
     n : int
         Chosen points, the first of ``spatial.chosen``.
     threshold : ndarray (L,)
-        Penetration from which on a point counts in a lane [m].
+        Penetration from which on a blade counts in a lane [m].
     limit : ndarray (L,)
         Tolerance of a multiplier or penetration [m].
     trying : ndarray (L,) bool
@@ -361,14 +370,15 @@ def find_wrong(
     count, own = zero, 0
     for a in range(start, end):
         i = state.active[a]
-        depth, force = load(lanes, state.depth, a), zero
+        less, force = zero, zero
         for r in range(n):
             effect = load(lanes, contact.coupling, spatial.chosen[r] * n_rows + a)
-            depth = depth - effect * load(lanes, spatial.right, r)
+            less = fma(effect, load(lanes, spatial.right, r), less)
+        depth = load(lanes, state.depth, a) - less
         if own < n and spatial.chosen[own] == a:
             force = load(lanes, spatial.right, own)
             own += 1
-        near = below(threshold, load(lanes, state.penetration, i))
+        near = below(threshold, load(lanes, spatial.deepest, spatial.blade[i]))
         pulls = select(below(force, zero), one, zero)
         penetrates = select(below(limit, depth), select(near, one, zero), zero)
         touches = below(zero, load(lanes, spatial.touching, i))
@@ -430,7 +440,7 @@ def solve_group(
     group : int
         One of them.
     threshold : ndarray (L,)
-        Penetration from which on a point counts in a lane [m].
+        Penetration from which on a blade counts in a lane [m].
     limit : ndarray (L,)
         Tolerance of a multiplier or penetration [m].
     solving : ndarray (L,) bool

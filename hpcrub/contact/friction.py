@@ -107,9 +107,9 @@ def slip(
     first : int
         Place of the first one in ``spatial.fresh``.
     """
-    for a in range(first, first + len(slots)):
-        spatial.chosen[a - first] = state.active[spatial.fresh[a]]
-    points = indices(slots, spatial.chosen, 0)
+    for a in range(len(slots)):
+        spatial.slipping[a] = state.active[spatial.fresh[first + a]]
+    points = indices(slots, spatial.slipping, 0)
     way = tile_splat(slots, splat(lanes, 0.0))
     for k in range(spatial.before.shape[0]):
         way = tile_add_at(way, scheme.tangential, k, points, load(lanes, spatial.before, k))
