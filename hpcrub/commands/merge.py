@@ -145,7 +145,8 @@ def _survey(out, paths, samples):
             known = texts(programs)
             programs += [p for p, text in zip(own, texts(own), strict=True) if text not in known]
             if found:
-                found["computed_by"] = _rows(part, programs)[found.get("computed_by", 0)]
+                rows = _rows(part, programs)
+                found["computed_by"] = _row_of_whole(part, rows, found.get("computed_by", 0))
             if found and tuned:
                 _same_tuned(tuned, tuned_path, found, path)
             elif found:
@@ -164,6 +165,13 @@ def _rows(part, programs):
     """Rows of a part's programs among those of the whole."""
     known = texts(programs)
     return np.array([known.index(text) for text in texts(part.programs())], dtype=np.uint8)
+
+
+def _row_of_whole(part, program_rows, mine):
+    """Rows of the whole from those that a part has noted. Raises InputError for one unknown."""
+    if np.max(mine, initial=0) >= len(program_rows):
+        raise InputError(f"{part.path} is damaged (computed_by)")
+    return program_rows[mine]
 
 
 def _whole_config(part, out, samples):
@@ -230,7 +238,5 @@ def _copy_programs(part, whole, source, target, program_rows, new):
     """Note which program has computed the new samples."""
     rows = whole.read("samples/computed_by", target)
     mine = part.read("samples/computed_by", source)[new] if part.layout > 1 else 0
-    if np.max(mine, initial=0) >= len(program_rows):
-        raise InputError(f"{part.path} is damaged (samples/computed_by)")
-    rows[new] = program_rows[mine]
+    rows[new] = _row_of_whole(part, program_rows, mine)
     whole.write({"samples/computed_by": rows}, target)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.plot.canvas import Drawing
 from hpcrub.studies.files import open_result
 
@@ -144,7 +144,7 @@ def _draw_one(
         except ODD_NUMBERS as error:
             raise HpcrubError(
                 f"{paths[0]}: figure {figure.__name__} cannot be drawn, its numbers are odd "
-                f"({type(error).__name__}: {str(error):.80})"
+                f"({type(error).__name__}: {reason(error):.80})"
             ) from error
     return target
 

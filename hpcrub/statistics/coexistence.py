@@ -27,6 +27,7 @@ from hpcrub.contact.status import STEADY
 N_BATCHES = 12
 FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study
 ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # differences that do not matter
+HUGE = 1e300
 LINK = 3.0  # standard deviations of windows by which a branch changes from speed to speed, at most
 REACH = 10  # speeds at which a branch may be missing and go on; the more, the nearer it must be
 
@@ -93,6 +94,7 @@ def split(motions: np.ndarray, level: float) -> np.ndarray:
     matters = np.stack([ALIKE_AMPLITUDE * largest, np.full(len(first), ALIKE_LOCALISATION)])
     chance = _chance(error[:, first], error[:, second], degrees, level)
     apart = np.abs(mean[:, first] - mean[:, second]) / np.maximum(chance, matters)
+    apart = np.nan_to_num(apart, nan=HUGE, posinf=HUGE)  # numbers of a damaged file may be any
     return fcluster(linkage(apart.max(axis=0), "complete"), 1.0, "distance") - 1
 
 

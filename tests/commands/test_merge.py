@@ -228,6 +228,13 @@ def test_a_merge_harms_none_of_its_parts(folder, capsys):
     assert (folder / name).read_text() == "mine"
 
 
+@pytest.mark.parametrize("name", ["tuned/computed_by", "samples/computed_by"])
+def test_a_part_that_names_an_unknown_program_is_damaged(folder, name, capsys):
+    with h5py.File(THREE[0], "r+") as file:
+        file[name][...] = 90
+    assert f"{THREE[0]} is damaged" in refused(capsys, "whole.h5", *THREE)
+
+
 def test_a_link_to_itself_is_no_part(folder, capsys):
     (folder / "loop.h5").symlink_to("loop.h5")
     assert "loop.h5" in refused(capsys, "whole.h5", "loop.h5", *THREE[1:])

@@ -148,3 +148,12 @@ def test_only_steady_points_have_labels():
     np.testing.assert_array_equal(coexistence.coexisting(found), [1, 1, 1, 1, 0, 1, 1, 1, 1, 1])
     nothing = labels(np.ones((3, 10)), 0.15, status=np.full((3, 10), NOT_STEADY))
     assert (nothing == -1).all()
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, 1e308])
+def test_odd_numbers_of_a_damaged_file_are_another_motion(odd):
+    motions = np.ones((2, 3, 24))
+    motions[0, 2, 7] = odd
+    with np.errstate(all="ignore"):
+        group = coexistence.split(motions, 1e-3)
+    assert group[0] == group[1] != group[2]
