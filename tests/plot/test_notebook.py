@@ -225,7 +225,7 @@ def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
     panels = plot.errors(file)
     drawn = [np.ma.filled(panel.get_lines()[0].get_ydata(), -1.0) for panel in panels]
     np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
-    np.testing.assert_allclose(panels[0].get_lines()[1].get_ydata(), 0.5)
+    np.testing.assert_allclose(panels[0].get_lines()[-1].get_ydata(), 0.5)
     assert "target" in words(panels[0].figure.legends[0])
 
 

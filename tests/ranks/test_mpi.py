@@ -99,7 +99,12 @@ inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
     "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
     "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
-    "long step": ["long.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=1e-4"],
+    "long step": [
+        "long.yaml",
+        "--set=time.scheme=central_difference",
+        "--set=time.step_s=1e-4",
+        "--set=time.steps_per_bump_width=1",
+    ],
     "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
     "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
     "missing file": ["nowhere.yaml"],

@@ -364,7 +364,10 @@ def test_an_existing_result_is_kept_unless_told(copied, capfd):
     ("arguments", "message"),
     [
         (
-            ["--set", "time.scheme=central_difference", "--set", "time.step_s=1e-4"],
+            [
+                *("--set", "time.scheme=central_difference", "--set", "time.step_s=1e-4"),
+                *("--set", "time.steps_per_bump_width=1"),
+            ],
             "time.step_s: 0.0001 is not below",
         ),
         (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
