@@ -69,7 +69,7 @@ def full_while_running(folder):
 def quota(folder):
     """EFBIG while the file is laid out. A real quota (EDQUOT) needs a file system that has them;
     to hpcrub both are an OSError of the same call."""
-    folder.mkdir()
+    folder.mkdir(parents=True)
     limited = folder / "limited.py"
     limited.write_text(
         "import resource, sys\n"
@@ -90,7 +90,7 @@ def log_full(folder):
     """The log has no place: the study goes on without."""
     expected, _ = undisturbed()
     full = folder / "full.py"
-    folder.mkdir()
+    folder.mkdir(parents=True)
     full.write_text(
         "import os, sys\n"
         f"sys.path.insert(0, {str(ROOT)!r})\n"

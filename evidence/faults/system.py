@@ -200,7 +200,7 @@ def cache_index(folder):
 def cache_not_writable(folder, n_blocked):
     """No place for the compiled code of some of two ranks: said once, and they go on without."""
     expected, _ = undisturbed()
-    folder.mkdir()
+    folder.mkdir(parents=True)
     blocked = folder / "blocked"
     blocked.write_text("a file where the folder should be")
     text = (

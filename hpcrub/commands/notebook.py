@@ -104,7 +104,9 @@ def _call(command, quiet):
                 if not quiet:
                     print(line, end="", flush=True)
         errors.seek(0)
-        said = [line for line in errors.read().splitlines() if line.startswith("hpcrub: ")]
+        lines = errors.read().splitlines()
     if process.returncode:
-        text = said[-1].removeprefix("hpcrub: ") if said else f"exit code {process.returncode}"
+        said = [line.removeprefix("hpcrub: ") for line in lines if line.startswith("hpcrub: ")]
+        others = "\n".join(lines).strip()  # such as those of an mpirun that starts nothing
+        text = said[-1] if said else f"exit code {process.returncode}\n{others}".strip()
         raise ERRORS.get(process.returncode, HpcrubError)(text.removeprefix("error: "))

@@ -1,6 +1,7 @@
 """Studies from Python, and what editors know of an input: as a person would use them."""
 
 import json
+import os
 
 import pytest
 
@@ -55,6 +56,15 @@ def test_a_study_that_fails_is_an_exception(tmp_path):
     (tmp_path / "none").write_text("no folder")
     with pytest.raises(HpcrubError):
         hpcrub.run(config, quiet=True)
+
+
+def test_an_mpirun_that_starts_nothing_says_why(tmp_path, monkeypatch):
+    launcher = tmp_path / "mpirun"
+    launcher.write_text("#!/bin/sh\necho There are not enough slots >&2\nexit 1\n")
+    launcher.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    with pytest.raises(HpcrubError, match="There are not enough slots"):
+        hpcrub.run(hpcrub.Config(output=str(tmp_path / "x.h5")), ranks=2)
 
 
 def test_the_schema_of_editors_is_in_step_with_the_program():
