@@ -204,7 +204,10 @@ def _gap(frequencies: Any, top: float) -> float:
 
 
 def _modes(file: ResultFile, kind: str) -> tuple[Any, Any]:
-    return file.read(f"{kind}/nodal_diameters"), file.read(f"{kind}/frequencies_hz")
+    diameters = file.read(f"{kind}/nodal_diameters")
+    if not np.isin(diameters, range(file.config.disk.n_blades // 2 + 1)).all():
+        raise InputError(f"{file.path} is damaged ({kind}/nodal_diameters)")
+    return diameters, file.read(f"{kind}/frequencies_hz")
 
 
 def families(diameters: Any, frequencies: Any) -> list[Any]:

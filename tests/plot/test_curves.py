@@ -9,6 +9,7 @@ from matplotlib import pyplot as plt
 
 from hpcrub import plot
 from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.errors import InputError
 from hpcrub.plot import densities, histories, maps
 from hpcrub.plot.casings import EXAGGERATED
 from hpcrub.plot.disks import families
@@ -452,6 +453,15 @@ def test_casing(random):
     assert_drawn(growth, (1e3 * time, file.read("growth")))
     radius = 500 + EXAGGERATED * (0.25 - 1e3 * file.read("inward_m"))
     assert_drawn(around, (radius * np.cos(angle), radius * np.sin(angle)))
+
+
+@pytest.mark.parametrize("odd", [10**18, -1])
+def test_nodal_diameters_of_a_damaged_file_are_not_drawn(odd):
+    file = modal_file()
+    file.values["full/nodal_diameters"] = np.array(file.read("full/nodal_diameters"))
+    file.values["full/nodal_diameters"][0] = odd
+    with pytest.raises(InputError, match="is damaged"):
+        plot.safe(file)
 
 
 def test_safe():
