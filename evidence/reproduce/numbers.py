@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from evidence.reproduce.pattern import (
-    CHAOS,
-    coexistence,
-    printed_order,
-    reduction,
-    table2,
-    time_step,
-)
+from evidence.reproduce.pattern import CHAOS, coexistence, reduction, table2, time_step
 from evidence.reproduce.rows import (
     MissingError,
     Row,
@@ -41,8 +34,8 @@ def rows(results):
     """All rows whose results are there."""
     found = []
     for make in (
-        family, peaks, ranges, table2, printed_order, coexistence, steady_time, time_step,
-        reduction, amplification, linear, medians, shares, below, amplitudes, samples_needed, cost,
+        family, peaks, ranges, table2, coexistence, steady_time, time_step, reduction,
+        amplification, linear, medians, shares, below, amplitudes, samples_needed, cost,
     ):  # fmt: skip
         try:
             found += make(results)
@@ -70,12 +63,9 @@ def peaks(results):
     speeds, amplitude = chart.read("speeds_hz"), chart.read("amplitude_m", 0)
     upper = speeds > 60
     second = speeds[upper][np.nanargmax(amplitude[upper])]
-    remark = (
-        "The interaction is broad; its largest amplitude is not its centre. It was one target "
-        "among others of the search for the dimensions, and is not met."
-    )
+    remark = "The interaction is broad; its largest amplitude is not its centre."
     found.append(value_row("2", "second tuned interaction, n_d = 4 [Hz]", 69, second, digits=0,
-                           fitted=True, remark=remark))  # fmt: skip
+                           remark=remark))  # fmt: skip
     return found
 
 
@@ -164,8 +154,7 @@ def medians(results):
     ours, low, high = percentile(file, -1, 50)
     paper = percentile(file, -1, 99, "linear_amplification")[0]
     what = "percentile 50 of A_nl, n_d = 4, σ = 2.3 %; beside percentile 99 of A_lin"
-    remark = SHOWN + " The median at σ = 1.7 % took part in the search."
-    row = value_row("11", what, paper, ours, low, high, remark=remark)
+    row = value_row("11", what, paper, ours, low, high, fitted=True, remark=SHOWN)
     return [row._replace(paper=f"about equal ({paper:.2f})")]
 
 
@@ -175,7 +164,7 @@ def shares(results):
     return [
         value_row("12", f"samples with A_nl > A_lin, n_d = 4, σ = {sigma} % [%]", paper,
                   100 * file.read("share", level), *(100 * file.read("share_interval", level)),
-                  digits=0, remark=remark)
+                  digits=0, fitted=True, remark=remark)
         for sigma, paper, level, remark in ((0.6, 82, 0, UNKNOWN), (2.3, 96, 3, SHOWN))
     ]  # fmt: skip
 
@@ -206,11 +195,7 @@ def amplitudes(results):
     claim = "highest for 3 and 6, lowest for 4 and 5"
     holds = set(order[2:]) == {3, 6}
     what = "tuned amplitudes, with the range of their runs [mm]"
-    remark = (
-        "Only the amplitude for n_d = 4 took part in the search. How far the others move with the "
-        "dimensions of the disk was not computed."
-    )
-    rows = [claim_row("14", what, claim, text, holds, fitted=True, remark=remark)]
+    rows = [claim_row("14", what, claim, text, holds, fitted=True)]
     for n_d in (3, 6):
         file = results.contact(n_d)
         top = [1e3 * percentile(file, v, 99, "peak_amplitude_m")[0] for v in range(4)]

@@ -20,16 +20,16 @@ def disk_section(blade=None, **changes):
         "n_blades": 12,
         "tip_radius": 0.5,
         "hub_radius": 0.2,
-        "inner_radius": 0.1699,
+        "inner_radius": 0.03813,
         "width": 0.1,
-        "ring_thickness": 13.39e-3,
-        "spoke_thickness": 7.23e-3,
+        "ring_thickness": 23.67e-3,
+        "spoke_thickness": 33.23e-3,
     }
     blade_values = {
         "n_elements": 5,
-        "thickness": 13.44e-3,
-        "lean": np.radians(45.41),
-        "bow": -0.0459,
+        "thickness": 14.134e-3,
+        "lean": np.radians(53.11),
+        "bow": -0.0492,
     }
     blade_section = SimpleNamespace(**(blade_values | (blade or {})))
     return SimpleNamespace(**(values | changes), blade=blade_section)
@@ -38,6 +38,20 @@ def disk_section(blade=None, **changes):
 def make_disk(blade=None, **changes):
     """Disk of `disk_section`."""
     return build_disk(disk_section(blade, **changes), MATERIAL)
+
+
+EARLIER = {  # that hpcrub 0.1 took for the paper's: other programs have its frequencies
+    "inner_radius": 0.1699,
+    "ring_thickness": 13.39e-3,
+    "spoke_thickness": 7.23e-3,
+    "blade": {"thickness": 13.44e-3, "lean": np.radians(45.41), "bow": -0.0459},
+}
+
+
+@cache
+def earlier_disk():
+    """The tuned Disk of the dimensions that hpcrub 0.1 had."""
+    return make_disk(**EARLIER)
 
 
 @cache
