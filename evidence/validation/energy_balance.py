@@ -13,10 +13,12 @@ summed over the modes. Of the work of a contact force λ > 0, whose gap goes fro
 
 For small kinematics g_{n+1} = 0 and g_{n−1} ≥ 0: an impact can only take energy, contact that lasts
 takes none, and the work of the casing is −λ times the half of the way that its surface makes from
-t_{n−1} to t_{n+1}. For polar kinematics the correction δ by the contact forces goes along the
-normal of the predicted position. This leaves, by Taylor's theorem with b the bump and e_t ⊥ n,
+t_{n−1} to t_{n+1}. For polar kinematics the radius is linearised along the normal n of the last
+position, over the way m of the predictor and the correction δ by the contact forces; the bump b is
+that of the predicted position. This leaves, by Taylor's theorem with e_t ⊥ n,
 
-    |g_{n+1}| ≤ r_{n+1} = max|b'| |e_t·δ|/ρ + (1/ρ + (max|b'| + max|b''|)/ρ²) |δ|²/2,
+    |g_{n+1}| ≤ r_{n+1} = |m + δ|²/(2ρ) + max|b'| (|e_t·δ|/ρ + |m||δ|/ρ²)
+                          + (max|b'| + max|b''|) |δ|²/(2ρ²),
 
 so that a loss may be negative, but never below −λ (r_{n−1} + r_{n+1})/2, r = 0 without contact.
 
@@ -194,13 +196,17 @@ def left_open(state, polar, n_active, i, lane, gap):
             moved_t += polar.compliance[2 * n_pairs + at, lane] * force_r
             moved_t += polar.compliance[3 * n_pairs + at, lane] * force_t
     moved = np.hypot(moved_r, moved_t)
+    free_r, free_t = polar.moved[n_points + i, lane], polar.moved[2 * n_points + i, lane]
+    free, whole = np.hypot(free_r, free_t), np.hypot(free_r + moved_r, free_t + moved_t)
     along = abs(polar.cosine[i, lane] * moved_t - polar.sine[i, lane] * moved_r)
-    nearest = polar.radius[i] + polar.clearance[i] - polar.height - gap[i, lane] - moved  # of all ρ
+    nearest = polar.radius[i] + polar.clearance[i] - polar.height - gap[i, lane]
+    nearest -= max(moved, whole)  # of all ρ
     width = 0.1 * polar.pitch
     slope = polar.height * np.sqrt(2.0 / np.e) / width
     bend = 2.0 * polar.height / width**2
-    second = 1.0 / nearest + (slope + bend) / nearest**2
-    return slope * along / nearest + second * moved * moved / 2.0
+    radius = whole * whole / (2.0 * nearest)
+    turned = slope * (along / nearest + free * moved / nearest**2)
+    return radius + turned + (slope + bend) * moved * moved / (2.0 * nearest**2)
 
 
 @compiled

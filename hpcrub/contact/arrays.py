@@ -87,7 +87,7 @@ class Polar(NamedTuple):
     friction: float
     turn: float  # rotation in one step [rad]
     compliance: np.ndarray  # (4·C·C, L) motion a of i by force b on j, row (2a + b)·C² + i·C + j
-    tangential: np.ndarray  # (C, L) predicted u_t [m] (modified)
+    moved: np.ndarray  # (3·C, L) u_t now, then what u_r and u_t change in the predictor [m] (modified)
     cosine: np.ndarray  # cos α (C, L) (modified)
     sine: np.ndarray  # sin α (C, L) (modified)
     deepest: np.ndarray  # (1, L) [m] (modified)
@@ -146,7 +146,7 @@ LANE_MEMBERS = {
         "compliance", "before", "cosine", "sine", "touching", "deepest", "factor", "right",
         "wrong", "steps_touched",
     ),
-    Polar: ("compliance", "tangential", "cosine", "sine", "deepest"),
+    Polar: ("compliance", "moved", "cosine", "sine", "deepest"),
 }  # fmt: skip
 
 

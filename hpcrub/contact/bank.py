@@ -189,7 +189,7 @@ def _allocate_polar(scene, grid, n_points, width):
         friction=scene.friction,
         turn=2.0 * np.pi / grid.steps_per_revolution,
         compliance=aligned_zeros((4 * rows**2, width)),
-        tangential=aligned_zeros((rows, width)),
+        moved=aligned_zeros((3 * rows, width)),
         cosine=aligned_zeros((rows, width)),
         sine=aligned_zeros((rows, width)),
         deepest=aligned_zeros((1, width)),

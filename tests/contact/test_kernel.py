@@ -60,17 +60,20 @@ def all_contact_sets(W, depth):
     raise AssertionError("no contact set fits")
 
 
-def contact_of(scene, u, angle, grown):
+def contact_of(scene, u, u_before, angle, grown):
     """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force.
 
     Polar: the tip is at (R + u_r, u_t) in the frame of its nominal place, its normal is along that.
+    Radius and normal are those of the step before, the casing is met where the tip is now.
     """
     n_c = len(scene.interface.angle)
     outward, x, y = u[:n_c], np.ones(n_c), np.zeros(n_c)
     if scene.kinematics == "polar":
-        x, y = scene.interface.radius + u[:n_c], u[n_c : 2 * n_c]
-        angle = angle + np.arctan2(y, x)
-        outward = np.hypot(x, y) - scene.interface.radius
+        radius, (now, before) = scene.interface.radius, (v[: 2 * n_c] for v in (u, u_before))
+        angle = angle + np.arctan2(now[n_c:], radius + now[:n_c])
+        x, y = radius + before[:n_c], before[n_c:]
+        along = x * (now - before)[:n_c] + y * (now - before)[n_c:]
+        outward = np.hypot(x, y) - radius + along / np.hypot(x, y)
     depth = outward + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
     cosine, sine = np.diag(x / np.hypot(x, y)), np.diag(y / np.hypot(x, y))
     elsewhere = np.zeros((n_c, len(u) - 2 * n_c))
@@ -96,7 +99,7 @@ def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
         free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
         angle = scene.interface.angle + 2.0 * np.pi * step / revolution
         grown = casing.ramp(step * h, scene.ramp_time)
-        depth, normal, force = contact_of(scene, free, angle, grown)
+        depth, normal, force = contact_of(scene, free, u, angle, grown)
         f = np.zeros(len(M))
         if depth.max() > 0.0:
             f = force.T @ all_contact_sets(-normal @ A @ force.T, depth)

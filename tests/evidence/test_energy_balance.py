@@ -43,7 +43,8 @@ def test_audit_is_that_of_its_twin(kinematics, name):
     books = energy_balance.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
     twin = plain_audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS * N_ROWS)
     works = np.stack([twin.casing, twin.friction, twin.external, twin.damping, twin.impact], axis=1)
-    assert np.abs(books.work - works).max() < 1e-9 * np.abs(works).max()
+    # the impact loss is a force times a gap that is left of two places of the tip
+    assert np.abs(books.work - works).max() < 1e-8 * np.abs(works).max()
     assert np.abs(books.energy - twin.energy[1:]).max() < 1e-10 * twin.energy.max()
     assert np.abs(twin.residual()).max() < 1e-13 * twin.energy.max()
 
