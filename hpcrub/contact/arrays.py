@@ -87,7 +87,7 @@ class Polar(NamedTuple):
     friction: float
     turn: float  # rotation in one step [rad]
     compliance: np.ndarray  # (4·C·C, L) motion a of i by force b on j, row (2a + b)·C² + i·C + j
-    moved: np.ndarray  # (3·C, L) u_t now, then what u_r and u_t change in the predictor [m] (modified)
+    moved: np.ndarray  # (3·C, L) last u_t, ways of u_r and u_t since [m] (modified)
     cosine: np.ndarray  # cos α (C, L) (modified)
     sine: np.ndarray  # sin α (C, L) (modified)
     deepest: np.ndarray  # (1, L) [m] (modified)

@@ -4,11 +4,11 @@ A tip at (R + u_r, u_t) has the radius ρ and lies at the angle α from its nomi
 the casing at θ + Ωt + α with its normal along ρ, so the Delassus operator changes at every step.
 Radius and normal are linearised where the tip was at the end of the last step: without contact
 forces stiff modes would throw a pressed tip far off within one step, and the normal there is not
-that of the contact (half of the amplitude of a nearly radial blade was lost). It is for users who ask what the linear kinematics of the paper leave out: peaks stay within 1 % of
-their speeds, amplitudes change by up to 10 %. It takes radius, angle and clearance of each point
-from the contact interface as the default does; axial motion alone it does not know, and is refused
-with. Kept apart from ``kernel.py`` because it costs several times more and the default needs none
-of it.
+that of the contact (half of the amplitude of a nearly radial blade was lost). It is for users who
+ask what the linear kinematics of the paper leave out: peaks stay within 1 % of their speeds,
+amplitudes change by up to 10 %. It takes radius, angle and clearance of each point from the contact
+interface as the default does; axial motion alone it does not know, and is refused with. Kept apart
+from ``kernel.py`` because it costs several times more and the default needs none of it.
 """
 
 import math
@@ -48,7 +48,8 @@ def displaced_depths(
         outwards, onwards = turned, turned
         for k in range(state.position.shape[0]):
             d = load(lanes, state.increment, k)
-            turned = tile_add(turned, scheme.tangential, k, first, load(lanes, state.position, k) - d)
+            last = load(lanes, state.position, k) - d
+            turned = tile_add(turned, scheme.tangential, k, first, last)
             outwards = tile_add(outwards, scheme.normal, k, first, d)
             onwards = tile_add(onwards, scheme.tangential, k, first, d)
         tile_store(polar.moved, first, turned)
