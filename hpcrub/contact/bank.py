@@ -125,9 +125,12 @@ def _engine_order_forces(modes, scene, grid):
     if not scene.load:
         return np.zeros((0, len(modes.omega)))
     interface = scene.interface
-    share = scene.load / interface.points_per_blade[interface.blade]
     turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
-    force = share * np.cos(scene.load_order * (interface.angle + turned[:, None]))
+    force = (
+        scene.load
+        * interface.share
+        * np.cos(scene.load_order * (interface.angle + turned[:, None]))
+    )
     return aligned(force @ modes.normal)
 
 

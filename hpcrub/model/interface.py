@@ -36,6 +36,11 @@ class Interface(NamedTuple):
         """Number of contact points of every blade (N,)."""
         return np.bincount(self.blade, minlength=self.n_blades)
 
+    @property
+    def share(self) -> np.ndarray:
+        """Part of its blade's load on each contact point (C,), the same on all of a blade."""
+        return 1.0 / self.points_per_blade[self.blade]
+
     def of_points(self, touching: np.ndarray) -> np.ndarray:
         """Whether any contact point of each blade touches, (..., C) to (..., N) of bool."""
         found = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral
 from hpcrub.model.imported.craig_bampton import lowest_modes
-from hpcrub.model.imported.frames import node_angle
+from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.plot import solids
 from hpcrub.plot.style import STYLE
 from hpcrub.results import model_file
@@ -76,9 +76,7 @@ def shape(disk: assembly.SparseDisk, mode: int) -> tuple[float, Array]:
     """
     values, modes = lowest_modes(disk.stiffness[0].tocsc(), disk.mass.tocsc(), mode)
     padded = np.append(modes[:, mode - 1], 0.0)  # row -1 is held
-    radial, tangential, axial = padded[disk.row].T
-    c, s = np.cos(node_angle(disk.nodes)), np.sin(node_angle(disk.nodes))
-    moved = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial], axis=1)
+    moved = to_cartesian(disk.nodes, padded[disk.row])
     size = np.linalg.norm(moved, axis=1).max()
     return float(np.sqrt(values[mode - 1]) / (2 * np.pi)), moved / size
 

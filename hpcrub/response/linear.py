@@ -166,8 +166,9 @@ def _resonances(modes, engine_order):
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
-    share = 1.0 / interface.points_per_blade[interface.blade]
-    return amplitude * ((share * np.exp(-1j * engine_order * interface.angle)) @ modes.normal)
+    return amplitude * (
+        (interface.share * np.exp(-1j * engine_order * interface.angle)) @ modes.normal
+    )
 
 
 def _search_mesh(omega, xi, n_family):

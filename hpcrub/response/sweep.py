@@ -64,9 +64,14 @@ class Scene(NamedTuple):
         return math.gcd(casing, self.load_order) if self.load else casing
 
     @property
+    def highest(self) -> float:
+        """Highest place of the casing above its nominal radius, inwards [m]."""
+        return highest(self.n_bumps, self.bump_height, self.profile)
+
+    @property
     def lift(self) -> float:
         """Clearance and highest place of the casing together [m]."""
-        return self.clearance + highest(self.n_bumps, self.bump_height, self.profile)
+        return self.clearance + self.highest
 
 
 class Motion(NamedTuple):
@@ -249,8 +254,7 @@ def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
     if scene.load:
         return True
-    top = highest(scene.n_bumps, scene.bump_height, scene.profile)
-    return top > scene.clearance + scene.interface.clearance.min()
+    return scene.highest > scene.clearance + scene.interface.clearance.min()
 
 
 def judge(lanes: arrays.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:

@@ -57,3 +57,9 @@ def checksum(path: str | Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+
+
+def require(key: str, path: str | Path, sha256: str) -> None:
+    """Raise InputError, which names the key, unless a file is the one with this checksum."""
+    if checksum(path) != sha256:
+        raise InputError(f"{key}: {path} is not the file that this configuration was made of")

@@ -27,13 +27,14 @@ def resolved(config: Config) -> Config:
     path = config.disk.model
     if path is None or config.disk.is_resolved:
         return config
-    model = _read(path, model_file.checksum(path))
+    checksum = model_file.checksum(path)
+    model = _read(path, checksum)
     directions = len(model.dof[np.isin(model.dof[:, 0], model.contact_node[:1])])
     directions = min(3, max(2, directions))
     n_points = len(model.contact_node) * (model.n_sectors or 1)
     radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
     keys = {
-        "disk.model_sha256": model_file.checksum(path),
+        "disk.model_sha256": checksum,
         "disk.n_blades": model.n_blades,
         "disk.n_contact_nodes": n_points,
         "disk.n_directions": directions,
@@ -55,10 +56,9 @@ def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
     Raises InputError for a file that cannot be used, or is not that of the configuration.
     """
     path, speed = str(config.disk.model), mid_speed(config)
-    found = model_file.checksum(path)
-    if found != config.disk.model_sha256:
-        raise InputError(f"disk.model: {path} is not the file that this configuration was made of")
-    model, disk = _read(path, found), None
+    checksum = str(config.disk.model_sha256)
+    model_file.require("disk.model", path, checksum)
+    model, disk = _read(path, checksum), None
     if model.kind != "reduced":
         disk = assembly.assemble(model)
         model, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)

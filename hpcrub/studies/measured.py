@@ -89,10 +89,7 @@ def _patterns(config):
 @functools.lru_cache(maxsize=4)
 def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
     """Deviations (disks, N) of a table of patterns [-]; kept, because every sample asks for it."""
-    if model_file.checksum(path) != checksum:
-        raise InputError(
-            f"mistuning.patterns_file: {path} is not the file that this configuration was made of"
-        )
+    model_file.require("mistuning.patterns_file", path, checksum)
     if str(path).endswith(".npz"):
         arrays = list(model_file.read(path).values())
         if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype.kind not in "fiu":

@@ -10,6 +10,7 @@ from hpcrub.config.schema import Config
 from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
 from hpcrub.model.imported.craig_bampton import boundary_rows, lowest_modes
+from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.neutral import stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
@@ -116,11 +117,9 @@ def _in_space(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
 
     nodes: (n, 3); parts: (n, 3, K), radial, tangential and axial.
     """
-    c, s = (f(np.arctan2(nodes[:, 1], nodes[:, 0]))[:, None] for f in (np.cos, np.sin))
-    radial, tangential, axial = np.moveaxis(parts, 1, 0)
-    xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial])
-    largest = np.sqrt((xyz**2).sum(axis=0)).max(axis=0)
-    return np.moveaxis(xyz / largest, (0, 1, 2), (2, 1, 0))
+    xyz = to_cartesian(nodes, parts)
+    largest = np.linalg.norm(xyz, axis=1).max(axis=0)
+    return np.moveaxis(xyz / largest, 2, 0)
 
 
 def nodal_diameters(shapes: np.ndarray, n_blades: int) -> np.ndarray:

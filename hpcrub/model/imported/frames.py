@@ -21,6 +21,26 @@ def node_angle(nodes: np.ndarray) -> np.ndarray:
     return np.arctan2(nodes[:, 1], nodes[:, 0])
 
 
+def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Displacements x, y, z of nodes whose radial, tangential and axial ones are known.
+
+    Parameters
+    ----------
+    nodes : ndarray (n, 3)
+        Places [m].
+    parts : ndarray (n, 3, ...)
+        Radial, tangential and axial displacements.
+
+    Returns
+    -------
+    ndarray (n, 3, ...)
+    """
+    angle = node_angle(nodes).reshape(-1, *(1,) * (parts.ndim - 2))
+    c, s = np.cos(angle), np.sin(angle)
+    radial, tangential, axial = np.moveaxis(parts, 1, 0)
+    return np.stack([c * radial - s * tangential, s * radial + c * tangential, axial], axis=1)
+
+
 def to_cylindrical(model: NeutralModel) -> NeutralModel:
     """Turn the rows of a NeutralModel into the frame of each row's own node.
 
