@@ -54,7 +54,7 @@ def test_a_sweep_looks_at_all_points_and_counts_blades(reduced):
     """Largest |u_t| of any point, and of each blade, in the second of two revolutions."""
     modes = mistuned_modes(reduced, DEVIATION)
     steady = SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=2.0 / SPEED)
-    scene = scene_of(reduced, step=1.0 / (1500 * SPEED), steady=steady)
+    scene = scene_of(reduced, step=1.0 / (1500 * SPEED), steady=steady, damping_ratio=0.05)
     grid = cut_revolution(SPEED, scene)
     n_steps = grid.steps_per_revolution
     result = run_sweep(modes, scene, [SPEED])

@@ -139,7 +139,7 @@ def test_unclamped_disk_moves_and_turns_freely():
         np.einsum("kn,nm,km->k", motions, matrix, motions) for matrix in (disk.stiffness, disk.mass)
     )
     hz = np.sqrt(np.maximum(energy, 0) / inertia) / (2 * np.pi)
-    assert hz[:2].max() < 1.5  # of 90: cubic functions on 12 arcs of 30 degrees
+    assert hz[:2].max() < 1.8  # of 90: cubic functions on 12 arcs of 30 degrees
     assert hz[2] < 1e-3
 
 
@@ -148,9 +148,9 @@ def test_a_rigid_motion_strains_the_clamped_spokes_alone():
     2 E = 6/5 EA u²/L + EI (12 v² − 12 v w L + 4 w² L²)/L³, stretched as 3x² − 2x³, x = 0 ... 1.
     Of translations, u and v are cosines and sines, whose squares add up to 6."""
     disk = make_disk(ring_thickness=1e-30)  # the ring's translation is not exact
-    length, area = 0.2 - 0.1699, 0.1 * 7.23e-3
+    length, area = 0.2 - 0.03813, 0.1 * 33.23e-3
     axial = 1.2 * 2.1e11 * area / length
-    bending = 2.1e11 * area * 7.23e-3**2 / 12 / length**3
+    bending = 2.1e11 * area * 33.23e-3**2 / 12 / length**3
     motions = rigid_motions(disk, 5)
     energy = np.einsum("kn,nm,km->k", motions, disk.stiffness, motions)
     moved = 6 * axial + 6 * 12 * bending
