@@ -28,9 +28,9 @@ FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
 REFERENCE = {"mistuning.tuned_runs": RUNS}
 LOW = {"material.damping_ratio": 4e-3}
 ND4 = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.05, "casing.n_bumps": 4}
-ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.0, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
+ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.4, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
 FILE_4 = "contact/n_bumps=4_from_hz=33.5_to_hz=35.5.h5"
-FILE_6 = "contact/n_bumps=6_from_hz=22.0_to_hz=23.0.h5"
+FILE_6 = "contact/n_bumps=6_from_hz=22.0_to_hz=23.4.h5"
 STEPS = (
     Step("modal", "modal"),
     Step("casing", "casing"),
