@@ -82,20 +82,38 @@ def dense_matrices(lanes, speed=34.0):
 def plain_c(lanes, n_steps=100_000):
     """Steps per second of ``dense.c``."""
     h, *matrices, bump = dense_matrices(lanes)
+    sizes = len(matrices[0]), bump.shape[1], len(bump), n_steps
+    scalars = h, lanes.scene.ramp_time, lanes.scene.clearance
+    return n_steps / run_c("dense.c", sizes, scalars, (*matrices, bump))[0]
+
+
+def run_c(name, sizes, scalars, arrays):
+    """What a C program of this folder prints of a problem: seconds first, those of the fastest run.
+
+    Parameters
+    ----------
+    name : str
+    sizes : sequence of int
+        Written first, then the others in their order.
+    scalars : sequence of float
+    arrays : sequence of ndarray
+
+    Returns
+    -------
+    list of float
+    """
     with tempfile.TemporaryDirectory() as folder:
-        source, program = Path(__file__).with_name("dense.c"), Path(folder) / "dense"
+        source, program = Path(__file__).with_name(name), Path(folder) / "dense"
         options = ["-O3", "-march=native", "-ffast-math"]
         subprocess.run(["gcc", *options, "-o", program, source, "-lm"], check=True)
         with open(Path(folder) / "case.bin", "wb") as file:
-            np.array([len(matrices[0]), bump.shape[1], len(bump), n_steps]).tofile(file)
-            np.array([h, lanes.scene.ramp_time, lanes.scene.clearance]).tofile(file)
-            for matrix in (*matrices, bump):
-                np.ascontiguousarray(matrix).tofile(file)
+            for values in (sizes, scalars, *arrays):
+                np.ascontiguousarray(values).tofile(file)
         runs = [
             subprocess.run([program, file.name], check=True, capture_output=True, text=True)
             for _ in range(3)
         ]
-    return n_steps / min(float(run.stdout.split()[0]) for run in runs)
+    return min([float(word) for word in run.stdout.split()] for run in runs)
 
 
 def plain_numpy(lanes, n_steps=4000):

@@ -4,13 +4,9 @@ The disk is the blisk of `inputs/blisk`, with its contact points interpolated al
 tip, and its modes cut off or continued above the highest by made-up ones of a small amplitude.
 """
 
-import subprocess
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
-from evidence.benchmarks.kernel_speed import Lanes, best, peak_bandwidth, peak_gflops
+from evidence.benchmarks.kernel_speed import Lanes, best, peak_bandwidth, peak_gflops, run_c
 from hpcrub.config.schema import load_runs
 from hpcrub.contact import spatial
 from hpcrub.contact.blades import solve_blades
@@ -100,8 +96,8 @@ class Rubbing(Lanes):
         return float(np.mean(counts))
 
 
-def plain_c(lanes, speed=214.0, n_steps=20_000, printed=0):
-    """Steps per second of ``dense3d.c`` on the same disk, or what else it prints."""
+def plain_c(lanes, speed=214.0, n_steps=20_000):
+    """``dense3d.c`` on the same disk: steps per second, largest |u_t| at the end [m], failures."""
     modes, scene, grid = lanes.modes.at(speed), lanes.scene, lanes.grid
     h = 1.0 / (speed * grid.steps_per_revolution)
     decay, gain = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
@@ -112,25 +108,18 @@ def plain_c(lanes, speed=214.0, n_steps=20_000, printed=0):
     face, pitch = scene.interface, grid.steps_per_revolution
     bump = casing.bump_table(face.angle, scene.n_bumps, scene.bump_height, pitch,
                              grid.steps_per_block, scene.profile)  # fmt: skip
-    with tempfile.TemporaryDirectory() as folder:
-        source, program = Path(__file__).with_name("dense3d.c"), Path(folder) / "dense"
-        options = ["-O3", "-march=native", "-ffast-math"]
-        subprocess.run(["gcc", *options, "-o", program, source, "-lm"], check=True)
-        with open(Path(folder) / "case.bin", "wb") as file:
-            np.array([len(shapes), len(face.blade), bump.shape[1], n_steps]).tofile(file)
-            np.array([h, scene.ramp_time, scene.friction]).tofile(file)
-            for array in (
-                shapes @ np.diag(1.0 + decay - modes.omega**2 * gain) @ inverse,
-                -shapes @ np.diag(decay) @ inverse,
-                -rows @ np.diag(gain) @ shapes.T,
-                scene.clearance + face.clearance,
-                face.radius * 2.0 * np.pi / pitch,
-                bump.T,
-            ):
-                np.ascontiguousarray(array).tofile(file)
-        run = subprocess.run([program, file.name], check=True, capture_output=True, text=True)
-    seconds, largest, failed = map(float, run.stdout.split())
-    return (n_steps / seconds, largest, failed)[printed]
+    sizes = len(shapes), len(face.blade), len(bump), n_steps
+    arrays = (
+        shapes @ np.diag(1.0 + decay - modes.omega**2 * gain) @ inverse,
+        -shapes @ np.diag(decay) @ inverse,
+        -rows @ np.diag(gain) @ shapes.T,
+        scene.clearance + face.clearance,
+        face.radius * 2.0 * np.pi / pitch,
+        bump,
+    )
+    scalars = h, scene.ramp_time, scene.friction
+    seconds, largest, failed = run_c("dense3d.c", sizes, scalars, arrays)
+    return n_steps / seconds, largest, failed
 
 
 def needed_flops(n_modes, n_points, n_contacts):
@@ -230,7 +219,7 @@ def measure():
     contacts = lanes.contacts()
     read, written = touched(lanes.bank, contacts)
     sides = [
-        (lanes.rate(3), lanes.rate(3, 0), plain_c(lanes), peak_gflops(),
+        (lanes.rate(3), lanes.rate(3, 0), plain_c(lanes)[0], peak_gflops(),
          peak_bandwidth(read) / (read + written) * lanes.width)
         for _ in range(SIDES)
     ]  # fmt: skip
