@@ -18,6 +18,20 @@ def test_a_terminal_takes_nothing_of_a_file_for_a_command(path):
     assert max(map(len, text.splitlines())) < 1000  # the words of all reasons
 
 
+def test_a_small_file_that_claims_to_be_huge_is_described(path):
+    """Datasets of petabytes without a value, groups a thousand deep, a group that holds itself."""
+    with h5py.File(path, "r+") as file:
+        file.create_dataset("huge", shape=(10**12,), dtype="f8", chunks=(1000,), fillvalue=1.0)
+        file.create_dataset("wide", shape=(10**6, 10**6), dtype="f8", chunks=(10, 10))
+        group = file
+        for _ in range(1000):
+            group = group.create_group("deeper")
+        file["samples/everything"] = file["/"]
+        file["around"] = h5py.SoftLink("/")
+    text = list(inspect.description(str(path)))
+    assert 10 < len(text) < 1000
+
+
 def test_all_files_are_described_and_the_worst_is_the_exit_code(path, capsys):
     other = path.with_name("other.h5")
     other.write_text("hello")
