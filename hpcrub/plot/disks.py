@@ -82,7 +82,7 @@ def disk(canvas: Canvas) -> None:
         _write(axes, 1.08 * _turned(tip, -4), f"{number}")
     _draw_load(axes, tips)
     _draw_boundary(axes, tips, R)
-    _draw_rotation(axes, file.config.disk.inner_radius_mm)
+    _draw_rotation(axes, R)
     for name, colour in (
         ("blades", BLUE), ("ring", ORANGE), ("spokes, clamped inside", GREEN),
         ("casing (gap exaggerated)", "0.5"), ("load, linear response only", PINK),
@@ -128,14 +128,13 @@ def _draw_boundary(axes: Axes, tips: Any, R: float) -> None:
         _write(axes, tips[0] + 0.21 * R * direction + 0.02 * R * along, name)
 
 
-def _draw_rotation(axes: Axes, radius: float) -> None:
-    angle = np.radians(np.linspace(20, 160, 60))
-    r = 0.55 * radius
-    axes.plot(r * np.cos(angle), r * np.sin(angle), color=BLACK, lw=1.6)
-    end = np.radians([158, 172])
-    _arrow(axes, r * np.array([np.cos(end[0]), np.sin(end[0])]),
-           r * np.array([np.cos(end[1]), np.sin(end[1])]), BLACK)  # fmt: skip
-    _write(axes, np.array([0.0, 0.15 * radius]), "Ω")
+def _draw_rotation(axes: Axes, R: float) -> None:
+    """An arc with an arrow outside the casing, where no beam can be."""
+    angle = np.radians(np.arange(30, 61))
+    x, y = 1.14 * R * np.cos(angle), 1.14 * R * np.sin(angle)
+    axes.plot(x, y, color=BLACK, lw=1.6)
+    _arrow(axes, (x[-2], y[-2]), (x[-1], y[-1]), BLACK)
+    _write(axes, _turned((1.22 * R, 0.0), 45), "Ω")
 
 
 @figure("modal", paper="2", what="SAFE diagram, full and reduced model")
