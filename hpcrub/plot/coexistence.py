@@ -16,7 +16,6 @@ from hpcrub.studies.branches import label_file, starts
 
 LARGEST = 6  # branches with a marker of their own; the others share a dot
 BAND = "0.88"
-BOX: dict[str, Any] = {"frameon": True, "framealpha": 0.8, "edgecolor": "none"}  # of a legend
 SHADES = LinearSegmentedColormap.from_list("localisation", shades(256))
 
 
@@ -33,7 +32,7 @@ def branches(canvas: Canvas) -> None:
     found = label_file(file)
     several = coexisting(found) > 1
     n = 2 + int(several.any())
-    panels = canvas.panels(n, 1, (10, 4.4 * n))[:, 0]
+    panels = canvas.panels(n, 1, (10, 5.0 * n))[:, 0]
     scale = _scale(file, found)
     image = _draw_starts(panels[0], file, scale)
     _draw_branches(panels[1], file, found, several, scale)
@@ -43,6 +42,8 @@ def branches(canvas: Canvas) -> None:
         _draw_closer(panels[2], file, found, several, scale)
     for panel in panels:
         panel.set(xlabel="speed of rotation [Hz]", ylabel="blade-tip amplitude [mm]")
+        if panel.get_legend_handles_labels()[0]:
+            canvas.legend_of(panel, columns=3)
     canvas.colorbar(image, panels, label="localisation factor [%]", aspect=40)
 
 
@@ -74,7 +75,6 @@ def _draw_starts(axes: Axes, file: ResultFile, scale: dict[str, Any]) -> Any:
     axes.set_title("one window of every initial state" + lost, fontsize=11)
     margin = 0.04 * np.ptp(speeds) or 1.0
     axes.set_xlim(speeds[0] - margin, speeds[-1] + margin)  # all speeds, those not shown too
-    axes.legend(ncols=2, fontsize=10, **BOX)
     return image
 
 
@@ -90,8 +90,6 @@ def _draw_branches(
     )  # fmt: skip
     if found.max() < 0:
         say(axes, "no point is steady")
-        return
-    axes.legend(fontsize=10, ncols=2, **BOX)
 
 
 def _draw_points(
@@ -129,7 +127,6 @@ def _draw_closer(
     width = np.diff(speeds).min()
     axes.set_xlim(speeds[near][0] - width, speeds[near][-1] + width)
     axes.set_title("the longest range of speeds with several branches, closer", fontsize=11)
-    axes.legend(fontsize=10, **BOX)
 
 
 def _windows(file: ResultFile) -> tuple[Any, Any, Any]:
