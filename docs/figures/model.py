@@ -51,12 +51,12 @@ def label(axes, inner, tips):
         ("a bump reaches 1 mm\ninto the tips' circle", (inner[0], 0), (640, 60)),
         ("blade", (300, -236), (640, -210)),
         ("ring", (121, -160), (640, -350)),
-        ("spoke,\nclamped inside", (-3, -190), (640, -490)),
+        ("spoke,\nclamped inside", (-12, -110), (640, -490)),
     ):
         axes.annotate(text, there, here, arrowprops=line, va="center", fontsize=11)
-    turn = {**arrow, "connectionstyle": "arc3,rad=0.35"}
-    axes.annotate("", (-60, 95), (60, 95), arrowprops=turn)
-    axes.text(0, 30, "Ω", ha="center", fontsize=15)
+    turn = {**arrow, "connectionstyle": "arc3,rad=0.13"}
+    axes.annotate("", (-467, 392), (-209, 573), arrowprops=turn)
+    axes.text(-390, 530, "Ω", ha="center", fontsize=15)
     axes.set_xlim(-590, 1000)
 
 
