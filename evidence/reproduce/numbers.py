@@ -14,11 +14,11 @@ from evidence.reproduce.rows import (
     verdict,
     worst,
 )  # fmt: skip
-from hpcrub.commands import run as cli
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import STEADY
 from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import MIN_VALUES, Z_95, percentile_interval
+from hpcrub.studies.cost import trial
 from hpcrub.studies.problem import build_problem
 
 GEOMETRY = (
@@ -241,7 +241,7 @@ def cost(results):
     simulated = file.read("samples/time_s")[done_].sum(axis=1).mean()
     share = np.mean(file.read("samples/point_status")[done_] == STEADY)
     cfg = Config()
-    rate, _ = cli.measure(cfg, build_problem(cfg))
+    rate = trial(cfg, build_problem(cfg)).steps_per_second
     text = (
         f"{simulated / cfg.step / rate:.2g} s on a core here: {simulated:.0f} s simulated, "
         f"{rate / 1e6:.2g} million steps of {cfg.step:g} s per second "

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evidence.reproduce import plan, rows
+from evidence.reproduce import numbers, plan, rows
 from hpcrub import studies
 from hpcrub.config import schema as config
 from tests.program import ROOT, load
@@ -57,3 +57,41 @@ def test_speeds_are_judged_more_closely():
     assert rows.value_row("0", "peak [Hz]", 34.45, 34.52).agrees == "yes"
     assert rows.value_row("0", "peak [Hz]", 34.45, 34.70).agrees == "near"
     assert rows.value_row("0", "peak [Hz]", 34.45, 35.0).agrees == "no"
+
+
+class Examples(rows.Results):
+    """The small results that come along, for each of the paper's four studies."""
+
+    def contact(self, n_d):
+        return self.file(f"n_d_{n_d}.h5")
+
+
+@pytest.mark.parametrize(
+    ("make", "number"),
+    [
+        (numbers.family, "1"),
+        (numbers.peaks, "2"),
+        (numbers.ranges, "3"),
+        (numbers.table2, "4"),
+        (numbers.coexistence, "5"),
+        (numbers.steady_time, "6"),
+        (numbers.linear, "10"),
+        (numbers.medians, "11"),
+        (numbers.below, "13"),
+        (numbers.amplitudes, "14"),
+        (numbers.samples_needed, "15"),
+        (numbers.cost, "16"),
+    ],
+)
+def test_rows_are_made_of_results(make, number):
+    found = make(Examples(ROOT / "docs" / "examples"))
+    assert {row.number for row in found} == {number}
+    assert all(row.paper and row.ours for row in found)
+
+
+def test_what_is_missing_is_said(tmp_path):
+    (row, *_) = numbers.rows(rows.Results(tmp_path))
+    assert (row.quantity, row.agrees) == (
+        "1: frequencies of the first family: no modal.h5",
+        "not run",
+    )
