@@ -198,25 +198,28 @@ def _undisplaced(bank, scene, bump):
 
 
 def _displaced(bank, scene, bump):
-    """The same for displaced kinematics, where forces are found along the radius of the predicted
-    position: what remains is the curvature of the tip's circle and the slope of the casing, times
-    the way from there to the corrected position."""
+    """The same for displaced kinematics, where forces are found along the radius of the last
+    position: what remains is the curvature of the tip's circle over the way from there, and the
+    slope of the casing times the way from the predicted to the corrected position."""
     n, n_forces = len(bump), bank.scheme.load.shape[1] - 1
     padded = n_forces // 2
     radial, tangential = bank.scheme.normal[:, :n].T, bank.scheme.tangential[:, :n].T
     kick = bank.scheme.gain * (bank.scheme.load[:, :n_forces] @ bank.state.multiplier[:n_forces])
     R = bank.polar.radius[:, None]
     r, t = R + radial @ bank.state.position, tangential @ bank.state.position
-    r_before, t_before = r - radial @ kick, t - tangential @ kick
+    r_moved, t_moved = radial @ bank.state.increment, tangential @ bank.state.increment
+    r_before, t_before = r - r_moved, t - t_moved
     rho, rho_before = np.hypot(r, t), np.hypot(r_before, t_before)
     turned = bank.polar.angle[:, None] + bank.polar.turn + np.arctan2(t, r)
     wall = bank.state.ramp * bump_height(turned, scene.n_bumps, scene.bump_height)
     depth = rho - R + wall - scene.clearance
     size = np.abs(radial) @ np.abs(bank.state.position) + R + wall + scene.clearance
-    way = np.hypot(radial @ kick, tangential @ kick)
+    way = np.hypot(r_moved, t_moved)
+    pushed = np.hypot(radial @ kick, tangential @ kick)
     slope = STEEPEST * scene.n_bumps * scene.bump_height * bank.state.ramp
-    nearest = np.minimum(rho, rho_before) - way
-    known = np.where(nearest > 0.0, way**2 / (2.0 * nearest) + slope * way / nearest, np.inf)
+    nearest = np.minimum(rho, rho_before) - way - pushed
+    left = way**2 / (2.0 * nearest) + slope * pushed / nearest
+    known = np.where(nearest > 0.0, left, np.inf)
     forces = bank.state.multiplier[:n], bank.state.multiplier[padded : padded + n]
     force = (forces[0] * r_before + forces[1] * t_before) / rho_before
     return depth, size, force, known

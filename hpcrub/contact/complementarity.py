@@ -169,6 +169,8 @@ def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
     Cottle, Pang, Stone (1992), chapter 4.
     """
     n = len(p)
+    if n == 0:  # penetrations that are not finite leave no point to look at
+        return False
     tableau = np.zeros((n, 2 * n + 2))  # w, x, the artificial variable, right-hand side
     tableau[:, n : 2 * n] = -M
     for i in range(n):

@@ -179,3 +179,8 @@ def test_an_operator_that_is_not_finite_is_the_reason_too(kinematics):
         result = run_sweep(huge, scene, np.array([12.0]), width=8)
     assert result.point_status[0] == DIVERGED
     assert result.point_reason[0] in (status.NOT_FINITE, status.JAMMING)
+
+
+def test_no_point_to_look_at_is_no_exception():
+    """Where all penetrations have become infinite, in the kernel."""
+    assert not solve_by_pivoting(np.zeros((0, 0)), np.zeros(0), np.zeros(0))

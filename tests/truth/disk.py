@@ -55,6 +55,12 @@ def earlier_disk():
 
 
 @cache
+def earlier_reduced(n_modes=60):
+    """ReducedModel of it with n_modes fixed-interface modes."""
+    return craig_bampton(earlier_disk(), n_modes)
+
+
+@cache
 def reference_disk():
     """The tuned Disk with all its dof."""
     return make_disk()
