@@ -54,7 +54,6 @@ VARIATIONS = {
     "ring_width": (0.4, 1.6),
     "spoke_width": (0.4, 1.6),
 }
-ADOPTED = Dimensions(53.11, -0.0492, 38.13, 23.67, 33.23, 14.134)  # the reference of hpcrub
 # Disks of earlier, shorter searches: the reference of hpcrub 0.1 and two that a search with fewer
 # statements of the paper ended with.
 EARLIER = (

@@ -31,12 +31,14 @@ the energy turned over):"""
 DIVISIONS = np.array([1500, 3000, 6000, 12000])  # steps a revolution
 
 
-def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION, **changes):
-    """The reference disk at SPEEDS, one lane each, at rest; revolution: steps of one; changes of
-    the Scene.
+def bank_of(kinematics, scheme_name, n_modes=60, revolution=REVOLUTION, reduced=None, **changes):
+    """The reference disk, or another reduced one, at SPEEDS, one lane each, at rest; revolution:
+    steps of one; changes of the Scene.
     """
+    reduced = reduced or reference_reduced(n_modes)
+    changes = {"interface": reduced.interface, **changes}
     scene = reference_scene(n_modes, kinematics=kinematics, scheme=scheme_name, **changes)
-    modes = mistuned_modes(reference_reduced(n_modes), np.linspace(-0.03, 0.03, 12))
+    modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     return allocate(modes, scene, Grid(revolution, 4, 1), WIDTH, SPEEDS)
 
 

@@ -126,11 +126,8 @@ def _engine_order_forces(modes, scene, grid):
         return np.zeros((0, len(modes.omega)))
     interface = scene.interface
     turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
-    force = (
-        scene.load
-        * interface.share
-        * np.cos(scene.load_order * (interface.angle + turned[:, None]))
-    )
+    load = scene.load * interface.share
+    force = load * np.cos(scene.load_order * (interface.angle + turned[:, None]))
     return aligned(force @ modes.normal)
 
 

@@ -166,9 +166,8 @@ def _resonances(modes, engine_order):
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
-    return amplitude * (
-        (interface.share * np.exp(-1j * engine_order * interface.angle)) @ modes.normal
-    )
+    force = interface.share * np.exp(-1j * engine_order * interface.angle)
+    return amplitude * (force @ modes.normal)
 
 
 def _search_mesh(omega, xi, n_family):

@@ -13,6 +13,7 @@ from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of, signs
 from evidence.validation.report import fitted_order
 from hpcrub.contact import kernel
 from hpcrub.model import casing
+from tests.truth.disk import earlier_reduced
 from tests.truth.energy import audit as plain_audit
 from tests.truth.motion import Structure, make_bank, single_steps, start_free
 
@@ -40,11 +41,11 @@ def test_audit_of_the_disk_closes_to_rounding(kinematics, name):
 @pytest.mark.parametrize("kinematics", ["small", "polar"])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_audit_is_that_of_its_twin(kinematics, name):
-    books = energy_balance.audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS)
-    twin = plain_audit(bank_of(kinematics, name, n_modes=12), N_BLOCKS * N_ROWS)
+    earlier = earlier_reduced(12)  # whose motion lets rounding grow less than the reference disk's
+    books = energy_balance.audit(bank_of(kinematics, name, reduced=earlier), N_BLOCKS)
+    twin = plain_audit(bank_of(kinematics, name, reduced=earlier), N_BLOCKS * N_ROWS)
     works = np.stack([twin.casing, twin.friction, twin.external, twin.damping, twin.impact], axis=1)
-    # the impact loss is a force times a gap that is left of two places of the tip
-    assert np.abs(books.work - works).max() < 1e-8 * np.abs(works).max()
+    assert np.abs(books.work - works).max() < 1e-9 * np.abs(works).max()
     assert np.abs(books.energy - twin.energy[1:]).max() < 1e-10 * twin.energy.max()
     assert np.abs(twin.residual()).max() < 1e-13 * twin.energy.max()
 

@@ -14,7 +14,14 @@ from scipy.linalg import eigh
 
 from hpcrub.model.disk import build_disk
 from hpcrub.studies.modal import displacements
-from tests.truth.disk import MATERIAL, disk_section, earlier_disk, make_disk, reference_disk
+from tests.truth.disk import (
+    EARLIER,
+    MATERIAL,
+    disk_section,
+    earlier_disk,
+    make_disk,
+    reference_disk,
+)
 
 # Reference values of an independent implementation of the same equations and geometry.
 REFERENCE_HZ = [90.1212, 90.5767, 90.5767, 91.5801, 91.5801, 91.6116, 92.5558, 92.5558]
@@ -133,13 +140,13 @@ def test_rigid_motion_strains_no_blade(n_elements):
 
 
 def test_unclamped_disk_moves_and_turns_freely():
-    disk = make_disk(spoke_thickness=1e-30)
+    disk = make_disk(**(EARLIER | {"spoke_thickness": 1e-30}))  # its thin ring bends the least
     motions = rigid_motions(disk, 5)
     energy, inertia = (
         np.einsum("kn,nm,km->k", motions, matrix, motions) for matrix in (disk.stiffness, disk.mass)
     )
     hz = np.sqrt(np.maximum(energy, 0) / inertia) / (2 * np.pi)
-    assert hz[:2].max() < 1.8  # of 90: cubic functions on 12 arcs of 30 degrees
+    assert hz[:2].max() < 1.5  # of 90: cubic functions on 12 arcs of 30 degrees
     assert hz[2] < 1e-3
 
 
