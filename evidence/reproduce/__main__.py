@@ -13,6 +13,7 @@ from pathlib import Path
 from evidence.reproduce import plan, report
 from hpcrub.config import schema as config
 from hpcrub.ranks.progress import duration
+from hpcrub.response import sweep
 from hpcrub.studies import cost, linear
 from hpcrub.studies import problem as study
 
@@ -53,6 +54,7 @@ def parse(argv):
 def announce(folder, options):
     """Print how long every step will take on this machine, and all together."""
     cfg = config.Config()
+    sweep.warm_up()  # compiling is no part of the rate
     rate = cost.trial(cfg, study.build_problem(cfg)).steps_per_second
     total = 0.0
     for step in plan.STEPS:

@@ -20,6 +20,9 @@ STEPWISE = 300  # time steps that are looked at one by one
 AFTER = 10  # revolutions that a steady point is followed
 TOO_EARLY = 0.01  # change of amplitude after acceptance that is counted
 LARGEST_FINE_STEP = 2e-5  # [s]: a point must not diverge below it if it does not at a quarter of it
+COPIES = 32  # of such a point, which together show where a chaotic motion goes
+APART = 1e-9  # of the speed, between one copy and the next
+NEAR = 0.5  # of the amplitude at which a point diverges
 # The solver stops at 1e-12 of the deepest penetration, which may be some hundred units
 MOST_ROUND_OFF = 1000.0
 EVERY = 8  # cases of which one is audited, and another integrated as a whole history
@@ -234,20 +237,31 @@ def _busiest(table, n):
 def refine(modes, scene, speeds, result):
     """Points that diverged, with a quarter of the step: it must then diverge too, or be coarse.
 
-    Returns how many do not, and a fault for each of these at a fine step within the limit of
-    stability.
+    A chaotic motion as large as the disk passes the limit at one step and stays below at another.
+    Copies of it at speeds next to each other tell: at a quarter of the step, too, some of them
+    must come near the limit.
+
+    Returns how many points do not diverge with a quarter of the step, and a fault for each of
+    these whose copies stay away from the limit, at a fine step within the limit of stability.
     """
     failed = np.flatnonzero(
         np.isin(result.point_reason, (status.NOT_FINITE, status.TOO_LARGE, status.UNSOLVED))
     )
     if not len(failed):
         return 0, []
-    limit = scene.step * modes.omega.max()
-    stable = scene.scheme == "exact_modal" or limit < 2.0
     finer = scene._replace(step=scene.step / 4.0)
     again = run_sweep(modes, finer, speeds, width=WIDTH, selection=failed)
     well = failed[again.point_status[failed] != DIVERGED]
-    if stable and scene.step <= LARGEST_FINE_STEP:
-        words = {status.WORDS[r] for r in result.point_reason[well]}
-        return len(well), [f"{w}, but not with a quarter of the step" for w in sorted(words)]
-    return len(well), []
+    stable = scene.scheme == "exact_modal" or scene.step * modes.omega.max() < 2.0
+    if not stable or scene.step > LARGEST_FINE_STEP:
+        return len(well), []
+    alone = [i for i in well if not _comes_near(modes, finer, speeds[i])]
+    words = sorted({status.WORDS[r] for r in result.point_reason[alone]})
+    return len(well), [f"{w}, but not with a quarter of the step" for w in words]
+
+
+def _comes_near(modes, scene, speed):
+    """Whether one of the copies diverges or has an amplitude near the limit."""
+    copies = run_sweep(modes, scene, speed * (1.0 + APART * np.arange(COPIES)), width=WIDTH)
+    limit = scene.interface.radius.max()
+    return bool((copies.point_status == DIVERGED).any() or copies.amplitude.max() > NEAR * limit)
