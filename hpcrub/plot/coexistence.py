@@ -85,8 +85,8 @@ def _draw_branches(
     _draw_bands(axes, speeds, several)
     _draw_points(axes, file, found, range(found.max() + 1), scale, 24)
     axes.set_title(
-        f"means and standard deviations of {n_windows} windows; grey where several branches "
-        "coexist", fontsize=11,
+        f"means and standard deviations of {n_windows} windows;\n"
+        "grey where several branches coexist", fontsize=11,
     )  # fmt: skip
     if found.max() < 0:
         say(axes, "no point is steady")
@@ -107,7 +107,7 @@ def _draw_points(
         axes.errorbar(x, y, scatter[start, at], fmt="none", ecolor="0.6", lw=0.7, zorder=1)
         axes.scatter(x, y, c=local[start, at], s=size, marker=marker, zorder=2, **scale)
         mean = local[found == branch].mean()
-        label = f"branch {branch + 1}, mean localisation {mean:.0f} %"
+        label = f"branch {branch + 1}: {mean:.0f} % localised"
         if large or branch == LARGEST:
             label = label if large else "smaller branches"
             axes.plot([], [], marker, color=SHADES(scale["norm"](mean)), ls="", label=label)
