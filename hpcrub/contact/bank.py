@@ -103,11 +103,14 @@ def _allocate_scheme(modes, scene, grid, width):
     clearance = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     clearance[0, : len(modes.normal)] = 0.0 if polar else scene.clearance + interface.clearance
     n_modes = len(modes.omega)
+    load = np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))
+    # in three dimensions a few columns of many are read, so each of them lies in one piece
+    laid_out = _by_columns if len(modes.axial) > 0 else aligned
     return Scheme(
         normal=aligned(normal),
-        tangential=aligned(_columns(modes.tangential)),
+        tangential=laid_out(_columns(modes.tangential)),
         observed=aligned(_columns(modes.observed)),
-        load=aligned(np.pad(_unit_loads(modes, scene), ((0, 0), (0, 1)))),
+        load=laid_out(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else modes.omega**2,
@@ -118,6 +121,11 @@ def _allocate_scheme(modes, scene, grid, width):
         ramp_time=scene.ramp_time,
         shortcuts=scene.shortcuts,
     )
+
+
+def _by_columns(table):
+    """A copy whose columns lie in memory one after the other."""
+    return aligned(table.T).T
 
 
 def _engine_order_forces(modes, scene, grid):
@@ -209,7 +217,7 @@ def _allocate_spatial(scene, grid, modes, width):
         starts=starts,
         way=way,
         friction=scene.friction,
-        axial=aligned(axial),
+        axial=_by_columns(axial),
         compliance=aligned_zeros((3 * n_points**2, width)),
         before=aligned_zeros((n_modes, width)),
         cosine=aligned_zeros((n_points, width)),

@@ -49,10 +49,12 @@ def _vector(fe_type):
 
 
 def _address(context, builder, fe_type, array, row, column, pointee):
-    """Pointer to array[row, column]; rows are as long as the array's second dimension."""
+    """Pointer to array[row, column], whether rows or columns lie in one piece."""
     struct = context.make_array(fe_type)(context, builder, array)
-    n_columns = builder.extract_value(struct.shape, 1)
-    offset = builder.add(builder.mul(row, n_columns), column)
+    if fe_type.layout == "F":
+        offset = builder.add(builder.mul(column, builder.extract_value(struct.shape, 0)), row)
+    else:
+        offset = builder.add(builder.mul(row, builder.extract_value(struct.shape, 1)), column)
     return builder.bitcast(builder.gep(struct.data, [offset]), pointee.as_pointer())
 
 
