@@ -24,6 +24,19 @@ class Step(NamedTuple):
 LINEAR = ("mistuning.samples", 10_000, 50)
 RUNS = 65  # of the tuned disk
 CONTACT = ("mistuning.samples", 5_000, 20)
+PERTURBED = {  # runs of one disk that differ by a rounding: where a motion is chaotic, so do they
+    "mistuning.pattern_gpa": None,
+    "mistuning.half_range_percent": [1e-6],
+    "mistuning.samples": 64,
+    "mistuning.tuned_runs": 1,
+}
+TABLE_2 = config.load_runs(ROOT / "inputs" / "table2.yaml")[0]
+MODULUS = TABLE_2.material.young_modulus_gpa
+PATTERN = {
+    "mistuning.intentional_percent": [
+        100.0 * (E / MODULUS - 1.0) for E in TABLE_2.mistuning.pattern_gpa
+    ]
+}
 FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
 REFERENCE = {"mistuning.tuned_runs": RUNS}
 LOW = {"material.damping_ratio": 4e-3}
@@ -38,6 +51,8 @@ STEPS = (
     Step("time_response", "time_response", {"history.duration_s": 1.0}),
     Step("interaction_map", "interaction_map", {"speeds.step_hz": 0.25}),
     Step("table2", "table2"),
+    Step("perturbed_pattern", "table2", PERTURBED | PATTERN),
+    Step("perturbed_tuned", "table2", PERTURBED),
     Step("casing_parameters", "casing_parameters"),
     Step("time_step", "time_step"),
     Step("reduction", "reduction"),

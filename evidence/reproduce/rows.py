@@ -9,6 +9,8 @@ from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.files import open_result
 
+RUNS_BETWEEN = 2.5, 97.5  # percentiles
+
 
 class Row(NamedTuple):
     """One line of the report."""
@@ -53,6 +55,15 @@ def value_row(number, quantity, paper, ours, low=None, high=None, digits=2, **mo
     agrees = verdict(paper, ours, slack, low, high, is_speed=quantity.endswith("[Hz]"))
     interval = "" if low is None else bracket((low, high), digits + 1)
     return Row(number, quantity, paper_text, ours_text, interval, agrees, **more)
+
+
+def run_row(number, quantity, paper, values, digits=2, **more):
+    """Row of what every run of a chaotic motion gives: the median, and the range of 95 % of them.
+
+    The paper has one run, which may be any of them.
+    """
+    middle, *ends = np.percentile(values, [50, *RUNS_BETWEEN])
+    return value_row(number, quantity, paper, middle, *ends, digits, **more)
 
 
 def verdict(paper, ours, slack, low=None, high=None, is_speed=False):
