@@ -114,7 +114,7 @@ class Spatial(NamedTuple):
     deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
     fresh: np.ndarray  # work space of `friction.turn`: (C + TILE,) int
     slipping: np.ndarray  # (TILE,) int
-    chosen: np.ndarray  # work space of `blades.solve_group`: (P,) int
+    chosen: np.ndarray  # work space of `groups.solve_group`: (P,) int
     factor: np.ndarray  # (P·P, L)
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)
