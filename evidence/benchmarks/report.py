@@ -166,7 +166,9 @@ def periodic_section(periodic):
         for scheme, (steps, median, other, order) in found.items()
     ]  # fmt: skip
     speeds = wp.SETTLED_SPEEDS
-    return f"""After {wp.SETTLED:g} s no motion near the peak is periodic. Of {n_all} points of
+    return f"""The errors of single amplitudes are those of the disk of `inputs/earlier_disk.yaml`,
+because the reference disk has no periodic motion where they are measured. After {wp.SETTLED:g} s no
+motion near the peak is periodic. Of {n_all} points of
 {len(wp.SETTLED_SAMPLES)} samples between {speeds[0]:g} and {speeds[-1]:g} Hz, {n_here} are, with
 either scheme: a nudge by {wp.NUDGE:g} leaves their amplitude. There, against exact_modal with
 {wp.FINEST:g} s; points that are off by more than {100 * wp.OTHER:g} % are on another of several

@@ -247,8 +247,9 @@ def periodic_errors(pool):
         (scheme, step, nudge)
         for scheme in SCHEMES
         for step, nudge in (*((step, 0.0) for step in STEPS), (5e-6, NUDGE))
-        if is_stable(Setting(scheme, step))
     ]
+    stable = pool.map(is_stable, [Setting(scheme, step) for scheme, step, _ in runs])
+    runs = list(itertools.compress(runs, stable))
     tasks = [(s, h, sample, nudge) for s, h, nudge in runs for sample in SETTLED_SAMPLES]
     found = np.reshape(pool.map(settled, tasks, chunksize=1), (len(runs), -1))
     amplitude = dict(zip(runs, found, strict=True))
