@@ -130,16 +130,12 @@ install_h5py() {
     folder=${XDG_CACHE_HOME:-$HOME/.cache}/hpcrub/wheels/h5py-$H5PY_VERSION-$key
     pip install numpy 'mpi4py>=4.0.1' 'setuptools>=77.0.1'
     if ! ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
-        mkdir -p "$(dirname "$folder")"
+        mkdir -p "$folder"
         part=$(mktemp -d "$folder.part-XXXXXX")  # of its own: two set-ups may build at once
         echo "$made_with" >"$part/made-with.txt"
         (build_h5py "$part") || { rm -rf "$part"; return 1; }
-        if ls "$folder"/h5py-*.whl >/dev/null 2>&1; then
-            rm -rf "$part"  # another set-up was faster
-        else
-            rm -rf "$folder"
-            mv "$part" "$folder"  # whole or not at all
-        fi
+        mv -f "$part"/* "$folder"  # each file whole or not at all, also while another one reads it
+        rmdir "$part"
     else
         say "using the h5py wheel in $folder"
     fi
