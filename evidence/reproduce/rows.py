@@ -93,6 +93,20 @@ def claim_row(number, quantity, paper, ours, holds, **more):
     return Row(number, quantity, paper, ours, "", "yes" if holds else "no", **more)
 
 
+def order(smaller, larger):
+    """Whether one percentile is below another; each (value, low, high)."""
+    if smaller[0] < larger[0]:
+        return "yes"
+    return "no" if smaller[1] > larger[2] else "open"  # an unknown end is never passed
+
+
+def order_row(number, quantity, paper, ours, smaller, larger, **more):
+    """Row of what comes first: "open" where the ends (low, high) of the two that vie overlap."""
+    agrees = "no" if smaller[1] < larger[0] else "open"
+    agrees = "yes" if paper == ours else agrees
+    return Row(number, quantity, str(paper), str(ours), "", agrees, **more)
+
+
 def done(file, name, level):
     """Values of the finished samples of a level."""
     return file.read(f"samples/{name}", level)[file.status()[level] == DONE]

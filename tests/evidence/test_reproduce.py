@@ -60,6 +60,26 @@ def test_one_run_of_the_paper_may_be_any_of_ours():
     assert rows.run_row("0", "something [mm]", 52.0, runs, digits=1).agrees == "no"
 
 
+@pytest.mark.parametrize(
+    ("smaller", "larger", "verdict"),
+    [
+        ((1.2, 1.1, 1.3), (1.3, 1.2, 1.4), "yes"),
+        ((1.4, 1.3, np.nan), (1.35, 1.25, 1.45), "open"),
+        ((1.4, 1.3, 1.5), (1.2, 1.1, np.nan), "open"),
+        ((1.4, 1.3, 1.5), (1.2, 1.1, 1.25), "no"),
+    ],
+)
+def test_an_order_is_contradicted_by_intervals_that_lie_apart(smaller, larger, verdict):
+    assert rows.order(smaller, larger) == verdict
+
+
+def test_who_comes_first_is_open_where_intervals_overlap():
+    row = rows.order_row("0", "smallest", 3, 1, (1.1, 1.3), (1.2, 1.4))
+    assert (row.ours, row.agrees) == ("1", "open")
+    assert rows.order_row("0", "smallest", 3, 1, (1.1, 1.15), (1.2, 1.4)).agrees == "no"
+    assert rows.order_row("0", "smallest", 3, 3, (1.2, 1.4), (1.2, 1.4)).agrees == "yes"
+
+
 def test_speeds_are_judged_more_closely():
     assert rows.value_row("0", "peak [Hz]", 34.45, 34.52).agrees == "yes"
     assert rows.value_row("0", "peak [Hz]", 34.45, 34.70).agrees == "near"
