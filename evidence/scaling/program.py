@@ -93,6 +93,7 @@ WRITING = """\
 import sys, time
 import h5py, numpy as np
 from mpi4py import MPI
+from hpcrub.results import contact_file
 from hpcrub.results.layout import SAMPLE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.files import lay_out
