@@ -42,8 +42,9 @@ def precision(disk=None):
     cases.take_disk_of(disk)
     with work_precision.pool_of_two(disk) as pool:
         measured = work_precision.measure(pool)
-    with work_precision.pool_of_two(disk or PERIODIC) as pool:
-        return measured, work_precision.periodic_errors(pool)
+    periodic = disk or PERIODIC
+    with work_precision.pool_of_two(periodic) as pool:
+        return measured, (periodic, *work_precision.periodic_errors(pool))
 
 
 def sample():

@@ -157,7 +157,7 @@ reference has the paper's 60, so that 84 and 120 show what 60 leaves out:
 
 def periodic_section(periodic):
     """Error of the amplitude where motions are periodic."""
-    found, n_here, n_all = periodic
+    disk, found, n_here, n_all = periodic
     rows = [
         (scheme,
          ", ".join(f"{h:g}: {100 * e:.2f}" for h, e in zip(steps, median, strict=True)),
@@ -166,9 +166,8 @@ def periodic_section(periodic):
         for scheme, (steps, median, other, order) in found.items()
     ]  # fmt: skip
     speeds = wp.SETTLED_SPEEDS
-    return f"""The errors of single amplitudes are those of the disk of `inputs/earlier_disk.yaml`,
-because the reference disk has no periodic motion where they are measured. After {wp.SETTLED:g} s no
-motion near the peak is periodic. Of {n_all} points of
+    return f"""The errors of single amplitudes are those of the disk of `{disk}`.
+After {wp.SETTLED:g} s no motion near the peak is periodic. Of {n_all} points of
 {len(wp.SETTLED_SAMPLES)} samples between {speeds[0]:g} and {speeds[-1]:g} Hz, {n_here} are, with
 either scheme: a nudge by {wp.NUDGE:g} leaves their amplitude. There, against exact_modal with
 {wp.FINEST:g} s; points that are off by more than {100 * wp.OTHER:g} % are on another of several
@@ -240,7 +239,7 @@ def precision_figure(results, periodic, path):
     left.set(ylim=(0.1, 100), ylabel="mean error of the deciles 10 … 90 of A_nl [%]")
     middle.set(ylim=(1, 100), ylabel="median error of the peak of a sample [%]")
     left.legend(frameon=False, fontsize=9)
-    for scheme, (steps, median, _, order) in periodic[0].items():
+    for scheme, (steps, median, _, order) in periodic[1].items():
         style = "o-" if scheme == "exact_modal" else "s-"
         right.loglog(1e6 * np.array(steps), 100 * median, style, color=COLOURS[scheme],
                      label=f"{scheme}, order {order:.2f}")  # fmt: skip
