@@ -119,9 +119,14 @@ def _responses(results, folder, key):
 
 def _differences(curve, finest):
     """Median of the differences at all speeds, in % of the peak, with its interval."""
-    difference = 100 * np.abs(curve - finest) / np.nanmax(finest)
-    difference = difference[np.isfinite(difference)]
+    difference = _difference(curve, finest)
     return np.median(difference), *np.ravel(percentile_interval(difference, [50], Z_95))
+
+
+def _difference(curve, finest):
+    """Differences at all speeds where both have a number, in % of the peak."""
+    difference = 100 * np.abs(curve - finest) / np.nanmax(finest)
+    return difference[np.isfinite(difference)]
 
 
 def _scatter(results):
@@ -131,7 +136,7 @@ def _scatter(results):
     """
     runs = done(results.file("perturbed_pattern.h5"), "amplitude_m", 0)
     pairs = itertools.combinations(runs, 2)
-    return np.percentile([_differences(a, b)[0] for a, b in pairs], RUNS_BETWEEN[1])
+    return np.percentile([np.median(_difference(a, b)) for a, b in pairs], RUNS_BETWEEN[1])
 
 
 def _list(names, found):
