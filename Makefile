@@ -7,6 +7,7 @@ INPUT ?= inputs/quickstart.yaml
 RANKS ?= 2
 ARGS ?=
 SCALE ?= 0.01
+SECTIONS ?=
 
 STAMP = .venv/set-up
 VENV_PYTHON = .venv/bin/python
@@ -21,7 +22,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk reproduce identify house lint reference readme docs links clean
+.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk rotor67 reproduce identify lint reference readme docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -55,9 +56,6 @@ test-faults: $(STAMP)  ## break disks, files and processes on purpose, write doc
 measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
 	@$(VENV_PYTHON) -m evidence.stress.measure $(ARGS)
 
-house: $(STAMP)  ## count lines, modules, functions and imports between rooms (ARGS="OLD_TREE .")
-	@$(VENV_PYTHON) -m evidence.house $(ARGS)
-
 lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff check .
 	@$(VENV_PYTHON) -m ruff format --check .
@@ -72,6 +70,10 @@ scaling: $(STAMP)  ## measure and simulate many ranks, write docs/scaling.md (10
 blisk: $(STAMP)  ## make inputs/blisk/blisk.h5 anew with CalculiX, and check it (3 min)
 	@command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
 	@$(VENV_PYTHON) -m evidence.blisk
+
+rotor67: $(STAMP)  ## compute the benchmark of NASA rotor 67 (SCALE=0.1 of its fans RANKS=2; SECTIONS=FILE begins there)
+	@[ -z "$(SECTIONS)" ] || command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
+	@$(VENV_PYTHON) -m evidence.rotor67 --scale $(SCALE) --ranks $(RANKS) $(if $(SECTIONS),--sections "$(SECTIONS)") $(ARGS)
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)

@@ -10,6 +10,8 @@ from hpcrub import plot, studies
 from hpcrub.config.schema import key_table, load_runs
 
 ROOT = Path(__file__).parents[1]
+# studies that make figures of the paper: each has an example among the inputs
+PAPER = {name: study for name, study in studies.STUDIES.items() if study.figures}
 FOLDER = ROOT / "docs" / "reference"
 
 
@@ -59,20 +61,29 @@ def datasets():
             head,
             [
                 (f"`{d.name}`", ", ".join(d.dimensions) or "one value", d.units, d.description)
-                for d in studies.STUDIES[name].lines(example(name))
+                for d in studies.run_of(example(name)).datasets()
             ],
         )
-        for name in studies.STUDIES
+        for name in PAPER
     )
 
 
 def study_list():
     """One row for every study."""
     rows = [
-        (f"`{name}`", study.what, study.figures, f"`{example_file(name)}`")
-        for name, study in studies.STUDIES.items()
+        (
+            f"`{name}`",
+            study.what,
+            ", ".join(f"`{section}`" for section in study.sections),
+            study.figures,
+            f"`{example_file(name)}`",
+        )
+        for name, study in PAPER.items()
     ]
-    return table(("study", "what it computes", "figures of the paper", "example"), rows)
+    return table(
+        ("study", "what it computes", "sections of its own", "figures of the paper", "example"),
+        rows,
+    )
 
 
 def figures():
@@ -80,7 +91,7 @@ def figures():
     rows = [
         (
             f"`{f.__name__}`",
-            ", ".join(f.about.studies),
+            ", ".join(name for name in f.about.studies if name in PAPER),
             f.about.what,
             f.about.paper,
             "yes" if f.about.several else "",

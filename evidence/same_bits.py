@@ -1,8 +1,8 @@
 """`python -m evidence.same_bits OLD.h5 NEW.h5 ...`: do result files hold the same bits?
 
-Every dataset of the first file is compared with that of the others, bit by bit; what only a newer
-layout has is left out. Ends with 1 when any differs. To be run before and after a change that must
-not change results.
+Every dataset of the first file is compared with that of the others, bit by bit, but those on the
+programs that have computed it. Ends with 1 when any differs. To be run before and after a change
+that must not change results.
 """
 
 import argparse
@@ -16,7 +16,9 @@ import hpcrub
 def differences(old, new):
     """Lines about the datasets of a result file that another one lacks, or has otherwise."""
     with hpcrub.open(old) as first, hpcrub.open(new) as second:
-        names = [name for name in first if name not in ("programs", "program")]
+        names = [
+            n for n in first if n.rpartition("/")[2] not in ("programs", "program", "computed_by")
+        ]
         for name in names:
             if name not in second:
                 yield f"{new} lacks {name}"

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 __all__ = ["Config", "__version__", "open", "plot", "run"]
 
 
+def __dir__() -> list[str]:
+    """What there is, so that a notebook completes it."""
+    return __all__
+
+
 def __getattr__(name: str) -> Any:
     """What a notebook needs, imported when it is asked for: `import hpcrub` takes no time."""
     if name == "open":

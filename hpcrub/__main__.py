@@ -1,6 +1,5 @@
 """The program, as the command `hpcrub`, `python -m hpcrub` or `python main.py`."""
 
-import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -21,9 +20,10 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command, `run` when none is named; returns the exit code."""
-    open_standard_streams()
-    parallel.listen()  # the libraries that a command loads take a second
-    argv = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:  # the process is the program's own: its signals are, too, to its end
+        parallel.listen()  # the libraries that a command loads take a second
+        argv = sys.argv[1:]
+    argv = list(argv)
     if argv[:1] in (["-h"], ["--help"]):
         print(usage())
         return 0
@@ -46,19 +46,6 @@ def usage() -> str:
         f"commands (each has --help):\n{commands}\n\n"
         f"studies, as the key `study` of an input file names them:\n{names}\n\n{EXAMPLE}"
     )
-
-
-def open_standard_streams() -> None:
-    """Lead standard streams that are closed into nothing.
-
-    Otherwise the first files that are opened take their numbers, and what is printed goes there.
-    """
-    for number, name in enumerate(("stdin", "stdout", "stderr")):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
-            setattr(sys, name, open(number, "r" if number == 0 else "w"))  # noqa: SIM115
 
 
 if __name__ == "__main__":

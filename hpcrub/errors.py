@@ -1,5 +1,11 @@
 """Errors that end the program with one clear line and a distinct exit code."""
 
+import contextlib
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
 
 class HpcrubError(Exception):
     """A failure that the user can act on; its message is one line."""
@@ -33,3 +39,28 @@ def reason(error: BaseException) -> str:
         return error.strerror
     lines = str(error).splitlines() or [type(error).__name__]
     return lines[0]
+
+
+@contextlib.contextmanager
+def reading(path: str | Path) -> Iterator[None]:
+    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError."""
+    try:
+        yield
+    except HpcrubError:
+        raise
+    except Exception as error:  # of any reader, for what nobody foresaw
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+
+
+def regular_file(path: str | Path) -> Path:
+    """The path of a regular file, whose reading ends. Raises InputError for anything else."""
+    try:
+        kind = os.stat(path).st_mode
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    if not stat.S_ISREG(kind):
+        raise InputError(
+            f"{path}: {'a folder, and' if stat.S_ISDIR(kind) else 'a pipe or device,'}"
+            " no file to read"
+        )
+    return Path(path)

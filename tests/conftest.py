@@ -3,8 +3,9 @@
 import pytest
 from hypothesis import settings
 
+from hpcrub import studies
 from hpcrub.config import schema as config
-from hpcrub.studies import files
+from hpcrub.runs import result_files
 from tests.program import TINY
 
 # the same examples in every run; how long one takes is no result
@@ -30,5 +31,5 @@ def tiny_config():
 def path(tmp_path, tiny_config):
     """An empty result file."""
     path = tmp_path / "result.h5"
-    files.lay_out(path, tiny_config)
+    result_files.lay_out(path, studies.run_of(tiny_config))
     return path

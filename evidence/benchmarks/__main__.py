@@ -49,12 +49,7 @@ def precision(disk=None):
 
 def sample():
     """What a sample costs, by part."""
-    return sample_cost.parts(), sample_cost.whole_samples(), sample_cost.shortcuts()
-
-
-def size():
-    """Growth with the size of the disk."""
-    return sample_cost.scaling()
+    return sample_cost.parts(), sample_cost.whole_samples()
 
 
 def start():
@@ -72,7 +67,6 @@ SECTIONS = {  # what measures a section, what writes it
     "spatial": (spatial, spatial_report.section),
     "precision": (precision, report.precision_section),
     "sample": (sample, report.sample_section),
-    "size": (size, report.size_section),
     "start": (start, report.start_section),
     "ranks": (ranks, report.ranks_section),
 }

@@ -5,7 +5,7 @@ import numpy as np
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.studies.problem import build_problem
+from hpcrub.setup.problem import build_problem
 
 SPEEDS = np.round(np.arange(33.5, 35.501, 0.05), 10)  # [Hz], as in the paper
 HALF_RANGE = 0.03  # mistuning level 1.7 %

@@ -1,4 +1,4 @@
-"""Simulated steps per second and core, against plain NumPy, plain C and the machine's limit."""
+"""Simulated steps per second and core, against plain C and the machine's limit."""
 
 import subprocess
 import tempfile
@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from evidence.benchmarks import cases
-from hpcrub.contact import kernel
 from hpcrub.contact.bank import allocate
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import NOTHING, Record
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
-from hpcrub.response.sweep import cut_revolution
+from hpcrub.response.revolution import cut_revolution
 
 LANES = (1, 4, 8, 16, 32)
 N_MODES = (36, 60, 120)
@@ -45,12 +46,13 @@ class Lanes:
         self.width = width
         self.march(warm)
 
-    def march(self, n_blocks, place=-1):
-        kernel.integrate((0,) * self.width, *self.bank, n_blocks, place, self.grid.stride)
+    def march(self, n_blocks, observer=NOTHING):
+        run(self.bank, n_blocks, observer)
 
-    def rate(self, n_blocks=10, place=-1):
+    def rate(self, n_blocks=10, recording=False):
         """Simulated steps per second."""
-        seconds = best(lambda: self.march(n_blocks, place))
+        record = Record.allocate(self.bank, n_blocks, self.grid.stride) if recording else NOTHING
+        seconds = best(lambda: self.march(n_blocks, record))
         return n_blocks * self.grid.steps_per_block * self.width / seconds
 
     def contacts(self, n_blocks=20):
@@ -116,31 +118,6 @@ def run_c(name, sizes, scalars, arrays):
     return min([float(word) for word in run.stdout.split()] for run in runs)
 
 
-def plain_numpy(lanes, n_steps=4000):
-    """Steps per second of a straightforward NumPy loop."""
-    h, A1, A2, moved, W, bump = dense_matrices(lanes)
-    n_c = len(W)
-
-    def march():
-        u, before = np.zeros(len(A1)), np.zeros(len(A1))
-        for step in range(n_steps):
-            u, before = A1 @ u + A2 @ before, u
-            grown = casing.ramp((step + 1) * h, lanes.scene.ramp_time)
-            depth = u[:n_c] + grown * bump[step % len(bump)] - lanes.scene.clearance
-            if depth.max() > 0.0:
-                force = np.zeros(n_c)
-                for _ in range(50):
-                    old = force.copy()
-                    for i in np.flatnonzero(depth > -1e-4):
-                        free = depth[i] - W[i] @ force + W[i, i] * force[i]
-                        force[i] = max(0.0, free / W[i, i])
-                    if np.abs(force - old).max() <= 1e-12 * force.max():
-                        break
-                u = u + moved @ force
-
-    return n_steps / best(march, 2)
-
-
 def peak_gflops(n=1024):
     """Floating-point operations per second of a large matrix product on one core [1e9/s]."""
     a = np.random.default_rng(0).random((n, n))
@@ -177,14 +154,13 @@ def measure():
         for n_modes in N_MODES:
             for width in LANES:
                 lanes = Lanes(width, n_modes, name)
-                rows.append((name, n_modes, width, lanes.rate(), lanes.rate(place=0)))
+                rows.append((name, n_modes, width, lanes.rate(), lanes.rate(recording=True)))
     # in turns: the machine's speed drifts
     read, written = touched(reference.bank)
     sides = [
         (
             reference.rate(),
             plain_c(reference),
-            plain_numpy(reference),
             peak_gflops(),
             peak_bandwidth(read) / (read + written) * reference.width,
         )

@@ -1,4 +1,4 @@
-"""What a sample costs: by part, by size of the disk, cold and warm, and on one and two ranks."""
+"""What a sample costs: by part, cold and warm, and on one and two ranks."""
 
 import os
 import re
@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 
 from evidence.benchmarks import cases
-from evidence.benchmarks.kernel_speed import Lanes, best
+from evidence.benchmarks.kernel_speed import best
+from evidence.page import ROOT
+from evidence.program import ENVIRONMENT, command
+from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.response import sweep
 from hpcrub.response.linear import linear_peak
-from hpcrub.results import contact_file
 from hpcrub.results.layout import DONE
-from hpcrub.studies.amplification import point_values
-from hpcrub.studies.files import lay_out, open_result
-from tests.program import ENVIRONMENT, ROOT
+from hpcrub.runs.result_files import lay_out
+from hpcrub.studies import open_result
+from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact.amplification import point_values
 
-N_BLADES = (6, 12, 24, 48, 96)
-N_MODES = (36, 48, 84, 144)  # of all of them, 24 + η
-N_BUMPS = (2, 3, 4, 6)
 STUDY = """\
 speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.1}
 mistuning: {half_range_percent: [3], samples: 128}
@@ -51,7 +51,7 @@ def writing(values):
     """Seconds for writing one sample with its status into a result file, on one rank."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "one.h5"
-        lay_out(path, config.Config(mistuning={"samples": 1}))
+        lay_out(path, studies.run_of(config.Config(mistuning={"samples": 1})))
         file = open_result(path, mode="r+")
         seconds = best(lambda: contact_file.write_sample(file, 0, 0, values))
         file.close()
@@ -61,7 +61,7 @@ def writing(values):
 def whole_samples():
     """Seconds of a sample of 41 speeds, (step [s], longest time [s]) → mean of eight samples.
 
-    Of modes and contact sweep; all else is below 1 % (`parts`).
+    Counted are modes and contact sweep; all else is below 1 % (`parts`).
     """
     out = {}
     for step, max_time in ((4e-5, 2.0), (3.3e-5, 2.0), (2e-5, 2.0), (2e-5, 5.0), (1e-6, 2.0)):
@@ -77,65 +77,31 @@ def whole_samples():
     return out
 
 
-def shortcuts():
-    """Seconds of the sweep with each shortcut switched off, and with all switched on.
-
-    `nothing_touches` where the bumps are lower than the clearance, the others where blades rub.
-    """
-    model = cases.problem()
-    modes, scene = cases.modes_of(model.reduced, 0), model.scene
-    scene = scene._replace(steady=scene.steady._replace(max_time=1.0))
-    low = scene._replace(bump_height=scene.clearance)
-    seconds = {name: [np.inf, np.inf] for name in scene.shortcuts._fields}
-    for _ in range(3):  # in turns: the machine's speed drifts
-        for name, fastest in seconds.items():
-            here = low if name == "nothing_touches" else scene
-            off = here._replace(shortcuts=scene.shortcuts._replace(**{name: False}))
-            for i, case in enumerate((off, here)):
-                run = best(lambda s=case: sweep.run_sweep(modes, s, cases.SPEEDS), 1)
-                fastest[i] = min(fastest[i], run)
-    return seconds
-
-
-def seconds_per_step(n_blades=12, n_modes=60, n_bumps=4):
-    """Seconds of one step of one of 16 lanes, for a disk of another size."""
-    model = cases.problem(n_modes, n_blades=n_blades)
-    scene = model.scene._replace(n_bumps=n_bumps)
-    return 1.0 / Lanes(16, model=(cases.modes_of(model.reduced, 0), scene)).rate(2)
-
-
-def scaling():
-    """{name: (sizes, seconds per step, fitted exponent, exponents from size to size)}."""
-    cases_of = {
-        "blades, five modes each": (N_BLADES, lambda n: seconds_per_step(n, 5 * n)),
-        "modes 24 + η, 12 blades": (N_MODES, lambda n: seconds_per_step(n_modes=n - 24)),
-        "bumps, 12 blades": (N_BUMPS, lambda n: seconds_per_step(n_bumps=n)),
-    }
-    out = {}
-    for name, (sizes, cost) in cases_of.items():
-        seconds = [cost(size) for size in sizes]
-        logs = np.log(sizes), np.log(seconds)
-        local = np.diff(logs[1]) / np.diff(logs[0])
-        out[name] = sizes, seconds, float(np.polyfit(*logs, 1)[0]), local
-    return out
-
-
 def start_up():
-    """Seconds of `warm_up` in a new process, with an empty and with a filled cache."""
+    """Start of a study of one sample at one speed, with an empty and with a filled cache.
+
+    For the planar disk and the blisk: processor seconds of the whole process, and its memory [MB].
+    """
     code = (
-        "import time; t = time.perf_counter(); from hpcrub.response import sweep; sweep.warm_up();"
-        "print(time.perf_counter() - t)"
+        "import sys, resource; sys.argv[0] = 'main.py';"
+        "from hpcrub.commands.run import main; main(sys.argv[1:]);"
+        "used = resource.getrusage(resource.RUSAGE_SELF);"
+        "print('used', used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)"
     )
-    with tempfile.TemporaryDirectory() as cache:
-        environment = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": str(ROOT)}
-        environment.pop("NUMBA_CACHE_DIR", None)
-        runs = [
-            subprocess.run([sys.executable, "-c", code], check=True, capture_output=True,
-                           text=True, env=environment).stdout
-            for _ in range(2)
-        ]  # fmt: skip
-    cold, warm = map(float, runs)
-    return {"cold": cold, "warm": warm}
+    few = ["mistuning.samples=1", "mistuning.tuned_runs=1", "steady_state.max_time_s=0.5"]
+    out = {}
+    for name in ("quickstart", "blisk/contact"):
+        with tempfile.TemporaryDirectory() as folder:
+            line = [sys.executable, "-c", code, ROOT / f"inputs/{name}.yaml", "--no-figures",
+                    "--overwrite", "--output", f"{folder}/out.h5",
+                    *(word for key in few for word in ("--set", key))]  # fmt: skip
+            environment = os.environ | {"XDG_CACHE_HOME": folder, "PYTHONPATH": str(ROOT)}
+            environment.pop("NUMBA_CACHE_DIR", None)
+            for cache in ("cold", "warm"):
+                text = subprocess.run(line, check=True, capture_output=True, text=True,
+                                      env=environment, cwd=ROOT).stdout  # fmt: skip
+                out[name, cache] = tuple(map(float, text.rsplit("used", 1)[1].split()))
+    return out
 
 
 def memory():
@@ -149,9 +115,9 @@ def memory():
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "study.yaml").write_text(STUDY)
         few = ["--set", "mistuning.samples=2", "--set", "convergence.step=1"]
-        command = ["mpirun", "-n", "2", sys.executable, "-c", code, "study.yaml", *few]
-        environment = os.environ | ENVIRONMENT | {"PYTHONPATH": str(ROOT)}
-        subprocess.run(command, check=True, capture_output=True, cwd=folder, env=environment)
+        line = command(2, "-c", code, "study.yaml", *few)
+        environment = os.environ | ENVIRONMENT
+        subprocess.run(line, check=True, capture_output=True, cwd=folder, env=environment)
         return [int((Path(folder) / f"{rank}.kb").read_text()) / 1024 for rank in (0, 1)]
 
 
@@ -166,9 +132,8 @@ def ranks():
         path.write_text(STUDY)
         for _ in range(3):
             for n in seconds:
-                command = ["mpirun", "-n", str(n), sys.executable, str(ROOT / "main.py"), path.name]
-                command += ["--overwrite", "--no-figures"]
-                run = subprocess.run(command, check=True, capture_output=True, text=True,
+                line = command(n, ROOT / "main.py", path.name, "--overwrite", "--no-figures")
+                run = subprocess.run(line, check=True, capture_output=True, text=True,
                                      cwd=folder, env=os.environ | ENVIRONMENT)  # fmt: skip
                 told = float(re.search(r"wall time ([\d.]+) s", run.stdout)[1])
                 seconds[n] = min(seconds[n], told)

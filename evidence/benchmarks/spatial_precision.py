@@ -6,9 +6,9 @@ import numpy as np
 
 from hpcrub.config.schema import load_runs
 from hpcrub.response.sweep import run_sweep
-from hpcrub.studies.imported import resolved
-from hpcrub.studies.problem import build_problem
-from hpcrub.studies.samples import modes_of
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.imported import resolved
+from hpcrub.setup.problem import build_problem
 
 INPUT = "inputs/blisk/contact.yaml"
 SPEEDS = np.arange(207.0, 219.1, 2.0)  # [Hz] around the peak

@@ -8,16 +8,15 @@ import numpy as np
 
 from evidence.benchmarks.kernel_speed import Lanes, best, peak_bandwidth, peak_gflops, run_c
 from hpcrub.config.schema import load_runs
-from hpcrub.contact import spatial
-from hpcrub.contact.blades import solve_blades
-from hpcrub.contact.friction import turn_penetrating
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import load
+from hpcrub.contact.laws.blades import solve_blades
+from hpcrub.contact.laws.friction import turn_penetrating
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
-from hpcrub.studies.imported import resolved
-from hpcrub.studies.problem import build_problem
-from hpcrub.studies.samples import modes_of
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.imported import resolved
+from hpcrub.setup.problem import build_problem
 
 INPUT = "inputs/blisk/contact.yaml"
 SLOWEST, FASTEST = 211.0, 217.0  # [Hz] where the tips rub
@@ -137,27 +136,27 @@ def touched(bank, n_contacts):
     """Bytes that 16 lanes read in a step and that they write: motion, coefficients, projections."""
     s, state = bank.scheme, bank.state
     rows = 5 * n_contacts * s.normal.shape[0] * 8  # directions of friction, loads
-    written = state.position, state.increment, bank.spatial.before
+    written = state.position, state.increment, bank.law.before
     read = s.normal, s.decay, s.squared, s.gain, *written
     return int(sum(a.nbytes for a in read) + rows), sum(a.nbytes for a in written)
 
 
-@compiled(allocates=False)
-def _predictor(lanes, scheme, state, sp, n_active, n):
+@compiled
+def _predictor(lanes, bank, n_active, n):
     for _ in range(n):
-        spatial.predict_all(lanes, scheme, state, sp, 0, n_active)
+        bank.law.predict(lanes, bank, 0, n_active)
 
 
-@compiled(allocates=False)
-def _columns(lanes, scheme, contact, state, sp, n_active, n):
+@compiled
+def _columns(lanes, bank, n_active, n):
     for _ in range(n):
-        turn_penetrating(lanes, scheme, contact, state, sp, n_active)
+        turn_penetrating(lanes, bank.scheme, bank.state, bank.law, n_active)
 
 
-@compiled(allocates=False)
-def _solver(lanes, scheme, contact, state, sp, deepest, n):
+@compiled
+def _solver(lanes, bank, deepest, n):
     for _ in range(n):
-        solve_blades(lanes, scheme, contact, state, sp, load(lanes, deepest, 0))
+        solve_blades(lanes, bank.scheme, bank.state, bank.law, load(lanes, deepest, 0))
 
 
 def parts(lanes, n_looks=24):
@@ -169,7 +168,7 @@ def parts(lanes, n_looks=24):
         lanes.march(1)
         deepest = bank.state.penetration[:-1].max(axis=0)[None]
         if (deepest > 0.0).any():
-            found.append(seconds_of_parts(bank.take(slice(None)), deepest, lanes.width))
+            found.append(seconds_of_parts(bank.take(slice(None)), deepest))
     lanes.bank = bank
     predict, turn, solve = np.mean(found, axis=0)
     return {
@@ -181,25 +180,23 @@ def parts(lanes, n_looks=24):
     }
 
 
-def seconds_of_parts(bank, deepest, width, n=100):
+def seconds_of_parts(bank, deepest, n=100):
     """Seconds of predictor, columns and a trial of the multipliers (bank is modified)."""
-    group, (scheme, contact, state, _, _, sp) = (0,) * width, bank
-    n_points = scheme.normal.shape[1]
+    group, state, n_points = (0,) * bank.width, bank.state, bank.scheme.normal.shape[1]
     forced = np.flatnonzero((state.multiplier[:n_points] > 0.0).any(axis=1))
-    solve = best(lambda: _solver(group, scheme, contact, state, sp, deepest, n), 3)
-    near = int(sp.groups.max())
-    turn = best(lambda: _columns(group, scheme, contact, state, sp, near, n), 3)
+    solve = best(lambda: _solver(group, bank, deepest, n), 3)
+    near = int(bank.law.groups.max())
+    turn = best(lambda: _columns(group, bank, near, n), 3)
     rows = np.concatenate([forced, forced + n_points, forced + 2 * n_points])
     state.active[:] = 3 * n_points
     state.active[: len(rows)] = rows
-    predict = best(lambda: _predictor(group, scheme, state, sp, len(rows), n), 3)
+    predict = best(lambda: _predictor(group, bank, len(rows), n), 3)
     return np.array([predict, turn, solve - turn]) / n
 
 
 def memory(bank):
-    """Bytes of a Bank, without its records."""
-    groups = bank.scheme, bank.contact, bank.state, bank.spatial
-    return sum(a.nbytes for group in groups for a in group if isinstance(a, np.ndarray))
+    """Bytes of a Bank."""
+    return sum(a.nbytes for group in bank for a in group if isinstance(a, np.ndarray))
 
 
 def growth(sizes, model):
@@ -219,7 +216,7 @@ def measure():
     contacts = lanes.contacts()
     read, written = touched(lanes.bank, contacts)
     sides = [
-        (lanes.rate(3), lanes.rate(3, 0), plain_c(lanes)[0], peak_gflops(),
+        (lanes.rate(3), lanes.rate(3, recording=True), plain_c(lanes)[0], peak_gflops(),
          peak_bandwidth(read) / (read + written) * lanes.width)
         for _ in range(SIDES)
     ]  # fmt: skip

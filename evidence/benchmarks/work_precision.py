@@ -3,8 +3,7 @@
 The response at many speeds is quasi-periodic or chaotic: two runs that differ by rounding end in
 other amplitudes there, so errors of single points and of single samples have a floor that no step
 lowers. Percentiles over samples average it. The reference is therefore all fine runs together, and
-the floor is how far these are from each other. What a step does to the percentiles is smaller than
-that: `bias` finds it in pairs of the same samples, more of them.
+the floor is how far these are from each other.
 """
 
 import itertools
@@ -19,15 +18,11 @@ from hpcrub.contact.status import NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.response import sweep
 
-N_SAMPLES, MORE_SAMPLES = 64, 256
-N_TUNED, MORE_TUNED = 9, 65  # runs of the tuned disk that differ by rounding: A_nl is relative to
-# their median
+N_SAMPLES = 64
+N_TUNED = 9  # runs of the tuned disk that differ by rounding: A_nl is relative to their median
 SPEEDS = cases.SPEEDS[::2]
-PERCENTILES = (1, 50, 99)
 DECILES = tuple(range(10, 100, 10))
 STEPS = (4e-5, 3.3e-5, 2e-5, 1e-5, 5e-6, 1e-6)
-N_MODES = (12, 24, 36, 60, 84, 120)
-CROSSED = (4e-5, 3.3e-5)  # steps that are combined with all N_MODES
 NUDGE = 1e-12  # relative change of the blades' stiffness, as small as rounding
 PERIODIC = 1e-4  # amplitudes that a nudge changes by less do not depend on rounding
 OTHER = 0.05  # amplitudes that differ by more belong to another of several motions
@@ -43,124 +38,74 @@ class Setting(NamedTuple):
 
     scheme: str = "exact_modal"
     step: float = 3.3e-5
-    n_modes: int = 60
-    search: str = "full"
-    max_time: float = 2.0
     nudge: float = 0.0
 
     @property
     def label(self):
-        changed = [self.search] if self.search != "full" else []
-        changed += [f"η = {self.n_modes}"] if self.n_modes != 60 else []
-        changed += [f"cap {self.max_time:g} s"] if self.max_time != 2.0 else []
-        changed += ["nudged"] if self.nudge else []
-        return ", ".join([self.scheme, f"{self.step:g} s", *changed])
+        return f"{self.scheme}, {self.step:g} s" + (", nudged" if self.nudge else "")
 
 
-REFERENCE = Setting(step=1e-6)
-FINE = [Setting(scheme=scheme, step=step) for scheme in SCHEMES for step in (5e-6, 1e-6)]
+REFERENCE = Setting(step=FINEST)
+FINE = [Setting(scheme=scheme, step=step) for scheme in SCHEMES for step in (5e-6, FINEST)]
 DEFAULT = Setting()
 NUDGED = Setting(step=1e-5, nudge=NUDGE)
-PAIRED = [Setting(step=step) for step in STEPS[:4]]  # the last, with NUDGED, is their reference
 
 
 def is_stable(setting):
     """Whether the step is below the limit of the scheme for this model."""
     try:
-        cases.problem(setting.n_modes, setting.scheme, setting.step)
+        cases.problem(60, setting.scheme, setting.step)
     except InputError:
         return False
     return True
 
 
-def plain_settings():
-    """Both schemes with all steps that are stable, 60 modes."""
-    return list(filter(is_stable, (Setting(scheme, step) for scheme in SCHEMES for step in STEPS)))
-
-
-def crossed_settings():
-    """Both schemes with long steps and other numbers of modes, where stable."""
-    return list(filter(is_stable, itertools.starmap(
-        Setting, itertools.product(SCHEMES, CROSSED, (n for n in N_MODES if n != 60))
-    )))  # fmt: skip
-
-
-def other_settings():
-    """Peak search, and a longer longest time."""
-    return [
-        *[Setting(step=step, search="peak") for step in (4e-5, 3.3e-5)],
-        *[Setting(step=step, max_time=5.0) for step in (3.3e-5, 2e-5)],
-    ]
+def settings():
+    """Both schemes with all steps that are stable."""
+    return list(filter(is_stable, itertools.starmap(Setting, itertools.product(SCHEMES, STEPS))))
 
 
 def run_one(task):
-    """Amplitudes (S,), wall time and simulated time of one sample with one setting.
+    """Amplitudes (S,), wall time and point status of one sample with one setting.
 
     Negative samples are runs of the tuned disk.
     """
     setting, sample = task
-    model = cases.problem(setting.n_modes, setting.scheme, setting.step)
-    steady = model.scene.steady._replace(max_time=setting.max_time)
-    scene = model.scene._replace(steady=steady)
-    march = sweep.find_peak if setting.search == "peak" and sample >= 0 else sweep.run_sweep
+    model = cases.problem(60, setting.scheme, setting.step)
     nudge = setting.nudge if sample >= 0 else -NUDGE * (sample + 1)
     start = time.perf_counter()
     modes = cases.modes_of(model.reduced, sample if sample >= 0 else None, nudge)
-    result = march(modes, scene, SPEEDS)
-    return result.amplitude, time.perf_counter() - start, result.time.sum(), result.point_status
+    result = sweep.run_sweep(modes, model.scene, SPEEDS)
+    return result.amplitude, time.perf_counter() - start, result.point_status
 
 
-def measure(pool, n_samples=N_SAMPLES):
-    """{setting: amplitudes (N_TUNED + n, S) with the tuned disk first, seconds per sample, …}."""
+def measure(pool):
+    """{setting: amplitudes of tuned runs (N_TUNED, S) and samples (N_SAMPLES, S), seconds, ...}."""
     pool.map(run_one, [(DEFAULT, 0)] * 2)  # compile
     out = {}
-    for setting in (*plain_settings(), *crossed_settings(), *other_settings(), NUDGED):
-        paired = setting in (*PAIRED, NUDGED)
-        n, n_tuned = (MORE_SAMPLES, MORE_TUNED) if paired else (n_samples, N_TUNED)
-        tasks = [(setting, s) for s in (*range(-n_tuned, 0), *range(n))]
+    for setting in (*settings(), NUDGED):
+        tasks = [(setting, sample) for sample in range(-N_TUNED, N_SAMPLES)]
         answers = pool.map(run_one, tasks, chunksize=1)
-        samples = answers[n_tuned:]
+        samples = answers[N_TUNED:]
         out[setting] = {
-            "tuned": np.array([a[0] for a in answers[:n_tuned]]),
+            "tuned": np.array([a[0] for a in answers[:N_TUNED]]),
             "amplitude": np.array([a[0] for a in samples]),
             "seconds": float(np.mean([a[1] for a in samples])),
-            "simulated": float(np.mean([a[2] for a in samples])) / len(SPEEDS),
-            "not_steady": float(np.mean([np.mean(a[3] == NOT_STEADY) for a in samples])),
+            "not_steady": float(np.mean([np.mean(a[2] == NOT_STEADY) for a in samples])),
         }
         print(f"  {setting.label}: {out[setting]['seconds']:.3f} s a sample", flush=True)
     return out
 
 
-def tops(result):
-    """Largest amplitudes of N_TUNED runs of the tuned disk, and of N_SAMPLES samples."""
-    tuned, samples = (np.nanmax(result[name], axis=1) for name in ("tuned", "amplitude"))
-    return tuned[:N_TUNED], samples[:N_SAMPLES]
-
-
 def peaks(result):
-    """Reference amplitude of the tuned disk, and the largest of N_SAMPLES samples."""
-    tuned, samples = tops(result)
+    """Reference amplitude of the tuned disk, and the largest of every sample (n,)."""
+    tuned, samples = (np.nanmax(result[name], axis=1) for name in ("tuned", "amplitude"))
     return np.median(tuned), samples
 
 
-def compare(results, setting, n_boot=400):
-    """Errors of a setting against the fine runs together, as relative numbers."""
-    tuned, mistuned = tops(results[setting])
-    fine = [peaks(results[s]) for s in FINE if s != setting]
-    tuned_fine = np.mean([tuned for tuned, _ in fine])
-    known = np.percentile(np.concatenate([samples for _, samples in fine]), PERCENTILES)
-    rng = np.random.default_rng(0)
-    draws, tuned_draws = (rng.integers(0, len(a), (n_boot, len(a))) for a in (mistuned, tuned))
-    boot = np.percentile(mistuned[draws], PERCENTILES, axis=1).T / known
-    boot = boot * (tuned_fine / np.median(tuned[tuned_draws], axis=1))[:, None] - 1.0
-    ratio = tuned_fine / np.median(tuned)
-    each = peaks(results[REFERENCE])[1]
-    return {
-        "percentiles": np.percentile(mistuned, PERCENTILES) / known * ratio - 1.0,
-        "interval": np.percentile(boot, (2.5, 97.5), axis=0),
-        "tuned": 1.0 / ratio - 1.0,
-        "sample_median": np.median(np.abs(mistuned / each - 1.0)),
-    }
+def sample_error(results, setting):
+    """Median error of the peak of a sample, relative to the finest step."""
+    return float(np.median(np.abs(peaks(results[setting])[1] / peaks(results[REFERENCE])[1] - 1.0)))
 
 
 def score(results, setting):
@@ -178,43 +123,6 @@ def score(results, setting):
 def floor(results):
     """Largest score of the fine runs against each other: what scatter alone gives."""
     return max(score(results, setting) for setting in FINE)
-
-
-def bias(results, n_boot=1000):
-    """{step: errors of A_nl's deciles (mean), of percentiles 1, 50, 99, and their standard errors}.
-
-    Against the runs with a step of 10 µs, sample by sample, so that what the samples have in common
-    cancels; bootstrap over the samples and over the runs of the tuned disk. (4, 2) each.
-    """
-    reference = PAIRED[-1], NUDGED
-    draws = np.random.default_rng(0).integers(0, MORE_SAMPLES, (n_boot, MORE_SAMPLES))
-    draws[0] = np.arange(MORE_SAMPLES)
-    rng = np.random.default_rng(1)  # runs of the tuned disk are not pairs: each setting its own
-
-    def top(setting, name):
-        return np.nanmax(results[setting][name], axis=1)
-
-    def percentiles(settings):
-        samples = np.concatenate([top(s, "amplitude")[draws] for s in settings], axis=1)
-        again = rng.integers(0, MORE_TUNED, (len(settings), n_boot, MORE_TUNED))
-        again[:, 0] = np.arange(MORE_TUNED)
-        runs = zip(settings, again, strict=True)
-        tuned = np.concatenate([top(s, "tuned")[picked] for s, picked in runs], axis=1)
-        found = np.percentile(samples, (*DECILES, *PERCENTILES), axis=1)
-        return found / np.median(tuned, axis=1)
-
-    known, out = percentiles(reference), {}
-    for setting in PAIRED[:-1]:
-        error = percentiles([setting]) / known - 1.0
-        error = np.vstack([error[: len(DECILES)].mean(axis=0), error[len(DECILES) :]])
-        out[setting.step] = np.stack([error[:, 0], error[:, 1:].std(axis=1)], axis=1)
-    return out
-
-
-def missed_peaks(results, setting):
-    """Share of samples whose peak the search misses, and the mean of found over true peak."""
-    ratio = peaks(results[setting])[1] / peaks(results[setting._replace(search="full")])[1]
-    return np.mean(ratio < 1.0), ratio.mean()
 
 
 def share_periodic(results):

@@ -44,8 +44,9 @@ def imports(folder, output):
     at = ["--speed-hz", f"{SPEED:g}"]
     source = ["calculix", str(folder / "disk_0.inp"), "--units", "mm t s", "--contact", "TIP"]
     blades = ["--blade", str(folder / "blades.inp")]
-    yield [*source, *blades, *speeds, *at, "--output", disk]
-    yield ["model", disk, "--reduce", str(N_MODES), *at, "--output", str(output)]
+    yield [*source, *blades, *speeds, *at, "--output", disk, "--overwrite"]
+    small = ["--reduce", str(N_MODES), *at, "--output", str(output), "--overwrite"]
+    yield ["model", disk, *small]
 
 
 if __name__ == "__main__":

@@ -1,11 +1,10 @@
-"""Decks of the blisk, CalculiX on them, and the frequencies that it prints."""
+"""Decks of the blisk, and CalculiX on them."""
 
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
+from evidence import calculix
 from evidence.blisk import decks
 from evidence.blisk.mesh import BLISK, sector, whole_disk
 
@@ -41,42 +40,11 @@ def write_decks(folder: Path) -> None:
         decks.write(folder / f"frequencies_{speed}.inp", disk, steps, held=bore)
     held = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
     steps = decks.DIAMETERS.format(PER_DIAMETER, n // 2)
-    head = decks.CYCLIC.format(n)
+    head = calculix.CYCLIC.format(n)
     decks.write(folder / "frequencies_cyclic.inp", one, steps, held=held, head=head)
 
 
 def run(folder: Path, names: tuple = MATRICES + CHECKS) -> None:
     """Run CalculiX on decks of a folder. Raises SystemExit when it is missing or fails."""
-    if not shutil.which("ccx"):
-        raise SystemExit("blisk: CalculiX (ccx) is missing: apt-get install calculix-ccx")
     for name in names:
-        print(f"ccx -i {name}", flush=True)
-        done = subprocess.run(["ccx", "-i", name], cwd=folder, capture_output=True, text=True)
-        if "Job finished" not in done.stdout:
-            raise SystemExit(f"blisk: ccx -i {name} failed:\n{done.stdout[-1000:]}")
-
-
-def disk_frequencies(path: Path) -> np.ndarray:
-    """Frequencies of a .dat file of a whole disk (N_MODES,) [Hz]."""
-    rows = [row for row in _rows(path) if len(row) == 5]
-    return np.array([row[3] for row in rows[:N_MODES]])
-
-
-def cyclic_frequencies(path: Path) -> dict:
-    """Frequencies [Hz] by nodal diameters of a .dat file of one sector; double ones once."""
-    found: dict = {}
-    for row in _rows(path):
-        if len(row) == 6:
-            found.setdefault(int(row[0]), []).append(row[4])
-    return {diameters: np.array(f)[::2] for diameters, f in found.items()}
-
-
-def _rows(path):
-    """Lines of a .dat file that are numbers, the first one whole."""
-    for line in path.read_text("ascii").splitlines():
-        words = line.split()
-        if words and words[0].isdigit():
-            try:
-                yield [float(word) for word in words]
-            except ValueError:
-                continue
+        calculix.run(folder / f"{name}.inp")

@@ -14,9 +14,9 @@ from hpcrub.config.schema import load_runs
 from hpcrub.model.imported import neutral, reduced
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
-from hpcrub.studies.imported import resolved
-from hpcrub.studies.problem import build_problem
-from hpcrub.studies.samples import modes_of
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.imported import resolved
+from hpcrub.setup.problem import build_problem
 
 INPUT = "inputs/blisk/contact.yaml"
 # with more friction, and higher bumps, than the example, which is then hard to integrate

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evidence import calculix as printed
 from evidence.blisk import calculix as ccx
 from evidence.blisk.mesh import BLISK
 from hpcrub.model.imported import assembly, craig_bampton, cyclic, neutral, reduced
@@ -29,9 +30,9 @@ def model_of(folder: Path, name: str, lists: Lists, **others: dict) -> neutral.N
 
 def compare(folder: Path) -> list:
     """Rows (what, largest relative difference, limit) of a table; limit None: for information."""
-    whole = ccx.disk_frequencies(folder / "frequencies_0.dat")
-    spun = ccx.disk_frequencies(folder / f"frequencies_{ccx.CHECKED}.dat")
-    diameters = ccx.cyclic_frequencies(folder / "frequencies_cyclic.dat")
+    whole = printed.frequencies(folder / "frequencies_0.dat", ccx.N_MODES)
+    spun = printed.frequencies(folder / f"frequencies_{ccx.CHECKED}.dat", ccx.N_MODES)
+    diameters = printed.by_diameters(folder / "frequencies_cyclic.dat")
     sector = model_of(folder, "sector", SECTOR)
     others = {float(s): folder / f"disk_{s}.inp" for s in ccx.SPEEDS}
     disk = assembly.assemble(model_of(folder, "disk_0", DISK, stiffness=others))

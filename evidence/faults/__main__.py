@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from evidence import page
-from evidence.faults import disks, files, inputs, kills, system
+from evidence.faults import disks, files, kills, system
 from evidence.faults.job import Skip
 
 AT_ONCE = 6  # faults: most of the time they wait
@@ -25,9 +25,8 @@ GROUPS = {
         for target in kills.TARGETS
     },
     "disks and files": disks.FAULTS,
-    "signals, clocks, compiled code, samples": system.FAULTS,
-    "hostile inputs": inputs.FAULTS,
-    "hostile result files": files.FAULTS,
+    "signals": system.FAULTS,
+    "damaged result files": files.FAULTS,
 }
 
 

@@ -1,12 +1,9 @@
-"""Disks that are full, limited, read-only or gone, and files that are not what they should be."""
+"""Disks that are full, read-only or gone."""
 
 import contextlib
 import os
-import resource
 import shutil
 import subprocess
-
-import h5py
 
 from evidence.faults.job import (
     ROOT,
@@ -41,15 +38,6 @@ def fill(path):
             ballast.write(bytes(1024))
 
 
-def too_small(folder):
-    """Found before any work."""
-    with small_disk(folder / "disk", "48k") as disk:
-        job, code = run(disk, "study.yaml")
-        left = [p.name for p in (disk / "results").glob("*")]
-        problem = f"left behind: {left}" if left else ""
-        yield judged(job, code, [2], ["not enough disk", "GB of memory"], problem)
-
-
 def full_while_running(folder):
     """The file has its final size from the start: only the figure fails, which is said."""
     expected, _ = undisturbed()
@@ -66,47 +54,12 @@ def full_while_running(folder):
         yield trial._replace(problem=trial.problem or carried_on(job, expected))
 
 
-def quota(folder):
-    """EFBIG while the file is laid out. A real quota (EDQUOT) needs a file system that has them;
-    to hpcrub both are an OSError of the same call."""
-    folder.mkdir(parents=True)
-    limited = folder / "limited.py"
-    limited.write_text(
-        "import resource, sys\n"
-        f"sys.path.insert(0, {str(ROOT)!r})\n"
-        "from hpcrub.__main__ import main\n"
-        "from hpcrub.results import storage\n"
-        f"resource.setrlimit(resource.RLIMIT_FSIZE, (20000, {resource.RLIM_INFINITY}))\n"
-        "sys.exit(main())\n"
-    )
-    job, code = run(folder, "study.yaml", script=limited)
-    left = [p.name for p in (folder / "results").glob("*")]
-    yield judged(
-        job, code, [2], ["cannot write", "File too large"], f"left behind: {left}" if left else ""
-    )
-
-
-def log_full(folder):
-    """The log has no place: the study goes on without."""
-    expected, _ = undisturbed()
-    full = folder / "full.py"
-    folder.mkdir(parents=True)
-    full.write_text(
-        "import os, sys\n"
-        f"sys.path.insert(0, {str(ROOT)!r})\n"
-        "os.dup2(os.open('/dev/full', os.O_WRONLY), 1)\n"
-        "from hpcrub.__main__ import main\n"
-        "sys.exit(main())\n"
-    )
-    job, code = run(folder, "study.yaml", script=full)
-    yield judged(job, code, [0], ["on without it"], damage(job.result, expected))
-
-
 FAILING = """\
 import os, sys
 sys.path.insert(0, ROOT)
+from hpcrub import studies
 from hpcrub.__main__ import main
-from hpcrub.results import contact_file
+from hpcrub.studies.contact import file as contact_file
 
 write, n_written = contact_file.write_sample, 0
 
@@ -197,79 +150,11 @@ def read_only_file(folder):
         subprocess.run(["chattr", "-i", job.result], check=True)
 
 
-def spoilt_file(folder, spoil, words, *arguments):
-    """A file that `spoil` has changed is refused by --resume and stays as it is."""
-    job, _ = run(folder, "study.yaml", *SMALLER)
-    spoil(job.result)
-    before = job.result.read_bytes()
-    for ranks in (0, 2):
-        job, code = run(folder, "study.yaml", "--resume", *SMALLER, *arguments, ranks=ranks)
-        problem = "" if job.result.read_bytes() == before else "the file was changed"
-        yield judged(job, code, [2], words, problem)
-
-
-def truncated(folder):
-    """As by a copy that was interrupted."""
-
-    def spoil(path):
-        os.truncate(path, path.stat().st_size - 5000)
-
-    yield from spoilt_file(folder, spoil, ["is truncated"])
-
-
-def other_layout(folder):
-    """Of a later program."""
-
-    def spoil(path):
-        with h5py.File(path, "r+", locking=False) as file:
-            file.attrs["layout"] = 99
-
-    yield from spoilt_file(folder, spoil, ["has layout 99"])
-
-
-def other_configuration(folder):
-    """The differing key is named."""
-    words = ["casing.n_bumps: 4 in the file, 3 asked for"]
-    yield from spoilt_file(folder, lambda path: None, words, "--set", "casing.n_bumps=3")
-
-
-def changed_file(folder):
-    """Somebody has added an attribute and a dataset: the study goes on."""
-    job, _ = run(folder, "study.yaml", *SMALLER)
-    with h5py.File(job.result, "r+", locking=False) as file:
-        file.attrs["note"] = "mine"
-        file["samples/mine"] = [1.0, 2.0]
-    for ranks in (0, 2):
-        job, code = run(folder, "study.yaml", "--resume", *SMALLER, ranks=ranks)
-        yield judged(job, code, [0])
-
-
-def two_jobs(folder):
-    """The second job on a file says so and leaves it alone."""
-    expected, _ = undisturbed()
-    first = Job(folder / "first", "study.yaml", ranks=2)
-    first.until(first.result.exists)
-    for arguments in (["--resume"], ["--overwrite"]):
-        name = folder / arguments[0]
-        job, code = run(name, "study.yaml", *arguments, "--output", str(first.result))
-        yield judged(job, code, [2], ["is in use by another job"])
-    code = first.wait()
-    yield judged(first, code, [0], problem=damage(first.result, expected))
-
-
 FAULTS = {
-    "disk too small": too_small,
     "disk full while running": full_while_running,
-    "limit of a file's size (RLIMIT_FSIZE; as a quota would) while the file is laid out": quota,
     "disk without room while samples are written": write_error,
     "disk lost while samples are written": disk_lost,
-    "no place for the log": log_full,
     "output folder removed while running": removed,
     "disk mounted read-only": read_only_folder,
     "result file read-only": read_only_file,
-    "file truncated": truncated,
-    "file of another layout": other_layout,
-    "file of another configuration": other_configuration,
-    "file changed by another program": changed_file,
-    "two jobs on one file": two_jobs,
 }

@@ -6,7 +6,6 @@ Every fault yields `Trial`s. A trial without a problem did what it should.
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from functools import cache
@@ -15,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evidence.page import ROOT
+from evidence.program import ENVIRONMENT, TINY, command
 from hpcrub import studies
 from hpcrub.results.layout import DONE
-from hpcrub.studies import files
-from tests.program import ENVIRONMENT, ROOT, TINY
 
 STUDY = TINY.replace("samples: 2", "samples: 32")
 BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".runs.jsonl")}
@@ -49,11 +48,10 @@ class Job:
         study = self.folder / "study.yaml"
         if not study.exists():
             study.write_text(STUDY + "output: results/study.h5\n", encoding="utf-8")
-        launcher = ["mpirun", "-n", str(ranks)] if ranks else []
         variables = os.environ | ENVIRONMENT | environment
         with open(self.folder / "out", "w") as out, open(self.folder / "err", "w") as err:
             self.process = subprocess.Popen(
-                [*launcher, sys.executable, str(script or ROOT / "main.py"), *arguments],
+                command(ranks, script or ROOT / "main.py", *arguments),
                 cwd=folder,
                 env={name: value for name, value in variables.items() if value is not None},
                 stdin=subprocess.DEVNULL,
@@ -182,8 +180,8 @@ def n_done(path):
 
 def values(path):
     """{dataset: values} of a result file. Raises InputError when it is not sound."""
-    file = files.open_result(path)
-    lines = studies.find(file.config).lines(file.config)
+    file = studies.open_result(path)
+    lines = studies.run_of(file.config).datasets()
     found = {line.name: np.asarray(file.read(line.name)) for line in lines}
     file.close()
     return found

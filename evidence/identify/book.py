@@ -8,9 +8,10 @@ import json
 import multiprocessing
 import time
 
-from evidence.identify import conclusions, disks, paper, predictions, stages
+from evidence.identify import conclusions, disks, paper, predictions, shapes, stages
 
 COMPUTE = {name: getattr(stages, name) for name in ("band", *paper.STAGES)}
+COMPUTE["line"] = lambda disk, _draw: {"disk": shapes.with_peak(disk)}
 COMPUTE |= {"conclusions": conclusions.measure, "predictions": predictions.measure}
 
 
@@ -37,7 +38,8 @@ class Book:
         ValueError
             The file was written with other settings, so its numbers do not compare with new ones.
         """
-        self.path, self.end = path, time.monotonic() + seconds
+        self.path = path
+        self.give(seconds)
         self.spent, self.lines = 0.0, {}
         self.pool = multiprocessing.get_context("spawn").Pool(n_cores) if n_cores > 1 else None
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -45,6 +47,10 @@ class Book:
             self._read()
         else:
             self._append({"settings": settings()})
+
+    def give(self, seconds):
+        """Time from now [s]; no evaluation begins later."""
+        self.end = time.monotonic() + seconds
 
     def measure(self, tasks):
         """What is found at every task, in their order.
@@ -107,6 +113,7 @@ def settings():
         "seed": stages.SEED,
         "speeds_hz": {n: [s[0], s[-1], len(s)] for n, s in stages.SPEEDS.items()},
         "longest_s": stages.LONGEST,
+        "smooth": [stages.FINE, stages.COARSE, stages.FEWER_MODES],
         "samples": [stages.N_LINEAR, stages.N_TUNED, stages.N_PATTERN, stages.N_SAMPLES],
         "conclusions": conclusions.N_SAMPLES,
     }

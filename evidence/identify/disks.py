@@ -41,11 +41,12 @@ class Dimensions(NamedTuple):
         return self[6:] == (0.0, 0.0, 1.0, 1.0)
 
 
-# The range of the search; the thicknesses of spokes and blades follow from the band.
+# The range of the search; the thicknesses of spokes and blades follow from the band. Blades lean
+# with the rotation (positive) or against it.
 BOUNDS = {
-    "lean_deg": (20.0, 65.0),
-    "bow": (-0.10, 0.05),
-    "inner_radius_mm": (20.0, 180.0),
+    "lean_deg": (-70.0, 70.0),
+    "bow": (-0.12, 0.12),
+    "inner_radius_mm": (15.0, 185.0),
     "ring_thickness_mm": (8.0, 40.0),
 }
 VARIATIONS = {
@@ -54,13 +55,25 @@ VARIATIONS = {
     "ring_width": (0.4, 1.6),
     "spoke_width": (0.4, 1.6),
 }
-# Disks of earlier, shorter searches: the reference of hpcrub 0.1 and two that a search with fewer
-# statements of the paper ended with.
+# Disks of earlier, shorter searches: the reference of hpcrub 0.1, that of hpcrub since, four that
+# lean against the rotation, and the first one's hub with blades that lean against the rotation.
 EARLIER = (
     Dimensions(45.41, -0.0459, 169.9, 13.39, 7.23, 13.44),
     Dimensions(53.11, -0.0492, 38.13, 23.67, 33.23, 14.13),
-    Dimensions(56.97, -0.0549, 37.34, 23.59, 34.56, 14.85),
+    Dimensions(-42.43, 0.077, 44.19, 19.03, 33.41, 12.75),
+    Dimensions(-39.27, 0.0672, 42.40, 18.20, 33.73, 12.31),
+    Dimensions(-39.43, 0.0679, 32.06, 21.58, 33.67, 12.32),
+    Dimensions(-38.66, 0.067, 23.55, 20.97, 35.97, 12.23),
+    Dimensions(-39.0, 0.067, 169.9, 13.39, 6.78, 12.67),
+    Dimensions(-45.4, 0.08, 169.9, 13.39, 7.32, 13.66),
+    # met in a first part of this search; their tuned peaks repeat
+    Dimensions(-54.434784, 0.089249, 168.06052, 14.581021, 8.211381, 15.219531),
+    Dimensions(-36.286201, 0.067167, 165.809546, 14.871743, 6.218391, 12.23746),
+    Dimensions(-42.348062, 0.062394, 158.85209, 15.089206, 7.409614, 12.934044),
+    Dimensions(-38.669148, 0.06177, 144.998908, 16.122885, 8.528883, 12.401432),
+    Dimensions(-35.620927, 0.058249, 166.690201, 14.337472, 6.37629, 12.144966),
 )
+REFERENCE = EARLIER[1]  # of hpcrub when this search began
 
 
 def build(dimensions):

@@ -9,7 +9,7 @@ from evidence.identify import disks, stages
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.sweep import run_sweep
-from hpcrub.studies.amplification import peak
+from hpcrub.studies.contact.amplification import peak
 
 RANGES = {3: (44.5, 47.5), 4: (33.5, 35.5), 6: (22.0, 23.0)}  # [Hz], table 3
 N_SAMPLES = {3: 12, 4: 30, 6: 12}

@@ -6,9 +6,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from evidence.identify import conclusions, disks, paper, search
+from evidence.identify import conclusions, disks, paper, search, stages
 from evidence.page import replace, table
 from evidence.validation.report import COLOURS, axes
+from hpcrub.contact.status import STEADY
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.sweep import run_sweep
 
 NAMES = {
     "lean_deg": "lean [°]",
@@ -35,22 +38,25 @@ def write(book, folder):
         Of the documentation.
     """
     trials = search.finished(book)
-    leaders = search.leaders(trials)
-    losses = [search.losses(book, leader.disk) for leader in leaders]
-    good = search.as_good(trials, losses[0]) if len(losses[0]) > 1 else trials[:1]
+    shown = dict(zip(("best", "best with variations"), search.leaders(book, trials), strict=False))
+    before = [trial for trial in trials if trial.disk[:4] == disks.REFERENCE[:4]]
+    shown |= dict(zip(("before",), before, strict=False))
+    losses = {name: search.losses(book, trial.disk) for name, trial in shown.items()}
+    good = search.as_good(trials, losses["best"]) if len(losses["best"]) > 1 else trials[:1]
     tested = {disk: conclusions.answers(found) for disk, found in book.of("conclusions").items()}
     parts = [
-        _effort(book, leaders, losses, good),
+        _effort(book, shown, losses, good),
         "### The best disk, and the set\n",
-        _dimensions(leaders, good),
-        _set_figure(trials, good, folder / "figures" / "identification_set.png"),
+        _dimensions(shown, good),
+        _set_figure(trials, good, shown["best"], folder / "figures" / "identification_set.png"),
+        _responses_figure(shown, folder / "figures" / "identification_responses.png"),
         "### The paper's numbers\n",
-        _statements(book, leaders),
+        _statements(book, shown),
     ]
     if tested:
         parts += [
             "### The paper's conclusions\n",
-            _conclusions(tested, good, leaders[0].disk),
+            _conclusions(tested, good, shown["best"].disk),
             _margins_figure(tested, folder / "figures" / "identification_conclusions.png"),
         ]
     page = folder / "identification.md"
@@ -58,14 +64,14 @@ def write(book, folder):
     return page
 
 
-def _effort(book, leaders, losses, good):
+def _effort(book, shown, losses, good):
     counts = ", ".join(f"{stage} {len(book.of(stage))}" for stage in paper.STAGES)
     text = (
         f"Disks that each stage was computed of: {counts}. With all that is below the "
         f"evaluations took {book.spent / 3600:.1f} hours, on a core shared with other programs.\n\n"
     )
-    for name, leader, others in zip(_names(leaders), leaders, losses, strict=True):
-        text += f"The loss of the {name} disk is {leader.loss:.1f}"
+    for name, others in losses.items():
+        text += f"The loss of the disk named *{name}* is {shown[name].loss:.1f}"
         if len(others) > 1:
             text += (
                 f"; in {len(others)} other draws of samples and perturbed runs it is "
@@ -79,37 +85,31 @@ def _effort(book, leaders, losses, good):
     )
 
 
-def _names(leaders):
-    """What the leaders are called in tables."""
-    return ("best", "best without variations")[: len(leaders)]
-
-
-def _dimensions(leaders, good):
+def _dimensions(shown, good):
     every = np.array([trial.disk for trial in good])
-    shown = [disks.EARLIER[0], *(leader.disk for leader in leaders)]
     rows = [
         [
             text,
-            *(f"{getattr(disk, name):.5g}" for disk in shown),
+            *(f"{getattr(trial.disk, name):.5g}" for trial in shown.values()),
             f"{every[:, i].min():.4g} to {every[:, i].max():.4g}",
         ]
         for i, (name, text) in enumerate(NAMES.items())
     ]
-    return table(["dimension", "reference of hpcrub 0.1", *_names(leaders), "the set"], rows)
+    return table(["dimension", *shown, "the set"], rows)
 
 
-def _statements(book, leaders):
-    """Table of the paper's numbers beside those of the leaders."""
+def _statements(book, shown):
+    """Table of the paper's numbers beside those of some disks."""
     found, fresh = [], []
-    for leader in leaders:
-        found.append(leader.found | book.of("predictions").get(leader.disk, {}))
-        fresh.append(search.draws(book, leader.disk))
+    for trial in shown.values():
+        found.append(trial.found | book.of("predictions").get(trial.disk, {}))
+        fresh.append(search.draws(book, trial.disk))
     rows = [
         [s.row, s.text, s.paper, "fitted" if s.fitted else "predicted", *cells]
         for s in paper.STATEMENTS
         if (cells := [_cell(s, *both) for both in zip(found, fresh, strict=True)])[0]
     ]
-    return table(["row", "quantity", "paper", "", *_names(leaders)], rows)
+    return table(["row", "quantity", "paper", "", *shown], rows)
 
 
 def _cell(statement, found, fresh):
@@ -149,7 +149,7 @@ def _counts(verdicts):
     return ", ".join(f"{verdicts.count(v)} {v}" for v in ("holds", "open", "fails"))
 
 
-def _set_figure(trials, good, path):
+def _set_figure(trials, good, best, path):
     """Loss over every dimension; the set in colour."""
     names = [*disks.BOUNDS, "spoke_thickness_mm", "blade_thickness_mm", *disks.VARIATIONS]
     figure, grid = axes(5, 2, figsize=(12, 5.2), sharey=True)
@@ -160,7 +160,7 @@ def _set_figure(trials, good, path):
         x = np.array([getattr(trial.disk, name) for trial in trials])
         panel.plot(x[~inside], losses[~inside], ".", color="0.65")
         panel.plot(x[inside], losses[inside], "o", ms=4, color=COLOURS[0])
-        panel.plot(x[0], losses[0], "*", ms=13, color=COLOURS[1])
+        panel.plot(getattr(best.disk, name), best.loss, "*", ms=13, color=COLOURS[1])
         panel.set_xlabel(NAMES[name], fontsize=9)
     for panel in grid[:, 0]:
         panel.set_ylabel("loss")
@@ -170,6 +170,36 @@ def _set_figure(trials, good, path):
         f"![loss over the dimensions](figures/{path.name})\n\n"
         "Loss of all disks that were carried through every stage, over each dimension. Blue: the "
         "set; star: the best."
+    )
+
+
+def _responses_figure(shown, path):
+    """Responses of the best disk and of the one before, tuned and with the pattern of Table 2."""
+    figure, grid = axes(2, 1, figsize=(12, 3.6), sharey=True)
+    patterns = {"tuned": np.zeros_like(paper.PATTERN), "Table 2": paper.PATTERN}
+    for panel, name in zip(grid.flat, ("before", "best"), strict=True):
+        if name not in shown:
+            continue
+        disk, found = shown[name].disk, shown[name].found
+        for colour, (text, pattern) in zip(("black", COLOURS[0]), patterns.items(), strict=True):
+            ordered = pattern[::-1] if found.get("reversed") else pattern
+            modes = mistuned_modes(disks.reduced(disk), ordered)
+            response = run_sweep(modes, stages.scene_of(4), stages.PATTERN_SPEEDS)
+            steady, mm = response.point_status == STEADY, 1e3 * response.amplitude
+            hz, style = stages.PATTERN_SPEEDS, {"color": colour, "lw": 0.8, "ms": 4}
+            panel.plot(hz, np.where(steady, mm, np.nan), "o", **style)
+            panel.plot(hz, np.where(steady, np.nan, mm), "o", mfc="white", **style)
+            panel.plot(hz, mm, label=text, **style)
+        panel.set_title(f"{name}: lean {disk.lean_deg:.1f}°, bow {disk.bow:.3f}", fontsize=9)
+        panel.set_xlabel("speed [Hz]")
+        panel.legend(fontsize=8)
+    grid.flat[0].set_ylabel("largest tip amplitude [mm]")
+    figure.savefig(path)
+    plt.close(figure)
+    return (
+        f"![responses of the disk before and of the best](figures/{path.name})\n\n"
+        "Four bumps, tuned and with the pattern of Table 2 in the order that fits better. Open "
+        "circles: motions that are not steady after 2 s."
     )
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 from evidence.reproduce import plan, report
 from hpcrub.config import schema as config
 from hpcrub.ranks.progress import duration
-from hpcrub.response import sweep
-from hpcrub.studies import cost, linear
-from hpcrub.studies import problem as study
+from hpcrub.runs import cost
+from hpcrub.setup import problem as study
+from hpcrub.studies import linear
 
 FEW = 20  # samples that tell what a linear one costs
 
@@ -54,8 +54,9 @@ def parse(argv):
 def announce(folder, options):
     """Print how long every step will take on this machine, and all together."""
     cfg = config.Config()
-    sweep.warm_up()  # compiling is no part of the rate
-    rate = cost.trial(cfg, study.build_problem(cfg)).steps_per_second
+    problem = study.build_problem(cfg)
+    cost.trial(cfg, problem)  # compiles, which is no part of the rate
+    rate = cost.trial(cfg, problem).steps_per_second
     total = 0.0
     for step in plan.STEPS:
         if options.only and step.name not in options.only:

@@ -20,9 +20,10 @@ from evidence.reproduce.rows import (
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import STEADY
 from hpcrub.results.layout import DONE
+from hpcrub.runs.cost import trial
+from hpcrub.setup.problem import build_problem
+from hpcrub.statistics.pairs import share_interval
 from hpcrub.statistics.percentiles import MIN_VALUES, Z_95, percentile_interval
-from hpcrub.studies.cost import trial
-from hpcrub.studies.problem import build_problem
 
 GEOMETRY = (
     "A prediction of the fitted geometry; the dimensions of the disk are not published. How far "
@@ -165,13 +166,21 @@ def medians(results):
 
 def shares(results):
     """12: share of the samples above the diagonal."""
-    file = results.file("cross.h5")
-    return [
-        value_row("12", f"samples with A_nl > A_lin, n_d = 4, σ = {sigma} % [%]", paper,
-                  100 * file.read("share", level), *(100 * file.read("share_interval", level)),
-                  digits=0, fitted=True, remark=MISSED)
-        for sigma, paper, level in ((0.6, 82, 0), (2.3, 96, 3))
-    ]  # fmt: skip
+    file, rows = results.contact(4), []
+    for sigma, paper, level in ((0.6, 82, 0), (2.3, 96, 3)):
+        done = file.status()[level] == DONE
+        contact, linear = (
+            file.read(f"samples/{name}", level)[done]
+            for name in ("amplification", "linear_amplification")
+        )
+        above, n = int((contact > linear).sum()), int(done.sum())
+        ends = (100 * end for end in share_interval(above, n))
+        what = f"samples with A_nl > A_lin, n_d = 4, σ = {sigma} % [%]"
+        share = 100 * above / n
+        rows.append(
+            value_row("12", what, paper, share, *ends, digits=0, fitted=True, remark=MISSED)
+        )
+    return rows
 
 
 def below(results):

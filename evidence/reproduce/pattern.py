@@ -19,8 +19,7 @@ from evidence.reproduce.rows import (
 from hpcrub.config.text import flatten
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
-from hpcrub.studies import branches
-from hpcrub.studies.files import open_result
+from hpcrub.studies import branches, open_result
 
 CHAOS = (
     "More than rounding explains: none of the middle 95 % of our runs, which differ by a rounding, "

@@ -81,7 +81,7 @@ def table(rows):
 FIGURES = (
     ("1", "modal_disk", "the disk", ("modal.h5",), "disk"),
     ("2", "safe", "SAFE diagram, full and reduced model", ("modal.h5",), "safe"),
-    ("3", "casing", "casing", ("casing.h5",), "casing"),
+    ("3", "casing", "casing", ("modal.h5",), "casing"),
     ("4", "linear", "linear amplification", ("linear.h5",), "linear"),
     ("5", "time_response", "one simulation in full", ("time_response.h5",), "time"),
     ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "interaction_map"),
@@ -94,8 +94,8 @@ FIGURES = (
     ("12", "percentiles", "amplifications", ("contact/*.h5",), "percentiles"),
     ("13", "amplitudes", "largest amplitudes", ("contact/*.h5",), "amplitudes"),
     ("14", "energies", "amplification by energy", ("energy_4.h5", "energy_6.h5"), "energy"),
-    ("15", "cross", "contact beside linear amplification", ("cross.h5",), "cross"),
-    ("16", "damping", "damping", ("damping.h5",), "damping"),
+    ("15", "cross", "contact beside linear amplification", (plan.FILE_4,), "cross"),
+    ("16", "damping", "damping", (plan.FILE_4, "contact_low.h5"), "damping"),
     ("17", "branches", "several initial states", ("branches.h5",), "branches"),
 )
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
-from hpcrub.studies.files import open_result
+from hpcrub.studies import open_result
 
 RUNS_BETWEEN = 2.5, 97.5  # percentiles
 

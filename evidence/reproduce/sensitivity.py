@@ -4,8 +4,8 @@ import numpy as np
 
 from evidence.reproduce.rows import bracket, done, percentile, tuned_amplitudes
 from hpcrub.config.text import flatten
-from hpcrub.studies.cross import share_interval
-from hpcrub.studies.files import open_result
+from hpcrub.statistics.pairs import share_interval
+from hpcrub.studies import open_result
 
 HEAD = """\
 A_nl of {samples} samples for n_d = 4 and σ = 2.3 %, over 32.5 to 36.5 Hz, when one unknown of the

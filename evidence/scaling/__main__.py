@@ -1,4 +1,4 @@
-"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (10 min).
+"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (5 min).
 
 What is measured is kept in build/scaling.pickle.
 """
@@ -6,70 +6,71 @@ What is measured is kept in build/scaling.pickle.
 import argparse
 import pickle
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 from evidence import page
-from evidence.scaling import costs, growth, program, report, simulate
-from hpcrub.response import sweep
+from evidence.scaling import costs, program, report
 
 MEASURED = page.ROOT / "build" / "scaling.pickle"
-SAMPLES = 24  # measured of each case, whole and in parts
+SAMPLES = 6  # measured of each case, whole and in parts
+EACH = 10  # samples per level of the whole studies
+RANKS = 1, 2, 4, 8  # of the whole studies
+SMALL = {"casing.n_bumps": 6, "speeds.from_hz": 22.0, "speeds.to_hz": 22.4}  # 9 speeds: two parts
 
 
-def measure():
-    """Everything that is measured, as one dictionary."""
+def measure(cases, n_samples, n_each, all_ranks):
+    """Everything that is measured, as one dictionary.
+
+    cases: configurations; n_samples: of each case; n_each, all_ranks: samples per level and numbers
+    of ranks of whole studies.
+    """
     began = time.time()
-    sweep.warm_up()
-    found = {}
+    costs.measure(cases[0], 1)  # compiles
     print("costs of samples", flush=True)
-    found["costs"] = {n: costs.measure(n, SAMPLES) for n in costs.CASES}
-    print("messages, writing", flush=True)
-    found["exchange"], found["noting"] = program.messages(), costs.noting()
-    found["sizes"], found["writing"] = costs.sizes(), program.writing()
-    machine = found["machine"] = simulate.Machine(
-        receive=found["exchange"] * 2 / 3 + found["noting"],
-        send=found["exchange"] / 3,
-        finish=found["costs"][4].finish + found["writing"][2, "independent"],
-    )
+    by_bumps = sorted(cases, key=lambda case: case.casing.n_bumps)
+    found = {"costs": {c.casing.n_bumps: costs.measure(c, n_samples) for c in by_bumps}}
+    print("messages", flush=True)
+    found["receive"], found["send"] = program.messages()
     print("the program on ranks of this machine", flush=True)
-    found["sleeping"] = program.sleeping(found["costs"][4])
-    found["studies"] = program.whole_studies(found["costs"][4], machine)
-    print("statistics, memory, files", flush=True)
-    found |= growing()
+    found["studied"] = cases[0].casing.n_bumps
+    found["studies"] = program.whole_studies(cases[0], n_each, all_ranks)
     return found | {"minutes": (time.time() - began) / 60.0}
-
-
-def growing():
-    """The part of it that grows with the samples."""
-    return {
-        "statistics": (*growth.statistics_alone(), growth.statistics_written()),
-        "memory": growth.memory(),
-        "laying out": growth.laying_out(),
-        "looks": growth.looks(),
-        "files": growth.file_sizes(),
-    }
 
 
 def main(argv=None):
     """Measure, simulate, write; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m evidence.scaling", description=__doc__)
     parser.add_argument("--report", action="store_true", help="take what was measured before")
-    again = not parser.parse_args(argv).report
-    if not (again or MEASURED.exists()):
+    parser.add_argument("--fast", action="store_true",
+                        help="the whole way with one sample, without the page (20 s)")  # fmt: skip
+    options = parser.parse_args(argv)
+    if options.fast:
+        found = measure([costs.case(SMALL)], 1, 1, (1, 2))
+        with tempfile.TemporaryDirectory() as folder:
+            print(write(found, Path(folder), (2, 8)))
+        return 0
+    if options.report and not MEASURED.exists():
         parser.error(f"nothing has been measured yet: there is no {MEASURED}")
-    if again:
+    if not options.report:
         MEASURED.parent.mkdir(exist_ok=True)
-        MEASURED.write_bytes(pickle.dumps(measure()))
+        MEASURED.write_bytes(pickle.dumps(measure(costs.paper(), SAMPLES, EACH, RANKS)))
     found = pickle.loads(MEASURED.read_bytes())
     print("simulation", flush=True)
-    table = report.simulations(found)
-    figures = page.DOCS / "figures"
-    report.efficiency_figure(found, table, figures / "scaling.png")
-    report.cost_figure(found["costs"], figures / "sample_costs.png")
+    text = write(found, page.DOCS / "figures", report.RANKS)
     told = f"\nMeasured in {found['minutes']:.0f} minutes with {page.machine()}.\n"
-    page.replace(page.DOCS / "scaling.md", results=report.text(found, table) + told)
+    page.replace(page.DOCS / "scaling.md", results=text + told)
     print(page.DOCS / "scaling.md")
     return 0
+
+
+def write(found, figures, all_ranks):
+    """Draw the figures into a folder; returns the text of the page."""
+    table = report.simulations(found, all_ranks)
+    report.efficiency_figure(found, table, figures / "scaling.png")
+    report.cost_figure(found["costs"], figures / "sample_costs.png")
+    return report.text(found, table)
 
 
 if __name__ == "__main__":

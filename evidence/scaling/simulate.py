@@ -15,6 +15,7 @@ import numpy as np
 from hpcrub.config.sections import Mistuning
 from hpcrub.ranks import schedule
 from hpcrub.ranks.parallel import PAUSE
+from hpcrub.studies.contact import tasks as contact_tasks
 
 TUNED_RUNS = Mistuning().tuned_runs
 
@@ -42,24 +43,23 @@ class Result(NamedTuple):
         return self.useful / (n_ranks * self.seconds)
 
 
-def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True, drawn=True):
-    """Simulate one case of n_samples samples in all.
+def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True):
+    """Simulate one case of n_samples samples in all, each with the costs of a measured disk.
 
     costs: `costs.Costs`; cut: whether samples are cut into parts; overlap: whether samples begin
-    before the tuned disk is known; drawn: whether the costs of a disk are those of a measured one
-    drawn at random, or those of the measured one of its number.
+    before the tuned disk is known.
     """
     if not overlap:
         first = _Simulation(costs, machine, n_ranks, seed, cut).run(0)
         rest = _Simulation(costs, machine, n_ranks, seed, cut, tuned=False).run(n_samples)
         sums = (a + b for a, b in zip(first, rest, strict=True))
         return Result(*sums)
-    return _Simulation(costs, machine, n_ranks, seed, cut, drawn=drawn).run(n_samples)
+    return _Simulation(costs, machine, n_ranks, seed, cut).run(n_samples)
 
 
 class _Simulation:
-    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True, drawn=True):
-        self.costs, self.machine, self.n_ranks, self.drawn = costs, machine, n_ranks, drawn
+    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True):
+        self.costs, self.machine, self.n_ranks = costs, machine, n_ranks
         self.random = np.random.default_rng(seed)
         self.most = max(costs.parts[0], default=1) if cut else 1
         self.tuned = tuned
@@ -78,11 +78,13 @@ class _Simulation:
 
     def run(self, n_samples):
         n_runs = TUNED_RUNS * self.tuned
-        cut = schedule.n_parts(n_runs, self.n_ranks, self.most)
-        tuned = [schedule.Tuned(run, part, cut) for run in range(n_runs) for part in range(cut)]
+        cut = contact_tasks.n_parts(n_runs, self.n_ranks, self.most)
+        tuned = [
+            contact_tasks.TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)
+        ]
         self.n_tuned = len(tuned)
         samples = ((0, number) for number in range(n_samples))
-        self.tasks = schedule.StudyTasks(tuned, samples, n_samples, self.most)
+        self.tasks = contact_tasks.ContactTasks(tuned, samples, n_samples, self.most)
         self.assignments = schedule.Assignments(self.tasks, self.n_ranks)
         for rank in range(1, self.n_ranks):
             self._report(rank, 0.0)
@@ -103,11 +105,11 @@ class _Simulation:
 
     def _cost(self, task):
         """Seconds of a task; all parts of a disk have the costs of one measured disk."""
-        if isinstance(task, schedule.Sample) and task.response:
+        if isinstance(task, contact_tasks.SamplePart) and task.response:
             return 0.0
         key = task._replace(part=0)
         if key not in self.records:
-            self.records[key] = self._record(task)
+            self.records[key] = int(self.random.integers(len(self.costs.whole)))
             self.useful += self.costs.whole[self.records[key]] * self.machine.slowdown
         record = self.records[key]
         if task.n_parts == 1:
@@ -116,13 +118,6 @@ class _Simulation:
         else:
             seconds = self.costs.parts[record][task.n_parts][task.part]
         return seconds * self.machine.slowdown
-
-    def _record(self, task):
-        """Number of the measured disk whose costs a disk has."""
-        if self.drawn:
-            return int(self.random.integers(len(self.costs.whole)))
-        number = task.run if isinstance(task, schedule.Tuned) else task.sample
-        return number % len(self.costs.whole)
 
     # rank 0
 
@@ -146,7 +141,7 @@ class _Simulation:
     def _collect(self, tasks, now):
         """As `contact.MonteCarlo._collect`: the tuned disk and parts of samples."""
         for task in tasks:
-            if isinstance(task, schedule.Tuned):
+            if isinstance(task, contact_tasks.TunedPart):
                 self.n_tuned -= 1
                 if not self.n_tuned:
                     self.known_at = self.shared_at[0] = now
@@ -227,9 +222,9 @@ class _Simulation:
         self._begin(now, rank)
 
     def _may_finish(self, rank, task):
-        whole = isinstance(task, schedule.Sample) and task.n_parts == 1
+        whole = isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
         return not whole or np.isfinite(self.shared_at[rank])
 
     def _finish(self, task):
-        whole = isinstance(task, schedule.Sample) and task.n_parts == 1
+        whole = isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
         return self.machine.finish * self.machine.slowdown * whole

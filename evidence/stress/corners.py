@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evidence.truth.disk import reference_scene
 from hpcrub.config.schema import Config
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
-from tests.truth.disk import reference_scene
 
 SEED = 4
 SPEEDS_PER_CASE = 8
@@ -161,18 +161,6 @@ def _tiny_and_huge(rng):
     }
 
 
-def _polar(rng):
-    lean = float(rng.uniform(-60.0, 60.0))
-    return {
-        "disk": (("blade", "lean_deg", lean),),
-        "scene": (
-            ("kinematics", "polar"),
-            ("friction", float(rng.uniform(0.0, 1.5))),
-            ("bump_height", 10.0 ** rng.uniform(-3.3, -1.7)),
-        ),
-    }
-
-
 CORNERS = {
     "time step 1e-8 to 1e-2 s": (_step, 80),
     "modes 0 to all": (_modes, 60),
@@ -189,7 +177,6 @@ CORNERS = {
     "identical blades": (_identical, 48),
     "spokes without stiffness": (_no_spokes, 48),
     "denormal and huge numbers": (_tiny_and_huge, 80),
-    "displaced kinematics": (_polar, 30),
 }
 
 

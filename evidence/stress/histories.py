@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import arrays, kernel
+from evidence.truth.disk import reference_reduced, reference_scene
 from hpcrub.contact.bank import allocate
-from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.steady import SteadyCriteria, correlation
-from hpcrub.response.sweep import cut_revolution
-from tests.truth.disk import reference_reduced, reference_scene
 
 DURATION = 7.0  # [s]: the longest max_time of the comparison and two seconds more
 SPEEDS = np.linspace(33.5, 35.5, 32)  # [Hz], the interaction with four bumps
@@ -62,11 +62,8 @@ def of_speeds(modes, scene, grid, speeds, level, sample):
     n_blocks = int(DURATION * speeds.min() * per_revolution)
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     n_points, n_records = bank.scheme.observed.shape[1], grid.steps_per_block // grid.stride
-    record = arrays.Record(
-        aligned_zeros((n_blocks * n_records * n_points, WIDTH)),
-        aligned_zeros((n_blocks * n_points, WIDTH)),
-    )
-    kernel.integrate((0,) * WIDTH, *bank._replace(record=record), n_blocks, 0, grid.stride)
+    record = Record.allocate(bank, n_blocks, grid.stride)
+    run(bank, n_blocks, record)
     peak = record.peak.reshape(n_blocks, n_points, WIDTH)
     history = record.history.reshape(n_blocks, n_records, n_points, WIDTH)
     first = np.ceil(FIRST_CHECK * speeds * per_revolution).astype(int)

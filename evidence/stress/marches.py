@@ -5,9 +5,10 @@ import numpy as np
 from evidence.validation import energy_balance
 from hpcrub.contact import status
 from hpcrub.contact.bank import allocate
+from hpcrub.contact.integrate import run
 from hpcrub.contact.status import DIVERGED
 from hpcrub.response import history
-from hpcrub.response.sweep import cut_revolution
+from hpcrub.response.revolution import cut_revolution
 from hpcrub.studies.time_response import gap
 
 STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
@@ -21,10 +22,8 @@ def audited(modes, scene, speeds, result, width):
     grid = cut_revolution(speeds.min(), scene)
     n_blocks = int(np.round(result.time * speeds * grid.blocks_per_revolution).max())
     lanes = allocate(modes, scene, grid, width, speeds)
-    books = energy_balance.open_books(lanes)
-    for lane in range(len(speeds)):
-        energy_balance.open_lane(books, lanes, lane)
-    energy_balance.integrate((0,) * width, *lanes, n_blocks, -1, 1, books)
+    books = energy_balance.Books.open(lanes)
+    run(lanes, n_blocks, books)
     sound = np.flatnonzero(result.point_status != DIVERGED)
     n_open = sum(not energy_balance.is_balanced(books, lane) for lane in sound)
     faults = ["the energy audit does not close"] if n_open else []
@@ -35,8 +34,8 @@ def whole(modes, scene, speeds, result, allowed):
     """All speeds as a history, each as long as the sweep integrated it.
 
     No NaN, tension or penetration without a fatal reason, a reason where the sweep has one and
-    nowhere else, and the sweep's amplitude. `allowed`: penetration of small kinematics, in units
-    of round-off. Returns the number of histories, and faults.
+    nowhere else, and the sweep's amplitude. `allowed`: penetration, in units of
+    round-off. Returns the number of histories, and faults.
     """
     grid, faults = cut_revolution(speeds.min(), scene), set()
     per_turn = grid.blocks_per_revolution
@@ -53,8 +52,7 @@ def whole(modes, scene, speeds, result, allowed):
         tips = np.abs(modes.observed @ piece.position[:, :, last]).max(axis=(0, 1))
         amplitude[last] = np.maximum(amplitude[last], tips)
         faults |= set(_odd(piece, ~lost))
-        if scene.kinematics == "small":
-            faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last), allowed))
+        faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last), allowed))
     if not np.array_equal(failed, result.point_status == DIVERGED):
         faults.add("a history fails where its sweep does not, or the other way round")
     well = ~failed & (result.point_status != DIVERGED)
@@ -70,11 +68,11 @@ def _odd(piece, well):
 
 
 def _depth(modes, scene, speeds, piece, lanes, allowed):
-    """Contact law at the records of some lanes, small kinematics."""
+    """Contact law at the records of some lanes."""
     for lane in lanes:
         q = piece.position[:, :, lane]
         time, radial = piece.time[:, lane], q @ modes.normal.T
-        depth = -gap(scene, speeds[lane], time, radial, np.zeros_like(radial))
+        depth = -gap(scene, speeds[lane], time, radial)
         size = np.abs(q) @ np.abs(modes.normal.T) + scene.bump_height + scene.clearance
         unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max() + 5e-324
         # the casing's own angle is rounded, too

@@ -1,8 +1,7 @@
 """Does a convergence error say how wrong a percentile is? Many small studies of one population.
 
-The population is a large pool of amplifications. Either a study draws from it with replacement, so
-that the true percentiles are those of the pool and a repetition costs nothing, or the pool is cut
-into groups that share no sample: independent studies, as if repeated with other seeds.
+The population is a large pool of amplifications. A study draws from it with replacement, so that
+the true percentiles are those of the pool and a repetition costs nothing.
 """
 
 from typing import NamedTuple
@@ -10,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence import page
+from evidence.truth.disk import LOAD, reference_reduced, reference_scene
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
-from tests.truth.disk import LOAD, reference_reduced, reference_scene
 
 SEED = 2021
 PERCENTILES = (1, 50, 99)
@@ -50,12 +49,6 @@ def drawn(pool, n, repetitions):
     """Studies (repetitions, n) of samples drawn from the pool with replacement."""
     rng = np.random.default_rng([SEED, n])
     return np.array([pool[rng.integers(0, len(pool), n)] for _ in range(repetitions)])
-
-
-def disjoint(pool, n):
-    """Studies (len(pool) // n, n) that share no sample, in sample order."""
-    count = len(pool) // n
-    return pool[: count * n].reshape(count, n)
 
 
 def spread(pool, studies):

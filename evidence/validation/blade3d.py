@@ -14,14 +14,16 @@ import time
 import numpy as np
 from scipy.linalg import eigh
 
-from hpcrub.contact import arrays, kernel
+from hpcrub.contact.arrays import SWEEPS
 from hpcrub.contact.bank import allocate
-from hpcrub.contact.complementarity import SWEEPS
-from hpcrub.contact.multipliers import TOLERANCE
+from hpcrub.contact.integrate import run
+from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
+from hpcrub.contact.observers import Record
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
-from hpcrub.response.sweep import Grid, Scene
+from hpcrub.response.revolution import Grid
+from hpcrub.response.sweep import Scene
 
 STEPS_US = (18.7, 9.35, 5.0, 1.17, 0.5)
 TEXT = """## A three-dimensional compressor blade
@@ -107,15 +109,12 @@ def integrate(data, step, turning=True):
     turned = 2.0 * np.pi * np.arange(1, n_steps + 1) / n_steps
     x = (np.mod(turned[:, None] + data["phi"], np.pi) / np.pi - 0.5) / 0.15
     bumps = 2.0 * float(data["gmean_mm"]) * np.exp(-(x**2))
-    record = arrays.Record(
-        np.zeros((REVOLUTIONS * n_steps * 12, 1)), np.zeros((REVOLUTIONS * 12, 1))
-    )
-    bank = bank._replace(record=record)
     bank.scheme.bump[:, : len(data["phi"])] = bumps
+    record = Record.allocate(bank, REVOLUTIONS, 1)
     start = time.perf_counter()
-    kernel.integrate((0,), *bank, REVOLUTIONS, 0, 1)
+    run(bank, REVOLUTIONS, record)
     seconds = time.perf_counter() - start
-    response = np.concatenate([[0.0], record.history.reshape(-1, 12)[:, 0]])
+    response = np.concatenate([[0.0], record.history.reshape(REVOLUTIONS * n_steps, -1)[:, 0]])
     times = np.arange(len(response)) * 2.0 * np.pi / omega / n_steps
     return times, response, bank.state.report[SWEEPS, 0], seconds / (REVOLUTIONS * n_steps)
 

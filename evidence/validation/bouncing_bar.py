@@ -20,9 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
+from evidence.truth.motion import Structure, make_bank, trace
 from evidence.validation import energy_balance, report
 from hpcrub.model.elements import Beam, frame_element
-from tests.truth.motion import Structure, make_bank, trace
 
 E, RHO, LENGTH, HEIGHT, GRAVITY = 900.0, 1.0, 10.0, 5.0, 10.0  # section area 1
 C = np.sqrt(E / RHO)
@@ -138,7 +138,7 @@ def _vibration(x, s):
 
 
 class Errors(NamedTuple):
-    """Of the foot, relative: root mean square over that of the exact motion; of the pressure."""
+    """Root mean square errors of the foot's motion and of the pressure, relative to the exact."""
 
     displacement: float
     velocity: float

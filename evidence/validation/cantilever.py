@@ -1,22 +1,22 @@
 """A cantilever whose tip hits a rigid stop: modes, step and impacts against exact segments.
 
 Steel beam of the project's elements, bent away from the stop by a force at its tip and released;
-every mode has the same damping ratio. The reference, `tests.truth.events`, moves each mode exactly
-and locates impacts and releases to rounding. With a fixed number of modes the contact point has the
-mass 1/(R·R): it is stopped inelastically (e = 0), stays while it is pressed, and leaves. More modes
-mean less mass at the contact point and less energy lost: the beam's own limit is reached by adding
-modes, the modal model's by reducing the step.
+every mode has the same damping ratio. The reference, `evidence.truth.events`, moves each mode
+exactly and locates impacts and releases to rounding. With a fixed number of modes the contact point
+has the mass 1/(R·R): it is stopped inelastically (e = 0), stays while it is pressed, and leaves.
+More modes mean less mass at the contact point and less energy lost: the beam's own limit is reached
+by adding modes, the modal model's by reducing the step.
 """
 
 import numpy as np
 from scipy.linalg import eigh
 
+from evidence.truth.events import Reference, fixed_wall
+from evidence.truth.motion import Structure, make_bank, start_free
 from evidence.validation import report
-from hpcrub.contact import arrays, kernel
-from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
 from hpcrub.model.elements import frame_element, rectangular_beam
-from tests.truth.events import Reference, fixed_wall
-from tests.truth.motion import Structure, make_bank, start_free
 
 LENGTH, WIDTH, THICKNESS = 0.5, 0.02, 5e-3  # [m]
 N_ELEMENTS = 24
@@ -57,10 +57,9 @@ def computed(n_modes, scheme_name, n_steps, n_records):
     step, n_rows = DURATION / n_steps, n_steps // n_records
     bank = make_bank(structure, scheme_name, [step], GAP, n_rows)
     start_free(bank, structure, q, v, [step])
-    n_points, width = bank.contact.stiffness.shape
-    record = arrays.Record(*(aligned_zeros((n_records * n_points, width)) for _ in range(2)))
-    kernel.integrate((0,) * width, *bank._replace(record=record), n_records, 0, n_rows)
-    recorded = record.history.reshape(n_records, n_points, width)[:, 0, 0]
+    record = Record.allocate(bank, n_records, n_rows)
+    run(bank, n_records, record)
+    recorded = record.history.reshape(n_records, -1, bank.width)[:, 0, 0]
     return np.concatenate([[structure.radial @ q], recorded])
 
 

@@ -25,12 +25,12 @@ import numba
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 
+from evidence.truth.disk import earlier_disk, earlier_reduced, reference_scene
+from evidence.truth.motion import WIDTH
 from evidence.validation import report
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
-from tests.truth.disk import earlier_disk, earlier_reduced, reference_scene
-from tests.truth.motion import WIDTH
 
 SWEEPS, TOLERANCE, THETA = 200, 1e-12, 0.51
 

@@ -7,13 +7,15 @@ tips' motion over the last three revolutions of a long run is held against
 
 import numpy as np
 
+from evidence.truth.disk import reference_reduced
 from evidence.validation import report
-from hpcrub.contact import kernel
 from hpcrub.contact.bank import allocate
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
-from hpcrub.response.sweep import Grid, Scene
-from tests.truth.disk import reference_reduced
+from hpcrub.response.revolution import Grid
+from hpcrub.response.sweep import Scene
 
 WIDTH = 8
 LOAD, DIAMETERS = 150.0, 4
@@ -43,8 +45,10 @@ def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
     turned = 2.0 * np.pi * np.arange(steps_per_pitch) / revolution  # Ωt at the start of each step
     force = LOAD * np.cos(DIAMETERS * (interface.angle - turned[:, None]))
     bank = bank._replace(scheme=bank.scheme._replace(external=force @ modes.normal))
-    kernel.integrate((0,) * WIDTH, *bank, int(SECONDS * max(speeds_hz)) * DIAMETERS, 0, grid.stride)
-    records = bank.record.history.reshape(-1, bank.scheme.observed.shape[1], WIDTH)
+    n_blocks = int(SECONDS * max(speeds_hz)) * DIAMETERS
+    record = Record.allocate(bank, 3 * DIAMETERS, grid.stride)
+    run(bank, n_blocks, record)
+    records = record.history.reshape(-1, bank.scheme.observed.shape[1], WIDTH)
     records = records[:, : len(modes.observed), : len(speeds_hz)]
     # a pitch is one period of every tip: its amplitude is the first Fourier coefficient
     periods = records.reshape(-1, RECORDS, *records.shape[1:])

@@ -3,15 +3,15 @@
 A mass of 1 kg in the plane on two springs whose axes lean by 30° against the wall's normal, so that
 friction, which pushes along the wall, also acts on the motion towards it. The wall moves along its
 normal, as a sinusoid or with the program's own bump (a Gaussian in time). It is given to the
-kernel as the table of bump heights. The reference is `tests.truth.events`.
+kernel as the table of bump heights. The reference is `evidence.truth.events`.
 """
 
 import numpy as np
 
+from evidence.truth.events import Reference, Wall
+from evidence.truth.motion import Structure, free_motion, make_bank, start_free, trace
 from evidence.validation import report
 from hpcrub.model import casing
-from tests.truth.events import Reference, Wall
-from tests.truth.motion import Structure, free_motion, make_bank, start_free, trace
 
 DURATION = 1.0  # [s]
 OMEGA = 2.0 * np.pi * np.array([4.0, 7.0])

@@ -1,4 +1,6 @@
-"""The command line: run, merge, inspect, plot. Thin: parse, call, print, exit code.
+"""The commands, one module for each: run, plot, merge, inspect, import, export, keys.
+
+Thin: parse, call, print, exit code. `notebook` has what `import hpcrub` offers to Python.
 
 Imports every other room.
 """

@@ -7,8 +7,6 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from hpcrub import studies
-from hpcrub.commands.execution import Existing, Finished, amount, examine, examine_all, warnings
 from hpcrub.config.schema import PROFILE, Config, differences
 from hpcrub.config.text import flatten, show
 from hpcrub.contact import status
@@ -16,12 +14,16 @@ from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.response.sweep import can_touch
-from hpcrub.studies import cost, files, plausibility, size
-from hpcrub.studies.problem import Model, Problem, build_model, build_problem
-from hpcrub.studies.warmup import warm_up
+from hpcrub.runs import cost, memory, result_files
+from hpcrub.runs.execution import Existing, Finished, examine, examine_all
+from hpcrub.runs.study import Run
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup import plausibility
+from hpcrub.setup.problem import Model, Problem, build_model, build_problem
+from hpcrub.studies import open_result
 
 
-def report(runs: Sequence[Config], existing: Existing, n_ranks: int) -> None:
+def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
     """Print what one run, or several, would compute and cost (rank 0).
 
     Raises InputError for everything that the run itself would refuse.
@@ -29,46 +31,49 @@ def report(runs: Sequence[Config], existing: Existing, n_ranks: int) -> None:
     if len(runs) > 1:
         examine_all(list(runs), existing)
     total = 0.0
-    for number, config in enumerate(runs, 1):
+    for number, run in enumerate(runs, 1):
         if len(runs) > 1:
             progress.console().print(f"\nrun {number} of {len(runs)}", soft_wrap=True)
-        total += _one(config, existing, n_ranks)
+        total += _one(run, existing, n_ranks)
     if len(runs) > 1:
         out = progress.console()
         out.print(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}", soft_wrap=True)
 
 
-def _one(config, existing, n_ranks):
+def _one(run, existing, n_ranks):
     """Print one study; returns its time on one core [s]."""
-    out, study = progress.console(), studies.find(config)
-    prepared = examine(config, existing)
+    out, (study, config) = progress.console(), run
+    prepared, warnings = examine(run, existing)
     problem = study.problem_of(prepared) if study.integrates else None
-    if study.has_disk:
-        _print_model(out, config, problem or build_model(config))
-    out.print(f"computes:             {', '.join(amount(config))}", soft_wrap=True)
-    length = files.file_size(config) / 1e6
+    _print_model(out, config, problem or build_model(config))
+    out.print(f"computes:             {run.amount()}", soft_wrap=True)
+    length = result_files.file_size(run) / 1e6
     out.print(f"output:               {length:,.4g} MB in {config.output}", soft_wrap=True)
-    memory = size.size(config).memory / 1e6
-    out.print(f"memory:               {memory:,.4g} MB of each rank, at most", soft_wrap=True)
+    needed = memory.estimate(run) / 1e6
+    out.print(f"memory:               {needed:,.4g} MB of each rank, at most", soft_wrap=True)
     for line in plausibility.numbers(config, problem) if study.integrates else ():
         out.print(f"resolution:           {line}", soft_wrap=True)
-    for line in warnings(config, prepared):
+    for line in warnings:
         out.print(f"warning:              {line}", soft_wrap=True)
     if study.integrates and not can_touch(problem.scene):
         out.print("contact:              none, the bumps do not reach the blades")
     if not study.cost(config, 1.0).disks:
         return 0.0
-    seconds = _try(out, study, config, problem)
-    n_ranks = min(n_ranks, study.n_tasks(config)) if study.compute else n_ranks
+    seconds = _try(out, run, problem)
+    n_ranks = min(n_ranks, run.n_tasks or n_ranks)
     out.print(f"estimated run time:   {_estimate(seconds, n_ranks)}", soft_wrap=True)
     return seconds
 
 
-def _try(out, study, config, problem):
+def _try(out, run, problem):
     """Compute a small part; returns the time of the whole study on one core [s]."""
+    study, config = run
+    problem = problem or build_problem(config)
     if study.integrates:
-        warm_up(Team(), config, study.histories, progress.Progress(config))
-    tried = cost.trial(config, problem or build_problem(config), study.integrates, study.histories)
+        warm_up(Team(), config, problem, study.histories, progress.Progress(config))
+    if study.integrates:
+        out.print(f"trial:                one disk, for about {cost.LONGEST:g} s at most")
+    tried = cost.trial(config, problem, study.loads(config), study.integrates, study.histories)
     if tried.result:
         out.print(
             f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per second "
@@ -98,31 +103,26 @@ def _print_model(out: Any, config: Config, model: Model | Problem) -> None:
         )
 
 
-def table(runs: Sequence[Config], outcomes: Sequence[Finished | HpcrubError]) -> Table:
+def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Table:
     """One row for every one of several runs: what is its own, how it ended, what it found."""
     found = Table(box=box.SIMPLE_HEAD, title="Runs")
     for heading in ("run", "its own keys", "core hours", "result"):
         found.add_column(heading, overflow="fold")
-    for number, (config, outcome) in enumerate(zip(runs, outcomes, strict=True), 1):
+    for number, (run, outcome) in enumerate(zip(runs, outcomes, strict=True), 1):
         hours, result = "-", f"failed: {outcome}"
         if isinstance(outcome, Finished):
             hours = f"{outcome.seconds * outcome.n_ranks / 3600:.3g}"
-            result = _headline(config)
-        found.add_row(str(number), _own_keys(runs, config), hours, result)
+            with open_result(run.config.output) as file:
+                result = run.study.one_line(file)
+        found.add_row(str(number), _own_keys(runs, run.config), hours, result)
     return found
 
 
 def _own_keys(runs, config):
     """Keys in which one of several runs differs from any other, with its values."""
-    keys = {
-        line.partition(":")[0] for other in runs for line in differences(config, other, ("", ""))
-    }
+    others = [differences(config, other.config) for other in runs]
+    keys = {line.partition(":")[0] for lines in others for line in lines}
     values = flatten(config.model_dump(mode="json"))
     if not keys.isdisjoint(PROFILE):
         keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}
     return ", ".join(f"{key}={show(values[key])}" for key in sorted(keys)) or config.output
-
-
-def _headline(config):
-    with files.open_result(config.output) as file:
-        return studies.find(config).one_line(file)

@@ -9,7 +9,7 @@ import hpcrub
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.progress import console
-from hpcrub.studies import files
+from hpcrub.studies import open_result
 
 KINDS = "csv", "netcdf", "parquet"
 TABLES = "samples", "points"
@@ -60,7 +60,7 @@ def export(
     """
     stem = without_suffix(path)
     stem = Path(folder) / stem.name if folder else stem
-    files.open_result(path).close()  # raises InputError where it is not as its study needs
+    open_result(path).close()  # raises InputError where it is not as its study needs
     with hpcrub.open(path) as file:
         if kind == "netcdf":
             tree = file.to_xarray()

@@ -6,40 +6,43 @@ from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import eigh
 
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError, InputError, reading
+from hpcrub.model import families
 from hpcrub.model.imported import (
     assembly,
     blades,
     checks,
-    craig_bampton,
     cyclic,
     neutral,
     reduced,
+    stiffening,
 )
-from hpcrub.model.imported.frames import about_z, node_angle
+from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import PARTS, Lists
 from hpcrub.ranks.progress import console
 from hpcrub.results import model_file
 
-MODES_PER_DIAMETER = 3
-MODES_OF_DISK = 4  # for each blade
+HALF_RANGE, DAMPING = 0.01, 0.005  # of the sentence on coupling, mistuning and damping
+LEAN = 1e-3  # below, blades stand straight: friction lifts them neither way
+BETWEEN = 1.0  # [%] of a first frequency between the speeds of --stiffness; a warning above
 
 
 def main(argv: list[str] | None = None) -> int:
     """Import a model and print what it is; returns the exit code."""
     try:
         options = parser().parse_args(argv)
-        model = import_model(options)
-        for line in report(model, options):
-            console().print(line, soft_wrap=True, highlight=False)
-        if options.reduce is not None:
-            model = reduce(model, options)
         if options.output:
-            model_file.write(options.output, neutral.to_arrays(model))
-            console().print(f"model file: {options.output}", soft_wrap=True, highlight=False)
+            model_file.require_free(options.output, options.overwrite)
+        with reading(options.source):
+            model = import_model(options)
+            family = report(model, options)
+            if options.reduce is not None:
+                model = reduce(model, options, family)
+        if options.output:
+            model_file.write(options.output, neutral.to_arrays(model), options.overwrite)
+            _say(f"model file: {options.output}")
     except HpcrubError as error:
         print(f"hpcrub: error: {error}", file=sys.stderr)
         return error.exit_code
@@ -87,8 +90,13 @@ def _add_lists(one):
 
 def _add_common(one):
     one.add_argument("--output", metavar="FILE.h5", help="model file that is written (or .npz)")
+    one.add_argument("--overwrite", action="store_true", help="replace an existing model file")
     one.add_argument("--units", help='of the source, such as "mm t s"; of a model file its own')
     one.add_argument("--axis", choices=("x", "y", "z"), default="z", help="of rotation")
+    one.add_argument(
+        "--turns", type=int, choices=(1, -1), default=1,
+        help="-1: the disk turns against the axis, clockwise seen from its head",
+    )  # fmt: skip
     one.add_argument("--blades", type=int, default=0, metavar="N", help="of a whole disk")
     one.add_argument("--reduce", type=int, metavar="MODES", help="write the reduced model")
     one.add_argument(
@@ -108,6 +116,8 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     elif options.format != "model":
         raise InputError('--units: the files do not tell their units, such as --units "mm t s"')
     about_z(arrays, options.axis)
+    if options.turns == -1:
+        arrays["turns"] = np.array(-int(np.ravel(arrays.get("turns", 1))[0]))
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = _numbered(arrays, options.blades)
     return neutral.from_arrays(arrays)
@@ -154,8 +164,28 @@ def _numbered(arrays, n_blades):
     return blades.number(*mesh, blade, n_blades)
 
 
-def report(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
-    """Lines about a model. Raises InputError for what cannot be right."""
+def _say(line):
+    console().print(line, soft_wrap=True, highlight=False)
+
+
+def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarray:
+    """Say what a model is. Raises InputError for what cannot be right.
+
+    Returns the frequencies of its first family, of every number of nodal diameters (H,) [Hz].
+    """
+    for line in _found(model, options):
+        _say(line)
+    table = cyclic.frequencies_by_diameter(model, 2 * np.pi * options.speed_hz)
+    checks.check_frequency(np.nanmin(table))
+    at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
+    _say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
+    _say("first family by n_d = diameters or n_d = blades - diameters (SAFE diagram):")
+    for diameters, row in enumerate(table):
+        _say(f"  {diameters:3d}: " + _safe_row(row, diameters, model.n_blades))
+    return table[:, 0]
+
+
+def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
     found = checks.check(model)
     per_blade = np.bincount(model.contact_blade)
     yield (
@@ -172,17 +202,40 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"
-    if model.blade_stiffness is None:
+    if model.blade_stiffness is None and not len(model.blade_frequencies):
         yield "blades' stiffness: none; blades can be mistuned only with it (--blade)"
-    at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
+    elif model.blade_stiffness is None:
+        n_modes = model.blade_frequencies.shape[1]
+        yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
+    yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"
-    table = frequencies_by_diameter(model, 2 * np.pi * options.speed_hz)
-    checks.check_frequency(np.nanmin(table))
-    yield f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the"
-    yield "first family by n_d = diameters or n_d = blades - diameters (SAFE diagram):"
-    for diameters, row in enumerate(table):
-        yield f"  {diameters:3d}: " + _safe_row(row, diameters, model.n_blades)
+    if getattr(options, "stiffness", None):
+        yield from _between_speeds(model, [0.0, *(_speed(text)[0] for text in options.stiffness)])
+
+
+def _between_speeds(model, speeds_hz):
+    """Warn where entries of matrices, and not frequencies, go smoothly from speed to speed."""
+    error = 100 * stiffening.error_between(model, 2 * np.pi * np.array(speeds_hz))
+    if abs(error) > BETWEEN:
+        yield (
+            f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"
+            " %: blades turn by too much from one to the next; take the matrices of one speed alone"
+        )
+
+
+def _rotation(model, options):
+    source = "; the other way round than in the source, whose axes are x, -y, -z here"
+    yield "rotation: counter-clockwise, seen from +z" + source * (options.turns == -1)
+    lift = cyclic.friction_lift(model, 2 * np.pi * options.speed_hz)
+    way = "outwards" if lift > 0.0 else "inwards"
+    by = f"{way} by {abs(lift):.2g} of their way back" if abs(lift) > LEAN else "neither in nor out"
+    yield f"friction on all tips: moves them {by}"
+    if lift > LEAN:
+        yield (
+            "warning: so friction presses the tips against the casing, which it would not if the "
+            f"disk turned the other way (--turns {-options.turns}); matrices cannot tell if it does"
+        )
 
 
 def _safe_row(row, diameters, n_blades):
@@ -191,62 +244,25 @@ def _safe_row(row, diameters, n_blades):
     return f"{text}   " + ", ".join(f"n_d = {n}: {row[0] / n:.4g}" for n in orders)
 
 
-def frequencies_by_diameter(model: neutral.NeutralModel, speed: float) -> np.ndarray:
-    """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
+def reduce(
+    model: neutral.NeutralModel, options: argparse.Namespace, family: np.ndarray
+) -> neutral.NeutralModel:
+    """The reduced model; its frequencies are said on the screen. Raises InputError.
 
-    speed: of rotation [rad/s]. NaN where fewer are known.
+    family: frequencies of the first family of the model, of every number of diameters [Hz].
     """
-    n_diameters = model.n_blades // 2 + 1
-    if model.kind == "sector":
-        rows = (
-            cyclic.sector_frequencies(model, h, MODES_PER_DIAMETER, speed)
-            for h in range(n_diameters)
-        )
-        return np.array(list(rows))
-    n_modes = MODES_OF_DISK * model.n_blades
-    if model.kind == "disk":
-        disk = assembly.assemble(model)
-        K, M = neutral.stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc()
-        values, vectors = craig_bampton.lowest_modes(K, M, min(n_modes, M.shape[0]))
-        shapes = vectors[craig_bampton.boundary_rows(disk)]
-        angle = node_angle(disk.nodes[disk.contact_node])
-    else:
-        face = reduced.interface(model)
-        values, vectors = eigh(neutral.stiffness_at(model.stiffness, speed), model.mass)
-        values, vectors = values[:n_modes], vectors[:, :n_modes]
-        shapes = np.concatenate(
-            [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
-        )
-        angle = face.angle
-    return _sorted_by_diameter(values, shapes, angle, model, n_diameters)
-
-
-def _sorted_by_diameter(values, shapes, angle, model, n_diameters):
-    """Table of `frequencies_by_diameter` for like contact points of all blades."""
-    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
-    diameters = cyclic.diameters_of(shapes, model.contact_blade, angle)
-    table = np.full((n_diameters, MODES_PER_DIAMETER), np.nan)
-    frequency = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
-    for h in range(n_diameters):
-        mine = frequency[diameters == h]
-        single = h == 0 or 2 * h == model.n_blades
-        mine = (mine if single else mine[::2])[:MODES_PER_DIAMETER]
-        table[h, : len(mine)] = mine
-    return table
-
-
-def reduce(model: neutral.NeutralModel, options: argparse.Namespace) -> neutral.NeutralModel:
-    """The reduced model, its highest frequency said on the screen. Raises InputError."""
     if model.kind == "reduced":
         raise InputError("--reduce: this model is reduced already")
     speed = 2 * np.pi * options.speed_hz
     small, _ = reduced.reduce_disk(assembly.assemble(model), options.reduce, speed)
-    values = eigh(neutral.stiffness_at(small.stiffness, speed), small.mass, eigvals_only=True)
-    omega = np.sqrt(np.maximum(values, 0.0))
-    console().print(
-        f"reduced: {len(omega)} coordinates, highest frequency {omega[-1] / (2 * np.pi):.4g} Hz, "
-        f"highest omega h {omega[-1] * options.step_s:.3g} at a time step of {options.step_s:g} s",
-        soft_wrap=True,
-        highlight=False,
+    found = reduced.reduced_model(small, speed)
+    omega = np.sqrt(found.tuned_eigenvalues)
+    n_modes = families.whole(options.reduce, model.n_blades)
+    _say(
+        f"reduced: {len(omega)} coordinates, of which {n_modes} modes in whole families; highest "
+        f"frequency {omega[-1] / (2 * np.pi):.4g} Hz, highest omega h "
+        f"{omega[-1] * options.step_s:.3g} at a time step of {options.step_s:g} s"
     )
+    hz = omega[: model.n_blades] / (2 * np.pi)
+    _say(families.sentence(family, hz, families.share(found), HALF_RANGE, DAMPING))
     return small

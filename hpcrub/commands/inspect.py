@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub import studies
 from hpcrub.config import schema as configuration
 from hpcrub.config.text import flatten, show
 from hpcrub.errors import InputError
 from hpcrub.ranks.progress import console
-from hpcrub.results import contact_file
-from hpcrub.results.layout import DONE, FAILED, PENDING, Dataset
+from hpcrub.results.layout import DONE, FAILED, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.files import open_result
+from hpcrub.studies import open_result, run_of
+from hpcrub.studies.contact import file as contact_file
 
 AT_ONCE = 2**20  # values read at once
-MOST_RANGES = 8  # ranges of samples that are named
 MOST_CHARACTERS = 200  # of an attribute
 
 
@@ -54,12 +52,17 @@ def description(path: str) -> Iterator[str]:
         yield from (f"    {key}: {printable(show(here[key]))}" for key in changed)
         status = file.status()
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
-        what = studies.find(config).unit
+        run = run_of(config)
+        what = run.study.unit
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {what}{failed}"
-        yield from _program_lines(file, status)
+        yield "  computed by:"
+        yield from (f"    {printable(program)}" for program in file.programs())
+        if found := contact_file.read_trust(file):
+            yield "  how far this can be trusted:"
+            yield from (f"    {printable(line)}" for line in found)
         yield "  datasets (length, unit, known values, smallest to largest):"
-        for line in studies.find(config).lines(config):
+        for line in run.datasets():
             if line.since <= file.layout:
                 yield "    " + _dataset_line(file, line)
 
@@ -68,35 +71,6 @@ def printable(value: Any) -> str:
     """A value of a file on one line, without what a terminal would take for commands."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(value)[:MOST_CHARACTERS])
     return text + ("..." if len(str(value)) > MOST_CHARACTERS else "")
-
-
-def _program_lines(file: ResultFile, status: np.ndarray) -> Iterator[str]:
-    """The program that has computed this file, or each of several with what it has computed."""
-    programs = file.programs()
-    yield "  computed by:"
-    if len(programs) == 1:
-        yield f"    {printable(programs[0])}"
-        return
-    tasks = studies.find(file.config).unit == "tasks"
-    row = np.atleast_2d(file.read("computed_by" if tasks else "samples/computed_by"))
-    done = np.atleast_2d(status) != PENDING
-    for number, program in enumerate(programs):
-        yield f"    {printable(program)}"
-        if not tasks and contact_file.read_tuned(file) and file.read("tuned/computed_by") == number:
-            yield "      the tuned disk"
-        for level, mine in enumerate(done & (row == number)):
-            if mine.any():
-                where = "tasks" if tasks else f"level {file.config.levels[level]}, samples"
-                first = 0 if tasks else file.config.samples.start
-                yield f"      {where} {_ranges(mine, first)}"
-
-
-def _ranges(flags, first):
-    """Words such as "0 to 539, 600" for the true values, counted from `first`."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).reshape(-1, 2) + first
-    words = [f"{a}" if b == a + 1 else f"{a} to {b - 1}" for a, b in edges[:MOST_RANGES]]
-    more = len(edges) - MOST_RANGES
-    return ", ".join(words) + (f" and {more} more ranges" if more > 0 else "")
 
 
 def _dataset_line(file: ResultFile, line: Dataset) -> str:

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hpcrub import studies
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
-from hpcrub.studies import measured
+from hpcrub.setup import input_files
+from hpcrub.studies import run_of
 
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
 
@@ -69,8 +69,8 @@ def run(
     asked = _configuration(config)
     if output is not None:
         asked = asked.model_copy(update={"output": os.fspath(output)})
-    asked = measured.with_tables(asked)
-    studies.check(asked)
+    asked = input_files.with_tables(asked)
+    run_of(asked).checked()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "input.yaml")
         path.write_text(asked.to_yaml(), encoding="utf-8")
@@ -108,5 +108,10 @@ def _call(command, quiet):
     if process.returncode:
         said = [line.removeprefix("hpcrub: ") for line in lines if line.startswith("hpcrub: ")]
         others = "\n".join(lines).strip()  # such as those of an mpirun that starts nothing
+        if "allow-run-as-root" in others:
+            others = (
+                "mpirun does not start for root unless OMPI_ALLOW_RUN_AS_ROOT and "
+                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM are 1 in the environment (os.environ)"
+            )
         text = said[-1] if said else f"exit code {process.returncode}\n{others}".strip()
         raise ERRORS.get(process.returncode, HpcrubError)(text.removeprefix("error: "))

@@ -28,9 +28,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", metavar="DIR", help="folder, beside the file by default")
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
     parser.add_argument("--mode", type=int, metavar="K", help="mode shown by shapes, animation")
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace pictures that show something else"
-    )
     options = parser.parse_args(argv)
     code = 0
     try:
@@ -48,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def draw(options: argparse.Namespace) -> Iterator[Path | HpcrubError]:
     """Pictures asked for, and the errors of those that cannot be drawn."""
-    how = {"folder": options.out, "kind": options.format, "overwrite": options.overwrite}
+    how = {"folder": options.out, "kind": options.format}
     if options.figure:
         yield from pictures.draw(find(options.figure), options.files, mode=options.mode, **how)
         return

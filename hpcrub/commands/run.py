@@ -11,7 +11,7 @@ os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "M
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -19,15 +19,16 @@ import numpy as np
 
 from hpcrub import __version__, studies
 from hpcrub.commands import dry_run
-from hpcrub.commands.execution import Existing, Figures, Finished, examine_all, execute
 from hpcrub.config import parts
 from hpcrub.config.schema import Config, load_runs
-from hpcrub.errors import HpcrubError, InputError, Interrupted
+from hpcrub.errors import HpcrubError, InputError, Interrupted, reason
 from hpcrub.ranks import parallel, progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.results import storage
 from hpcrub.results.layout import PENDING
-from hpcrub.studies import files, measured
+from hpcrub.runs.execution import Existing, Finished, examine_all, execute
+from hpcrub.runs.study import Run
+from hpcrub.setup import input_files
 
 EXAMPLE = """\
 example, on two ranks:
@@ -35,6 +36,9 @@ example, on two ranks:
   hpcrub run inputs/quickstart.yaml --dry-run      what it would take
   hpcrub run inputs/quickstart.yaml --resume       go on after a stop
 """
+
+
+Draw = Callable[[list[str]], None]
 
 
 class Parser(argparse.ArgumentParser):
@@ -55,7 +59,8 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
     arguments = team.on_root(lambda: parse(argv))
     if arguments is None:  # --help, --version
         return 0
-    options, runs = arguments
+    options, configs = arguments
+    runs = [studies.run_of(config) for config in configs]
     if options.status:
         return team.on_root(lambda: status(runs))
     existing = Existing(options.resume, options.overwrite, options.allow_mixed)
@@ -65,24 +70,24 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
         return 0
     if team.size > 1:
         team.together(storage.require_parallel)
-    figures = Figures(not options.no_figures, options.overwrite)
+    draw = None if options.no_figures else draw_figures
     if len(runs) == 1:
-        execute(team, runs[0], existing, figures)
+        execute(team, runs[0], existing, draw)
         return 0
-    return series(team, runs, existing, figures)
+    return series(team, runs, existing, draw)
 
 
-def series(team: Team, runs: list[Config], existing: Existing, figures: Figures) -> int:
+def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
     """Several runs, one after the other; one that fails does not keep the others.
 
     Returns the exit code of the last one that failed, 0 when none has.
     """
     team.on_root(lambda: examine_all(runs, existing))  # before the first one takes its time
     outcomes: list[Finished | HpcrubError] = []
-    for number, config in enumerate(runs, 1):
-        team.on_root(partial(_say, f"run {number} of {len(runs)}: {config.output}"))
+    for number, run in enumerate(runs, 1):
+        team.on_root(partial(_say, f"run {number} of {len(runs)}: {run.config.output}"))
         try:
-            outcomes.append(execute(team, config, existing, figures))
+            outcomes.append(execute(team, run, existing, draw))
         except Interrupted:
             raise
         except HpcrubError as error:
@@ -91,12 +96,28 @@ def series(team: Team, runs: list[Config], existing: Existing, figures: Figures)
             outcomes.append(error)
             team.on_root(partial(_say, f"this run failed: {error}"))
     team.on_root(lambda: progress.console().print(dry_run.table(runs, outcomes)))
-    done = [
-        c.output for c, found in zip(runs, outcomes, strict=True) if isinstance(found, Finished)
-    ]
-    if len(done) > 1 and not runs[0].is_part:
-        team.on_root(lambda: figures.draw(done))
+    done = [r.config.output for r, o in zip(runs, outcomes, strict=True) if isinstance(o, Finished)]
+    if draw and len(done) > 1 and not runs[0].config.is_part:
+        team.on_root(partial(draw, done))
     return max((found.exit_code for found in outcomes if isinstance(found, HpcrubError)), default=0)
+
+
+def draw_figures(paths: list[str]) -> None:
+    """Draw the figures of one run, or those of several together, and name all files.
+
+    The results are there: a figure that cannot be drawn is a line, and no failure of the run.
+    """
+    out = progress.console()
+    if len(paths) == 1:
+        out.print(f"results: {paths[0]}", soft_wrap=True)
+    try:
+        from hpcrub.commands.plot import of_study  # matplotlib takes a second to import
+
+        for found in of_study(paths):
+            drawn = not isinstance(found, HpcrubError)
+            out.print(f"figure:  {found}" if drawn else f"no figure: {found}", soft_wrap=True)
+    except Exception as error:  # whatever a foreign matplotlib set-up raises
+        out.print(f"no figure: {type(error).__name__}: {reason(error)}", soft_wrap=True)
 
 
 def _say(text):
@@ -113,13 +134,11 @@ def parse(argv: Sequence[str] | None) -> tuple[argparse.Namespace, list[Config]]
     overrides = list(options.set)
     if options.output is not None:
         overrides.append(f"output={json.dumps(options.output, ensure_ascii=False)}")
-    runs = [measured.resolved(cfg) for cfg in load_runs(options.input, overrides)]
+    configs = [input_files.resolved(cfg) for cfg in load_runs(options.input, overrides)]
     if options.part:
         number, count = parts.parse(options.part)
-        runs = [parts.cut(cfg, number, count, options.part_by or parts.BY[0]) for cfg in runs]
-    elif options.part_by:
-        raise InputError(f"--part-by {options.part_by}: without --part nothing is cut")
-    return options, [placed(studies.check(cfg)) for cfg in runs]
+        configs = [parts.cut(cfg, number, count) for cfg in configs]
+    return options, [studies.run_of(placed(cfg)).checked().config for cfg in configs]
 
 
 def placed(config: Config) -> Config:
@@ -157,7 +176,6 @@ def _parser():
         help="with --resume: go on with what another state of the program has begun",
     )
     parser.add_argument("--part", metavar="K/N", help="compute part K of N only, in its own file")
-    parser.add_argument("--part-by", choices=parts.BY, help="what --part cuts (samples)")
     parser.add_argument(
         "--status", action="store_true", help="say how far the output is; exit code 0: complete"
     )
@@ -169,16 +187,15 @@ def _parser():
     return parser
 
 
-def status(runs: list[Config]) -> int:
+def status(runs: list[Run]) -> int:
     """Print how far every result file is; returns 0 when all are complete, 75 otherwise."""
     out, complete = progress.console(), True
-    for cfg in runs:
+    for study, cfg in runs:
         if not os.path.lexists(cfg.output):
             out.print(f"{cfg.output}: not there yet", soft_wrap=True)
             complete = False
             continue
-        study = studies.find(cfg)
-        with files.open_result(cfg.output, cfg) as file:
+        with studies.open_result(cfg.output, cfg) as file:
             done = file.status() != PENDING
             enough = bool(done.all())
             text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {study.unit}"

@@ -2,13 +2,13 @@
 
 from math import pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
 from hpcrub.config.types import FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
-from hpcrub.model.casing import Outline, Profile, outline, repeats
+from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
 
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 PROFILES = "harmonics", "profile_csv", "profile_mm"
@@ -49,6 +49,13 @@ class Casing(Section):
         description="height of the bumps; 0 unless given where there are harmonics or a profile "
         "[mm]",
     )
+    bump_width: Number = Field(
+        BUMP_WIDTH,
+        ge=1e-3,
+        le=0.25,
+        description="distance from its crest at which a bump has 1/e of its height, in "
+        "parts of the pitch [-]",
+    )
     harmonics: Annotated[tuple[Harmonic, ...], Field(max_length=100)] = Field(
         (), description="harmonics of the casing's radius, beside the bumps"
     )
@@ -67,9 +74,9 @@ class Casing(Section):
         0.01, ge=0, le=1e4, description="time in which the shape grows from a circle [s]"
     )
 
-    clearance = si("clearance_mm", "m", per=1000)
-    bump_height = si("bump_height_mm", "m", per=1000)
-    growth_time = si("growth_time_s", "s")
+    clearance: ClassVar = si("clearance_mm", "m", per=1000)
+    bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
+    growth_time: ClassVar = si("growth_time_s", "s")
 
     @model_validator(mode="before")
     @classmethod
@@ -98,9 +105,9 @@ class Casing(Section):
         return Profile(harmonics, tuple((a * pi / 180, -r / 1000) for a, r in points))
 
     @property
-    def shape(self) -> tuple[int, float, Profile]:
-        """Bumps, their height [m] and profile: arguments of `model.casing`."""
-        return self.n_bumps, self.bump_height, self.profile
+    def shape(self) -> tuple[int, float, Profile, float]:
+        """Bumps, their height [m], profile and width of bumps: arguments of `model.casing`."""
+        return self.n_bumps, self.bump_height, self.profile, self.bump_width
 
     @property
     def outline(self) -> Outline:
@@ -116,7 +123,7 @@ class Casing(Section):
     @property
     def repeats(self) -> int:
         """Times that the casing repeats itself in a turn."""
-        return repeats(*self.shape)
+        return repeats(*self.shape[:3])
 
     @property
     def words(self) -> str:

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.config import resolution
 from hpcrub.config.text import scientific_notation, show
 
-PATTERNS = "pattern_gpa", "pattern_percent", "blade_frequencies_hz"
+GO_ON = "branches", "energy"  # studies that start from motions of others
 MAX_SPEEDS = 100_000
+MOST_STEPS = 1_000_000  # of a revolution
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
 
 
@@ -17,23 +19,20 @@ def problems(config: Any) -> Iterator[str]:
     """Lines that say which keys do not fit together; none when all is well."""
     yield from _disk_problems(config)
     yield from _damping_problems(config.material)
-    yield from _casing_problems(config)
+    problems_of_profile = list(_casing_problems(config))
+    yield from problems_of_profile or _steep_problems(config)
+    yield from _contact_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
     yield from _part_problems(config)
 
 
-def patterns(mistuning: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Keys of a section `mistuning`, as a dict, that give one explicit sample, and their values."""
-    return [(key, mistuning[key]) for key in PATTERNS if mistuning.get(key) is not None]
-
-
-def deviation_of(key: str, values: Any, modulus: float) -> np.ndarray:
-    """Relative deviation of every blade's stiffness (N,) [-] that a key of `patterns` gives."""
+def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
+    """Relative deviation of every blade's stiffness (N,) [-] of a pattern."""
     values = np.array(values, dtype=float)
-    if key == "pattern_gpa":
+    if unit == "gpa":
         return values / modulus - 1
-    if key == "pattern_percent":
+    if unit == "percent":
         return values / 100
     return (values * len(values) / values.sum()) ** 2 - 1
 
@@ -44,7 +43,7 @@ def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
     Parameters
     ----------
     data : dict[str, Any]
-        Input file as a dict, one of the `patterns` of `mistuning` given.
+        Input file as a dict, with a list `mistuning.pattern`.
     default_modulus : float
         Young's modulus when the input gives none [GPa].
 
@@ -56,8 +55,9 @@ def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
     """
     try:
         e0 = data.get("material", {}).get("young_modulus_gpa", default_modulus)
-        key, values = patterns(data["mistuning"])[0]
-        found = deviation_of(key, [scientific_notation(v) for v in values], scientific_notation(e0))
+        values = [scientific_notation(v) for v in data["mistuning"]["pattern"]]
+        unit = data["mistuning"].get("pattern_unit", "percent")
+        found = deviation_of(values, unit, scientific_notation(e0))
         width = float(np.abs(found).max(initial=0.0)) * 100
         return width if width < 100 else 0.0
     except (AttributeError, TypeError, ValueError, ArithmeticError):
@@ -67,13 +67,6 @@ def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
 def _disk_problems(c):
     d = c.disk
     if d.model is not None:
-        if c.reduction.basis == "per_sample":
-            yield "reduction.basis: per_sample is for the planar disk, not for disk.model"
-        if c.contact.kinematics == "polar" and d.n_directions == 3:
-            yield (
-                "contact.kinematics: polar is for planar disks; the disk of disk.model moves "
-                "axially, too, and small is the one for it"
-            )
         return
     if c.mistuning.by != "blade_stiffness":
         yield f"mistuning.by: {c.mistuning.by} needs disk.model"
@@ -122,12 +115,47 @@ def _casing_problems(c):
             yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
         if any(a >= b for a, b in pairwise(angles)):
             yield "casing.profile_deg: the angles are not increasing"
-    has_profile = c.casing.harmonics or c.casing.profile_csv or changes
-    if has_profile and c.contact.kinematics == "polar":
+
+
+def _steep_problems(c):
+    if not (c.casing.is_resolved and c.casing.profile.exists):
+        return
+    if (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
-            "contact.kinematics: polar is for casings with bumps alone; small is the one for "
-            "casing.harmonics and measured profiles"
+            f"casing.profile_mm: spikes, jumps or noise need {steps:,.0f} time steps a turn, more "
+            f"than {MOST_STEPS:,} (time.steps_per_bump_width); smooth the points that were measured"
         )
+
+
+def _contact_problems(c):
+    contact, coating = c.contact, c.contact.coating
+    if contact.law != "abradable" and coating != type(coating)():
+        key = next(iter(coating.model_fields_set))
+        yield f"contact.coating.{key}: goes with contact.law: abradable, not {contact.law}"
+    if contact.law == "abradable" and c.disk.model is not None and coating.tip_area_mm2 is None:
+        yield (
+            "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade "
+            "is; give its area"
+        )
+    if contact.law == "abradable" and c.study in GO_ON:
+        yield (
+            f"contact.law: abradable does not fit study: {c.study}, which goes on from motions "
+            "without the coating that they have worn"
+        )
+    if contact.law != "rigid" and c.disk.n_directions == 3:
+        yield (
+            f"contact.law: {contact.law} is for disks that move in their plane; disk.model moves "
+            "in three directions"
+        )
+    if contact.law == "elastic" and contact.casing_stiffness_n_per_m is None:
+        yield "contact.casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"
+    if contact.law == "rigid" and contact.casing_stiffness_n_per_m is not None:
+        yield (
+            "contact.casing_stiffness_n_per_m: goes with contact.law: elastic or abradable, not "
+            "rigid"
+        )
+    if contact.casing_stiffness_n_per_m is None and contact.casing_damping_ns_per_m:
+        yield "contact.casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"
 
 
 def _run_problems(c):
@@ -147,56 +175,49 @@ def _run_problems(c):
             f"steady_state.max_time_s: {steady.max_time_s} is below "
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
+    if c.limits.stress_mpa is not None and c.disk.model is not None:
+        yield "limits.stress_mpa: a model file does not tell stresses; limits.amplitude_mm is known"
     p = c.convergence.percentiles
     if any(low >= high for low, high in pairwise(p)):
         yield f"convergence.percentiles: {show(p)} are not increasing"
 
 
 def _pattern_problems(c):
-    m, given = c.mistuning, patterns(vars(c.mistuning))
-    is_random = m.distribution == "uniform" and not (
-        m.neighbour_correlation or m.intentional_percent
-    )
-    if m.patterns_file is not None and (given or not is_random):
-        other = given[0][0] if given else "distribution"
-        yield (
-            f"mistuning.patterns_file: cannot be combined with mistuning.{other}; its disks are "
-            "all samples, and nothing of them is random"
-        )
-    if not given:
+    m = c.mistuning
+    if m.pattern is None:
         yield from _law_problems(c)
         return
     if m.distribution != "uniform" or m.neighbour_correlation or m.intentional_percent:
-        yield f"mistuning.{given[0][0]}: one explicit sample; nothing of it is random or added"
-    if len(given) > 1:
-        yield f"mistuning.{given[1][0]}: mistuning.{given[0][0]} is given too; leave one out"
-    key, values = given[0]
-    if len(values) != c.disk.n_blades and c.disk.is_resolved:
-        what = "moduli" if key == "pattern_gpa" else "values"
+        yield "mistuning.pattern: explicit disks; nothing of them is random or added"
+    if m.pattern_file is not None:
+        return  # what it holds is seen when it is read
+    if len(m.pattern) != c.disk.n_blades and c.disk.is_resolved:
         yield (
-            f"mistuning.{key}: {len(values)} {what} given for the "
+            f"mistuning.pattern: {len(m.pattern)} values given for the "
             f"{c.disk.n_blades} blades of disk.{'model' if c.disk.model else 'n_blades'}"
         )
+    if m.pattern_unit != "percent" and min(m.pattern) <= 0.0:
+        yield f"mistuning.pattern: values above 0 are expected in {m.pattern_unit}"
+        return
     largest = float(np.abs(c.pattern_deviation).max()) * 100
     if largest >= 100:
-        if key == "pattern_gpa":
-            text = "a modulus deviates by {:.6g} % from material.young_modulus_gpa"
-        else:
-            text = "the stiffness of a blade deviates by {:.6g} %"
-        yield f"mistuning.{key}: {text.format(largest)}; less than 100 % is allowed"
+        yield (
+            f"mistuning.pattern: the stiffness of a blade deviates by {largest:.6g} % "
+            f"(mistuning.pattern_unit: {m.pattern_unit}); less than 100 % is allowed"
+        )
         return
-    alone = f"cannot be combined with mistuning.{key}, which is one sample; leave one out"
-    if m.samples != 1:
-        yield f"mistuning.samples: {m.samples} {alone}"
+    alone = "cannot be combined with mistuning.pattern, which is one sample; leave one out"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
 
 
 def _law_problems(c):
     m = c.mistuning
-    if (m.distribution == "measured") != (m.measured_percent is not None):
+    if m.distribution == "measured" and m.measured_percent is None:
+        yield "mistuning.distribution: measured needs mistuning.measured_percent"
+    elif m.distribution != "measured" and m.measured_percent is not None:
         yield (
-            "mistuning.measured_percent: goes with mistuning.distribution: measured, which is "
+            "mistuning.measured_percent: needs mistuning.distribution: measured; it is "
             f"{m.distribution}"
         )
     elif m.measured_percent is not None and not any(m.measured_percent):
@@ -215,19 +236,15 @@ def _law_problems(c):
 
 
 def _part_problems(c):
-    levels, samples = c.part.levels, c.part.samples
-    if levels is None and samples is None:
+    samples = c.part.samples
+    if samples is None:
         return
-    key = "part.samples" if levels is None else "part.levels"
     if c.convergence.stop_when_converged:
         yield (
-            f"{key}: a part cannot know when the whole study has converged; leave out "
+            "part.samples: a part cannot know when the whole study has converged; leave out "
             "convergence.stop_when_converged"
         )
-    n_levels = len(c.mistuning.half_range_percent)
-    if levels is not None and (levels[-1] >= n_levels or any(a >= b for a, b in pairwise(levels))):
-        yield f"part.levels: {show(levels)} are not increasing numbers of levels below {n_levels}"
-    if samples is not None and not samples[0] < samples[1] <= c.mistuning.samples:
+    if not samples[0] < samples[1] <= c.mistuning.samples:
         yield (
             f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
             "mistuning.samples"

@@ -1,17 +1,16 @@
-"""A study ↔ its parts: which levels and samples each computes, and into which file.
+"""A study ↔ its parts: which samples each computes, and into which file.
 
-A part is `part.levels` and `part.samples` of the configuration; all else is the whole study's. So
+A part is `part.samples` of the configuration; all else is the whole study's. So
 a part computes the same bits as the whole study, and `hpcrub.merge` can put it into its place.
 """
 
 import re
+from typing import Any
 
 from hpcrub.config import schema as configuration
 from hpcrub.config.schema import Config
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
-
-BY = "samples", "level"
 
 
 def parse(text: str) -> tuple[int, int]:
@@ -23,48 +22,37 @@ def parse(text: str) -> tuple[int, int]:
     return number, count
 
 
-def cut(config: Config, number: int, count: int, by: str = "samples") -> Config:
-    """Configuration of one of several parts of a study.
+def cut(config: Config, number: int, count: int) -> Config:
+    """Configuration of one of several parts of a study, each a range of samples of all levels.
 
     Parameters
     ----------
-    config : Config
-        Config of the whole study.
-    number : int
+    config
+        Of the whole study.
+    number
         Of the part, from 1.
-    count : int
+    count
         Number of parts.
-    by : str
-        "samples": a range of the samples of all levels; "level": a range of the samples of one
-        level, so that `count` is a multiple of the number of levels.
 
     Returns
     -------
     Config
-        Config whose output is NAME.part-K-of-N.h5.
+        Its output is NAME.part-K-of-N.h5.
 
     Raises
     ------
-        InputError: the study cannot be cut in this way.
+    InputError
+        The study cannot be cut in this way.
     """
     if config.is_part:
         raise InputError("part: the input is of a part already, it cannot be cut again")
-    levels, n_samples = len(config.levels), len(config.samples)
-    if by == "level" and count % levels:
-        raise InputError(f"--part-by level: {count} is no multiple of the {levels} levels")
-    per_level = count // levels if by == "level" else count
-    if per_level > n_samples:
-        raise InputError(f"--part: {n_samples} samples cannot be cut into {per_level} parts")
-    level, place = divmod(number - 1, per_level)
-    first, end = (k * n_samples // per_level for k in (place, place + 1))
+    n_samples = len(config.samples)
+    if count > n_samples:
+        raise InputError(f"--part: {n_samples} samples cannot be cut into {count} parts")
+    first, end = (k * n_samples // count for k in (number - 1, number))
     width = len(str(count))  # the parts of a folder listed in order
-    keys = {
-        "part.samples": [first, end],
-        "output": f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5",
-    }
-    if by == "level":
-        keys["part.levels"] = [level]
-    return configuration.replaced(config, keys)
+    output = f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5"
+    return configuration.replaced(config, {"part.samples": [first, end], "output": output})
 
 
 def whole(config: Config, output: str, samples: int | None = None) -> Config:
@@ -72,7 +60,7 @@ def whole(config: Config, output: str, samples: int | None = None) -> Config:
 
     samples: number of samples a level, that of the part's own study if left out.
     """
-    keys = {"part.levels": None, "part.samples": None, "output": str(output)}
+    keys: dict[str, Any] = {"part.samples": None, "output": str(output)}
     if samples is not None:
         keys["mistuning.samples"] = samples
     return configuration.replaced(config, keys)

@@ -6,12 +6,11 @@ All functions take the `Config` of which they are a part.
 import math
 from typing import Any
 
-from hpcrub.model.casing import Outline
+from hpcrub.model.casing import Outline, width_of_rest
 
-# Part of a bump pitch between the two points where a Gaussian bump has 1/e of its height
-WIDTH = 0.2
+LEAST = 0.05  # of the height of a casing above its mean: blades that touch it meet that, at least
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
-RECORDS_PER_PERIOD = 20  # of the tips' displacement, at least
+RECORDS_PER_PERIOD = 20  # of the displacements that windows are compared by; peaks are of all steps
 
 
 def width_of_bump(config: Any) -> float:
@@ -21,23 +20,27 @@ def width_of_bump(config: Any) -> float:
     of a casing with harmonics or a measured profile counts as the Gaussian bump that has its
     height, above the mean of the casing, and curvature.
     """
-    clearance = 0.0 if config.forcing.in_contact else config.casing.clearance
+    clearance = config.casing.clearance + config.disk.least_clearance
+    if config.forcing.in_contact:
+        clearance = min(clearance, 0.0)
     if config.casing.profile.exists:
         return _width_of_crest(config.casing.outline, clearance)
     height = config.casing.bump_height
     if height <= clearance:
         return 0.0
     part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
-    return WIDTH * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
+    return 2.0 * config.casing.bump_width * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
 
 
 def _width_of_crest(outline: Outline, clearance: float) -> float:
     beyond = outline.highest - max(clearance, outline.mean)
     if outline.highest <= clearance:
         return 0.0
-    if outline.curvature * math.pi**2 <= 2.0 * beyond:  # as good as a circle
-        return 2.0 * math.pi
-    return 2.0 * math.sqrt(2.0 * beyond / outline.curvature)
+    crest = 2.0 * math.pi  # as good as a circle
+    if outline.curvature * math.pi**2 > 2.0 * beyond:
+        crest = 2.0 * math.sqrt(2.0 * beyond / outline.curvature)
+    met = max(beyond, LEAST * (outline.highest - outline.mean))
+    return min(crest, width_of_rest(outline, met))
 
 
 def bump_time(config: Any) -> float:
@@ -46,26 +49,34 @@ def bump_time(config: Any) -> float:
     return width / (2.0 * math.pi * config.speeds.to_hz) if width > 0.0 else math.inf
 
 
+def least_steps(config: Any) -> float:
+    """Steps of a revolution that bumps need, at any speed."""
+    width = width_of_bump(config)
+    return config.time.steps_per_bump_width * 2.0 * math.pi / width if width > 0.0 else 0.0
+
+
 def blade_period(config: Any) -> float:
     """Period of the first bending mode of a blade clamped at the ring [s], about.
 
-    Infinite for a model file, whose blades the input does not describe: there `time.step_s` counts.
+    Of a model file: of its first family; infinite before it has been looked at.
     """
     if config.disk.model is not None:
-        return math.inf
+        family = config.disk.first_family_hz
+        return 1.0 / family if family else math.inf
     length = config.disk.tip_radius - config.disk.hub_radius
     wave_speed = math.sqrt(config.material.young_modulus / config.material.density)
     slenderness = math.sqrt(12.0) * length**2 / config.disk.blade.thickness
     return 2.0 * math.pi / CLAMPED * slenderness / wave_speed
 
 
+def longest_step(config: Any) -> float:
+    """Longest time step at any speed [s]: `time.step_s`, or less where blades need it."""
+    return min(config.time.step_s, blade_period(config) / config.time.steps_per_period)
+
+
 def time_step(config: Any) -> float:
-    """Longest time step [s]: `time.step_s`, or less where bumps or blades need it."""
-    return min(
-        config.time.step_s,
-        bump_time(config) / config.time.steps_per_bump_width,
-        blade_period(config) / config.time.steps_per_period,
-    )
+    """Longest time step at the highest speed [s], where bumps need the shortest."""
+    return min(longest_step(config), bump_time(config) / config.time.steps_per_bump_width)
 
 
 def record_interval(config: Any, usual: float) -> float:

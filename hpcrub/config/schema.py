@@ -1,7 +1,6 @@
 """The whole input of a study, `Config`, and how it is read from a YAML text and overrides."""
 
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,13 @@ from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.casing import Casing
+from hpcrub.config.former import translated, without_former
 from hpcrub.config.sections import (
     Contact,
     Convergence,
     Disk,
     Forcing,
+    Limits,
     Material,
     Mistuning,
     Reduction,
@@ -41,9 +42,8 @@ from hpcrub.config.types import (
     Section,
 )
 from hpcrub.errors import InputError
+from hpcrub.model import families
 from hpcrub.model.damping import Damping
-
-RENAMED = {"sweep": "runs"}  # keys that had another name in version 0.1
 
 # keys of the shape of the casing beside its bumps; lists of numbers, `Casing.words` are shorter
 PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casing.profile_mm"
@@ -58,7 +58,7 @@ class Config(Section):
         description="result file; a file without this key gets results/(its name).h5",
     )
     sources: Files = Field(
-        (), description="result files of contact studies that energy, cross and damping start from"
+        (), description="result file of the contact study that an energy study starts from"
     )
     disk: Disk = Disk()
     material: Material = Material()
@@ -71,6 +71,7 @@ class Config(Section):
     steady_state: SteadyState = SteadyState()
     mistuning: Mistuning = Mistuning()
     convergence: Convergence = Convergence()
+    limits: Limits = Limits()
     part: Part = Part()
     linear: Linear = Linear()
     history: History = History()
@@ -78,22 +79,25 @@ class Config(Section):
     energy: Energy = Energy()
     branches: Branches = Branches()
 
+    def __init__(self, **keys: Any) -> None:
+        """Validated configuration of sections and keys. Raises InputError as `from_yaml`."""
+        try:
+            super().__init__(**keys)
+        except ValidationError as error:
+            raise InputError(config_text.first_error(type(self), error)) from None
+
     @model_validator(mode="before")
     @classmethod
-    def _audit_has_moved(cls, data):
-        """Inputs and files of version 0.1 have a section `debug`, with the energy audit alone."""
-        if not isinstance(data, dict) or "debug" not in data:
-            return data
-        if data["debug"] not in ({}, {"energy_audit": False}):
-            raise ValueError("debug.energy_audit: the energy audit has moved to `make validate`")
-        return {key: value for key, value in data.items() if key != "debug"}
+    def _former_keys(cls, data):
+        return without_former(data) if isinstance(data, dict) else data
 
     @model_validator(mode="before")
     @classmethod
     def _pattern_is_one_sample(cls, data):
         """With a pattern: one sample, one level as wide as the pattern, unless given."""
         mistuning = data.get("mistuning") if isinstance(data, dict) else None
-        if not isinstance(mistuning, dict) or not config_checks.patterns(mistuning):
+        is_one = isinstance(mistuning, dict) and isinstance(mistuning.get("pattern"), list | tuple)
+        if not is_one:
             return data
         deviation = config_checks.pattern_half_range(data, Material().young_modulus_gpa)
         filled = {"samples": 1, "half_range_percent": [deviation]} | mistuning
@@ -109,7 +113,10 @@ class Config(Section):
     @property
     def n_coordinates(self) -> int:
         """Coordinates of the reduced model: of every contact point, and the inner modes."""
-        return (self.disk.n_directions or 2) * self.disk.n_points + self.reduction.n_modes
+        n_modes = self.reduction.n_modes
+        if self.disk.model is None:
+            n_modes = families.whole(n_modes, self.disk.n_blades)
+        return (self.disk.n_directions or 2) * self.disk.n_points + n_modes
 
     @property
     def damping(self) -> float | Damping:
@@ -140,7 +147,7 @@ class Config(Section):
 
     @property
     def step(self) -> float:
-        """Longest time step that bumps and blades allow [s]."""
+        """Longest time step at the highest speed [s]; `resolution` has that of all speeds."""
         return resolution.time_step(self)
 
     @property
@@ -150,9 +157,8 @@ class Config(Section):
 
     @property
     def levels(self) -> tuple[int, ...]:
-        """Mistuning levels of this file, counted in the whole study (V,)."""
-        all_levels = range(len(self.mistuning.half_range_percent))
-        return tuple(all_levels) if self.part.levels is None else self.part.levels
+        """Numbers of the mistuning levels (V,)."""
+        return tuple(range(len(self.mistuning.half_range_percent)))
 
     @property
     def samples(self) -> range:
@@ -162,11 +168,20 @@ class Config(Section):
     @property
     def pattern_deviation(self) -> np.ndarray | None:
         """Relative deviation of stiffness of every blade of a pattern (N,), None without."""
-        found = config_checks.patterns(vars(self.mistuning))
-        if not found:
+        values, unit = self.mistuning.pattern, self.mistuning.pattern_unit
+        if values is None or isinstance(values, str):
             return None
-        key, values = found[0]
-        return config_checks.deviation_of(key, values, self.material.young_modulus_gpa)
+        return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
+
+    def replace(self, keys: Mapping[str, Any]) -> "Config":
+        """The same with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
+
+        Raises InputError as `from_yaml`.
+        """
+        data = self.model_dump(mode="json")
+        for path, value in keys.items():
+            config_runs.set_key(data, path, value)
+        return _validated(data)
 
     def to_yaml(self) -> str:
         """The effective configuration, every key, as `from_yaml` reads it back."""
@@ -188,9 +203,15 @@ class Config(Section):
 
         Raises
         ------
-            InputError: names the first wrong key, its value and what is allowed.
+        InputError
+            Names the first wrong key, its value and what is allowed.
         """
         return _validated(_mapping(text))
+
+
+def of_file(text: str) -> Config:
+    """The configuration that a result file holds, of any version. Raises InputError."""
+    return _validated(translated(_mapping(text)))
 
 
 def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
@@ -210,7 +231,8 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
 
     Raises
     ------
-        InputError: unreadable file, or the first wrong key, its value and what is allowed.
+    InputError
+        The file cannot be read, or names the first wrong key, its value and what is allowed.
     """
     try:
         with open(path, encoding="utf-8-sig") as file:
@@ -233,10 +255,7 @@ def replaced(config: Config, keys: dict[str, Any]) -> Config:
 
     Raises InputError as `Config.from_yaml`.
     """
-    data = config.model_dump(mode="json")
-    for path, value in keys.items():
-        config_runs.set_key(data, path, value)
-    return _validated(data)
+    return config.replace(keys)
 
 
 def differences(
@@ -276,22 +295,6 @@ def _mapping(text):
     data = yaml_text.parse(text)
     if not isinstance(data, dict):
         raise InputError("no keys found; a line such as 'study: contact' is expected")
-    return _renamed(data)
-
-
-def _renamed(data):
-    """An input with the present names of keys that had others in the last version."""
-    for old, new in RENAMED.items():
-        if old in data:
-            if new in data:
-                raise InputError(f"{old}: the former name of {new}, which is given, too")
-            data = {new if key == old else key: value for key, value in data.items()}
-            print(
-                f"hpcrub: warning: the key {old} is called {new} now; the next version will not "
-                f"read {old} any more",
-                file=sys.stderr,
-                flush=True,
-            )
     return data
 
 

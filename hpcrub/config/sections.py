@@ -6,7 +6,7 @@ tables in docs/reference/ are made from them.
 """
 
 from math import pi
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -17,10 +17,9 @@ from hpcrub.config.types import (
     Checksum,
     Deviations,
     FileName,
-    Frequencies,
     Levels,
-    Moduli,
     Number,
+    Pattern,
     Percentiles,
     Ratios,
     Section,
@@ -46,8 +45,8 @@ class Blade(Section):
         -0.0492, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
     )
 
-    thickness = si("thickness_mm", "m", per=1000)
-    lean = si("lean_deg", "rad", times=pi, per=180)
+    thickness: ClassVar = si("thickness_mm", "m", per=1000)
+    lean: ClassVar = si("lean_deg", "rad", times=pi, per=180)
 
 
 class Disk(Section):
@@ -77,13 +76,27 @@ class Disk(Section):
     n_directions: Whole | None = Field(
         None, ge=2, le=3, description="in which they move, filled in when a run begins"
     )
+    first_family_hz: Number | None = Field(
+        None,
+        gt=0,
+        le=1e6,
+        description="highest frequency of its first family, filled in when a run begins [Hz]",
+    )
+    least_clearance_mm: Number = Field(
+        0.0,
+        ge=-1e4,
+        le=1e4,
+        description="of a contact node, beside the casing's own; of the model file, filled in when "
+        "a run begins [mm]",
+    )
 
-    tip_radius = si("tip_radius_mm", "m", per=1000)
-    hub_radius = si("hub_radius_mm", "m", per=1000)
-    inner_radius = si("inner_radius_mm", "m", per=1000)
-    width = si("width_mm", "m", per=1000)
-    ring_thickness = si("ring_thickness_mm", "m", per=1000)
-    spoke_thickness = si("spoke_thickness_mm", "m", per=1000)
+    tip_radius: ClassVar = si("tip_radius_mm", "m", per=1000)
+    hub_radius: ClassVar = si("hub_radius_mm", "m", per=1000)
+    inner_radius: ClassVar = si("inner_radius_mm", "m", per=1000)
+    width: ClassVar = si("width_mm", "m", per=1000)
+    ring_thickness: ClassVar = si("ring_thickness_mm", "m", per=1000)
+    spoke_thickness: ClassVar = si("spoke_thickness_mm", "m", per=1000)
+    least_clearance: ClassVar = si("least_clearance_mm", "m", per=1000)
 
     @property
     def is_resolved(self) -> bool:
@@ -123,26 +136,73 @@ class Material(Section):
         None, description="upper ends of the bands but the last, increasing [Hz]"
     )
 
-    young_modulus = si("young_modulus_gpa", "Pa", times=1e9)
-    density = si("density_kg_m3", "kg/m³")
+    young_modulus: ClassVar = si("young_modulus_gpa", "Pa", times=1e9)
+    density: ClassVar = si("density_kg_m3", "kg/m³")
 
 
 class Reduction(Section):
     """How the disk is reduced."""
 
-    n_modes: Whole = Field(60, ge=0, description="fixed-interface modes of the Craig-Bampton basis")
-    basis: Literal["tuned", "per_sample"] = Field(
-        "tuned", description="basis of the tuned disk for all samples, or a new one for each"
+    n_modes: Whole = Field(
+        60,
+        ge=0,
+        description="fixed-interface modes of the Craig-Bampton basis; whole families of modes are "
+        "kept, the next multiple of the number of blades",
     )
+
+
+class Coating(Section):
+    """Abradable coating of the casing, with the law of Legrand et al. (2012).
+
+    The defaults are of the order of a thermally sprayed aluminium-silicon-polyester coating. They
+    differ by factors from one coating to the next, and the result depends on them.
+    """
+
+    thickness_mm: Number = Field(5.0, gt=0, le=1e3, description="thickness of the coating [mm]")
+    young_gpa: Number = Field(1.0, ge=1e-6, le=1e5, description="its Young's modulus [GPa]")
+    yield_mpa: Number = Field(
+        15.0, gt=0, le=1e9, description="pressure at which the new coating begins to wear [MPa]"
+    )
+    hardening_mpa: Number = Field(
+        200.0,
+        ge=0,
+        le=1e9,
+        description="growth of this pressure per worn share of the thickness; below 0 the forces "
+        "of a step would not be unique [MPa]",
+    )
+    tip_area_mm2: Number | None = Field(
+        None,
+        gt=0,
+        le=1e8,
+        description="area of a blade's tip, shared by its contact points; null: thickness times "
+        "width of the planar disk's blades [mm²]",
+    )
+
+    thickness: ClassVar = si("thickness_mm", "m", per=1000)
+    young: ClassVar = si("young_gpa", "Pa", times=1e9)
+    yield_stress: ClassVar = si("yield_mpa", "Pa", times=1e6)
+    hardening: ClassVar = si("hardening_mpa", "Pa", times=1e6)
 
 
 class Contact(Section):
     """Contact between blades and casing."""
 
-    friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
-    kinematics: Literal["small", "polar"] = Field(
-        "small", description="gap by small displacements, or of the displaced tip"
+    law: Literal["rigid", "elastic", "abradable"] = Field(
+        "rigid",
+        description="what the casing does: nothing, give as a spring and a damper, or carry a "
+        "coating that wears (with or without giving behind it)",
     )
+    friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
+    casing_stiffness_n_per_m: Number | None = Field(
+        None,
+        gt=0,
+        le=1e15,
+        description="stiffness of the casing at a contact point; null: rigid [N/m]",
+    )
+    casing_damping_ns_per_m: Number = Field(
+        0.0, ge=0, le=1e12, description="damping of the casing at a contact point [N s/m]"
+    )
+    coating: Coating = Coating()
 
 
 class Forcing(Section):
@@ -168,7 +228,18 @@ class Forcing(Section):
         "a casing of one harmonic alone",
     )
 
-    amplitude = si("amplitude_n", "N")
+    travels: Literal["forward", "backward"] = Field(
+        "forward",
+        description="way of the linear response's load over the disk: forward, with the rotation, "
+        "as in the paper's equation (5), or backward, at rest in space like the casing",
+    )
+
+    amplitude: ClassVar = si("amplitude_n", "N")
+
+    @property
+    def sense(self) -> int:
+        """Sign of the engine orders of `response.linear`."""
+        return 1 if self.travels == "forward" else -1
 
 
 class Speeds(Section):
@@ -177,9 +248,6 @@ class Speeds(Section):
     from_hz: Number = Field(33.5, gt=0, le=1e5, description="lowest speed of rotation [Hz]")
     to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
     step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
-    search: Literal["full", "peak"] = Field(
-        "full", description="compute all speeds, or only those around the largest amplitudes"
-    )
 
     @property
     def n_values(self) -> int:
@@ -219,12 +287,25 @@ class Time(Section):
         "marked [-]",
     )
 
-    step = si("step_s", "s")
+    step: ClassVar = si("step_s", "s")
 
 
 class SteadyState(Section):
-    """When a motion counts as steady."""
+    """When a motion is followed no longer, and what its amplitude is."""
 
+    rule: Literal["ensemble", "last_window"] = Field(
+        "ensemble",
+        description="ensemble: mean of the windows' largest amplitudes until it is known to "
+        "max_error, or the motion repeats itself; last_window: the largest of the last window once "
+        "two are alike, as in the paper",
+    )
+    max_error: Number = Field(
+        CRITERIA.max_error,
+        gt=0,
+        le=1,
+        description="rule ensemble: standard error of the mean, relative, of a motion that is "
+        "followed no longer [-]",
+    )
     first_check_s: Number = Field(
         CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
     )
@@ -238,7 +319,7 @@ class SteadyState(Section):
         CRITERIA.extend_revolutions,
         ge=1,
         le=10000,
-        description="revolutions to the next check when not yet steady",
+        description="rule last_window: revolutions to the next check when not yet steady",
     )
     min_correlation: Number = Field(
         CRITERIA.min_correlation,
@@ -250,7 +331,8 @@ class SteadyState(Section):
         CRITERIA.max_amplitude_change,
         gt=0,
         le=1,
-        description="relative change of amplitude when steady, below [-]",
+        description="relative change of amplitude when steady, below; rule ensemble: of all that "
+        "is still to come, by the damping of the slowest mode [-]",
     )
     max_time_s: Number = Field(
         CRITERIA.max_time,
@@ -262,11 +344,11 @@ class SteadyState(Section):
         CRITERIA.confirmations,
         ge=1,
         le=1000,
-        description="checks passed in succession until steady; 1 in the paper",
+        description="rule last_window: checks passed in succession until steady; 1 in the paper",
     )
 
-    first_check = si("first_check_s", "s")
-    max_time = si("max_time_s", "s")
+    first_check: ClassVar = si("first_check_s", "s")
+    max_time: ClassVar = si("max_time_s", "s")
 
 
 class Mistuning(Section):
@@ -282,7 +364,7 @@ class Mistuning(Section):
         ge=1,
         le=1000,
         description="runs of the tuned disk, each with blades stiffer by another "
-        "1e-6, whose median amplitude is the reference; 1 in the paper",
+        "3e-5, whose median amplitude is the reference; 1 in the paper",
     )
     distribution: Literal["uniform", "normal", "measured"] = Field(
         "uniform",
@@ -305,27 +387,17 @@ class Mistuning(Section):
         description="intentional mistuning beneath the random part, repeated around the disk: "
         "two values for an A/B pattern, one for each blade for a sorted one [%]",
     )
-    pattern_gpa: Moduli | None = Field(
-        None, description="Young's modulus of each blade: one explicit sample, not random [GPa]"
-    )
-    pattern_percent: Deviations | None = Field(
-        None, description="the same, as relative deviations of each blade's stiffness [%]"
-    )
-    blade_frequencies_hz: Frequencies | None = Field(
+    pattern: Pattern | None = Field(
         None,
-        description="the same, as frequencies of each blade alone; deviations are from their mean",
+        description="a value for each blade: one explicit sample, not random; or a CSV or NPZ file "
+        "with a row for each disk, which is one sample, and a column for each blade",
     )
-    patterns_file: FileName | None = Field(
-        None,
-        description="CSV or NPZ file of measured disks: a row for each disk, which is one sample "
-        "of the study, and a column for each blade",
-    )
-    patterns_unit: Literal["percent", "gpa", "hz"] = Field(
+    pattern_unit: Literal["percent", "gpa", "hz"] = Field(
         "percent",
         description="what it holds: deviations of stiffness [%], Young's moduli [GPa], or "
         "frequencies of the blades alone [Hz], whose deviations are from the mean of their disk",
     )
-    patterns_sha256: Checksum | None = Field(
+    pattern_sha256: Checksum | None = Field(
         None, description="checksum of that file, filled in when a run begins"
     )
     by: Literal["blade_stiffness", "cantilever_modes"] = Field(
@@ -333,6 +405,11 @@ class Mistuning(Section):
         description="what deviates: all stiffness of a blade, or that of its cantilever modes "
         "(component mode mistuning), of a model file only",
     )
+
+    @property
+    def pattern_file(self) -> str | None:
+        """Name of the file of many patterns."""
+        return self.pattern if isinstance(self.pattern, str) else None
 
     @property
     def law(self) -> Law:
@@ -355,6 +432,20 @@ class Mistuning(Section):
     def half_range(self) -> np.ndarray:
         """Largest relative deviation of stiffness of every level [-], (V,)."""
         return np.array(self.half_range_percent) / 100
+
+
+class Limits(Section):
+    """What the blades must not exceed; the study tells how probable that is."""
+
+    amplitude_mm: Number | None = Field(
+        None, gt=0, le=1e6, description="largest tangential displacement of a tip [mm]"
+    )
+    stress_mpa: Number | None = Field(
+        None, gt=0, le=1e6, description="bending stress at the root of a planar blade [MPa]"
+    )
+
+    amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
+    stress: ClassVar = si("stress_mpa", "Pa", times=1e6)
 
 
 class Convergence(Section):

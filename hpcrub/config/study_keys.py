@@ -1,6 +1,6 @@
 """Keys of the input that only one study reads, or two."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, Strict
 
@@ -14,9 +14,6 @@ Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
 ]
 
-Indices = Annotated[
-    tuple[Annotated[Whole, Field(ge=0, le=999)], ...], Field(min_length=1, max_length=1000)
-]
 Bounds = Annotated[
     tuple[Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)], ...], Field(min_length=2, max_length=2)
 ]
@@ -25,11 +22,9 @@ Bounds = Annotated[
 class Part(Section):
     """What the file of a part of a study holds."""
 
-    levels: Indices | None = Field(
-        None, description="levels that the file of a part holds, counted from 0; null: all"
-    )
     samples: Bounds | None = Field(
-        None, description="its first sample, counted from 0, and the first after it; null: all"
+        None,
+        description="first sample of a part, counted from 0, and the first after it; null: all",
     )
 
 
@@ -84,4 +79,4 @@ class Branches(Section):
         20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
     )
 
-    perturbation = si("perturbation_mm", "m", per=1000)
+    perturbation: ClassVar = si("perturbation_mm", "m", per=1000)

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
 
+KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 _SCIENTIFIC = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 
@@ -51,14 +52,14 @@ def show(value: Any) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
-def one_line(text: object) -> str:
+def one_line(text: str) -> str:
     """The text with line breaks and other control characters made visible."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Nested dicts as {"casing.n_bumps": 4, ...}, in their order."""
-    flat = {}
+    flat: dict[str, Any] = {}
     for key, value in data.items():
         if isinstance(value, dict):
             flat |= flatten(value, f"{prefix}{key}.")
@@ -79,7 +80,8 @@ def apply_override(data: dict[str, Any], override: str) -> None:
 
     Raises
     ------
-        InputError: not of that form.
+    InputError
+        The override is not of that form.
     """
     path, equals, text = override.partition("=")
     *sections, key = path.strip().split(".")
@@ -117,7 +119,7 @@ def key_table(model: type[BaseModel]) -> list[Key]:
     ]
 
 
-def first_error(model: type[BaseModel], error: ValidationError) -> tuple[str, int]:
+def first_error(model: type[BaseModel], error: ValidationError) -> str:
     """The first of pydantic's errors as one line, and how many more there are.
 
     Parameters
@@ -132,7 +134,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> tuple[str, in
         if detail["loc"] == ():
             lines += str(detail["ctx"]["error"]).split("\n") if "ctx" in detail else ["not keys"]
         elif detail["type"] == "extra_forbidden":
-            lines.append(_unknown_key(model, _names(detail["loc"])))
+            lines.append(_unknown_key(model, [*_names(detail["loc"][:-1]), detail["loc"][-1]]))
         else:
             lines.append(_wrong_value(model, detail))
     more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
@@ -157,14 +159,15 @@ def _unknown_key(model, path):
 
 
 def _names(loc):
-    """Names of the keys on the way to a value, without its places in lists."""
-    return [part for part in loc if isinstance(part, str)]
+    """Names of the keys on the way to a value, without places in lists and tags of kinds."""
+    return [part for part in loc if isinstance(part, str) and part not in KINDS]
 
 
 def _wrong_value(model, detail):
     loc, value = detail["loc"], detail["input"]
     names = _names(loc)
-    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc)[1:]
+    named = (part for part in loc if part not in KINDS)
+    path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in named)[1:]
     node = _leaves(model).get(".".join(names))
     if node is None:
         known = ", ".join(_children(model).get(".".join(names), ()))
@@ -178,8 +181,8 @@ def _wrong_value(model, detail):
 
 def _allowed(node):
     """What a node of the JSON schema allows, to be read after "is not"."""
-    if "anyOf" in node:
-        return " or ".join(_allowed(variant) for variant in node["anyOf"])
+    if variants := _variants(node):
+        return " or ".join(map(_allowed, variants))
     if "enum" in node or "const" in node:
         choices = node.get("enum", [node.get("const")])
         return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
@@ -212,8 +215,13 @@ def _plain(limit):
     return f"{int(limit):,}" if limit == int(limit) else f"{limit:g}"
 
 
+def _variants(node):
+    return node.get("anyOf") or node.get("oneOf") or []
+
+
 def _first_variant(node):
-    return node["anyOf"][0] if "anyOf" in node else node
+    variants = _variants(node)
+    return _first_variant(variants[0]) if variants else node
 
 
 @cache

@@ -9,30 +9,31 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     Strict,
+    Tag,
 )
 
 from hpcrub.config import text as config_text
 
+_FINITE = AllowInfNan(False)
+_READ = BeforeValidator(config_text.scientific_notation)  # after limits, which it would hide
 
-def _number(**limits):
-    """Type of a finite number within limits: no booleans, no texts but scientific notation."""
-    read = BeforeValidator(config_text.scientific_notation)
-    return Annotated[float, Strict(), AllowInfNan(False), Field(**limits), read]
-
-
-Number = _number()
+Number = Annotated[float, Strict(), _FINITE, _READ]  # no booleans, no texts but scientific notation
+Level = Annotated[float, Strict(), _FINITE, Field(ge=0, lt=100), _READ]
+Percentile = Annotated[float, Strict(), _FINITE, Field(ge=0, le=100), _READ]
+Deviation = Annotated[float, Strict(), _FINITE, Field(gt=-100, lt=100), _READ]
+Frequency = Annotated[float, Strict(), _FINITE, Field(gt=0, le=1e6), _READ]
+Ratio = Annotated[float, Strict(), _FINITE, Field(ge=1e-6, lt=1), _READ]
 MOST_SAMPLES = 10**12
 Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
 Switch = Annotated[bool, Strict()]
-Levels = Annotated[tuple[_number(ge=0, lt=100), ...], Field(min_length=1, max_length=1000)]
-Percentiles = Annotated[tuple[_number(ge=0, le=100), ...], Field(min_length=1, max_length=20)]
-Moduli = Annotated[tuple[_number(gt=0, le=1e5), ...], Field(min_length=2, max_length=200)]
-Deviations = Annotated[tuple[_number(gt=-100, lt=100), ...], Field(min_length=2, max_length=200)]
-Frequencies = Annotated[tuple[_number(gt=0, le=1e6), ...], Field(min_length=2, max_length=200)]
-Bands = Annotated[tuple[_number(gt=0, le=1e6), ...], Field(min_length=1, max_length=999)]
-Ratios = Annotated[tuple[_number(ge=1e-6, lt=1), ...], Field(min_length=1, max_length=1000)]
+Levels = Annotated[tuple[Level, ...], Field(min_length=1, max_length=1000)]
+Percentiles = Annotated[tuple[Percentile, ...], Field(min_length=1, max_length=20)]
+Deviations = Annotated[tuple[Deviation, ...], Field(min_length=2, max_length=200)]
+Bands = Annotated[tuple[Frequency, ...], Field(min_length=1, max_length=999)]
+Ratios = Annotated[tuple[Ratio, ...], Field(min_length=1, max_length=1000)]
 Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 
@@ -54,6 +55,12 @@ FileName = Annotated[
     Field(max_length=4000, json_schema_extra={"format": "a file name"}),
 ]
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
+# the values of one disk, or the file of a table with those of many
+Pattern = Annotated[
+    Annotated[tuple[Number, ...], Field(min_length=2, max_length=200), Tag(config_text.KINDS[0])]
+    | Annotated[FileName, Tag(config_text.KINDS[1])],
+    Discriminator(lambda value: config_text.KINDS[isinstance(value, str)]),
+]
 
 
 def si(key: str, unit: str, times: float = 1, per: float = 1) -> Any:

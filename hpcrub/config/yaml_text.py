@@ -6,7 +6,7 @@ Anchors, aliases, tags and duplicate keys have no use in an input file and are r
 """
 
 import re
-from typing import Any, ClassVar
+from typing import Any
 
 import yaml
 
@@ -30,7 +30,7 @@ _PLAIN = {
 class _Loader(yaml.SafeLoader):
     """SafeLoader with the scalars above only, and unique text keys."""
 
-    yaml_implicit_resolvers: ClassVar = {}
+    yaml_implicit_resolvers = {}
 
     def construct_mapping(self, node, deep=False):
         seen = set()
@@ -51,7 +51,7 @@ class _Loader(yaml.SafeLoader):
 class _Dumper(yaml.SafeDumper):
     """SafeDumper that quotes what `_Loader` would not read back as a text."""
 
-    yaml_implicit_resolvers: ClassVar = {}
+    yaml_implicit_resolvers = {}
 
     def ignore_aliases(self, data):
         return True
@@ -82,7 +82,8 @@ def parse(text: str) -> Any:
 
     Raises
     ------
-        InputError: not YAML, or YAML that an input file has no use for; says where.
+    InputError
+        The text is no YAML, or YAML that an input file has no use for; says where.
     """
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")

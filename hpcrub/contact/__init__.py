@@ -2,4 +2,10 @@
 
 In: modes of a sample, time step, casing. Out: displacements and contact forces, status codes.
 Imports `model`.
+
+Compiled functions take ``lanes``, a tuple of as many zeros as there are lanes, whose length tells
+the compiler the width; a `Bank`, or its parts ``scheme``, ``state`` and ``law``, of which they
+modify state and law; ``step``, the row of the bump table; ``n_active``, the entries of
+`State.active` that count; ``deepest``, the deepest penetration of the step (L,) [m]; and ``begin``
+and ``end``, the first mode and the one after the last. Their docstrings name what else there is.
 """

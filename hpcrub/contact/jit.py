@@ -2,50 +2,37 @@
 
 Compiled code is cached in a folder named by the package's place and sources: numba itself only
 looks at the file of the function it compiles, and would run stale code after a change in
-``lanes.py``. It also takes a file for another one when its path or its time has changed: with both
-in the name, a folder that is complete holds all that this program will look for.
-
-numba executes what it finds, so nobody else may be able to write there.
+``lanes.py``. Without a folder to write to, every run compiles anew.
 """
 
+import contextlib
 import hashlib
+import inspect
 import os
-import stat
+import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numba
+from numba.core import types
 from numba.core.caching import FunctionCache
+from numba.core.imputils import lower_getattr
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
-from hpcrub.errors import reason
-
+STATIC_METHODS = "predict", "forces", "respond", "observe"  # of contact laws and observers
 COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
-OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-
-cache = SimpleNamespace(lost="")  # why this process's compiled code cannot be kept, "" when it can
 
 
 def _cache_folder() -> str:
-    """A folder for compiled code; "" where there can be none, and `cache.lost` says why."""
+    """A folder for compiled code; "" where there can be none."""
     try:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        for folder in (base / "hpcrub", base / "hpcrub" / "jit"):
-            _make_ours(folder)
         folder = base / "hpcrub" / "jit" / _name()
-        folder.mkdir(mode=0o700, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            cache.lost = f"{folder}: no right to write there"
-        elif not _is_ours(folder):
-            cache.lost = f"{folder}: others may write there"
-        else:
-            return str(folder)
-    except OSError as error:
-        cache.lost = f"{error.filename}: {reason(error)}"
-    except RuntimeError as error:  # no home at all
-        cache.lost = reason(error)
-    return ""
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # read-only, or no home at all
+        return ""
+    return str(folder) if os.access(folder, os.W_OK) else ""
 
 
 def _name():
@@ -53,23 +40,10 @@ def _name():
     digest = hashlib.sha256(numba.__version__.encode())
     package = Path(os.path.abspath(__file__)).parents[1]
     for room in COMPILED_ROOMS:
-        for source in sorted((package / room).glob("*.py")):
+        for source in sorted((package / room).rglob("*.py")):
             digest.update(f"{source} {source.stat().st_mtime_ns}\n".encode())
             digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _make_ours(folder):
-    """A folder into which only we can put others. Earlier versions left it to the umask."""
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if folder.stat().st_uid == os.geteuid():
-        folder.chmod(stat.S_IMODE(folder.stat().st_mode) & ~OTHERS_WRITE)
-
-
-def _is_ours(folder):
-    """Whether nobody else can write into a folder, or put another one in its place."""
-    found = [path.stat() for path in (folder, *list(folder.parents)[:2])]
-    return all(f.st_uid == os.geteuid() and not f.st_mode & OTHERS_WRITE for f in found)
 
 
 if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
@@ -77,30 +51,35 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one function, without which the program runs too."""
+    """numba's cache of one function, whose key knows contact laws and observers from elsewhere."""
 
-    def load_overload(self, sig, target_context):
-        """The compiled code, None when there is none or it is damaged."""
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # whatever garbled bytes make of pickle
-            return None
+    def _index_key(self, sig: Any, codegen: Any) -> tuple:
+        """Key of numba, and the sources that the name of the folder does not know."""
+        return *super()._index_key(sig, codegen), *sorted(_foreign_sources(sig))
 
-    def save_overload(self, sig, data):
-        """Keep compiled code, when the disk lets us."""
-        try:
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep compiled code, when the disk lets us; else the next run compiles anew."""
+        with contextlib.suppress(OSError):
             super().save_overload(sig, data)
-        except Exception:  # a damaged index, which is read before it is extended
-            try:
-                self.flush()
-                super().save_overload(sig, data)
-            except OSError as error:
-                cache.lost = f"{numba.config.CACHE_DIR}: {reason(error)}"
 
 
-def compiled(
-    function: Callable | None = None, *, inline: bool = False, allocates: bool = True
-) -> Any:
+def _foreign_sources(kind):
+    """Sources of the modules of classes in a type, or a tuple of types, that are not ours."""
+    if isinstance(kind, tuple):
+        return set().union(*map(_foreign_sources, kind))
+    if not isinstance(kind, types.BaseNamedTuple):
+        return set()
+    home = kind.instance_class.__module__
+    others = _foreign_sources(tuple(kind.types))
+    if home.startswith("hpcrub."):
+        return others
+    try:
+        return {inspect.getsource(sys.modules[home]), *others}
+    except (OSError, TypeError):  # a notebook: never the same
+        return {os.urandom(8).hex()}
+
+
+def compiled(function: Callable | None = None, *, inline: bool = False, inner: bool = False) -> Any:
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached.
 
     Parameters
@@ -109,9 +88,10 @@ def compiled(
         To compile; without it a decorator is returned.
     inline : bool, optional
         Whether it becomes part of every function that calls it.
-    allocates : bool, optional
-        Whether it makes arrays. One that does not need not count the references to its arguments,
-        which costs more than the work where it is called in every step with many arrays.
+    inner : bool, optional
+        Whether only compiled code calls it, and it makes no arrays. Then it needs no door for
+        Python, which takes as long to compile as the function, and does not count the references
+        to its arguments, which costs more than the work where it is called in every step.
 
     Returns
     -------
@@ -121,10 +101,37 @@ def compiled(
 
     def decorate(f):
         dispatcher = numba.njit(
-            f, error_model="numpy", nogil=True, forceinline=inline, _nrt=allocates
+            f,
+            error_model="numpy",
+            nogil=True,
+            forceinline=inline,
+            _nrt=not inner,
+            no_cfunc_wrapper=True,
+            no_cpython_wrapper=inner,
         )
         if numba.config.CACHE_DIR:
             dispatcher._cache = _Cache(f)
         return dispatcher
 
     return decorate if function is None else decorate(function)
+
+
+@infer_getattr
+class _StaticMethods(AttributeTemplate):
+    """In compiled code, too, ``law.forces`` is the compiled static method of the law's class.
+
+    So the type of a law or observer chooses the code when its caller is compiled.
+    """
+
+    key = types.BaseNamedTuple
+
+    def generic_resolve(self, value: Any, attr: str) -> Any:  # type: ignore[override]
+        """Numba type of the method, None for what is none."""
+        method = getattr(value.instance_class, attr, None) if attr in STATIC_METHODS else None
+        return types.Dispatcher(method) if method else None
+
+
+for _name_ in STATIC_METHODS:
+    lower_getattr(types.BaseNamedTuple, _name_)(
+        lambda context, builder, typ, value: context.get_dummy_value()
+    )

@@ -16,7 +16,9 @@ import operator
 from typing import Any
 
 import numpy as np
+from numba.core import types
 from numba.core.extending import overload
+from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 
 from hpcrub.contact import simd
 
@@ -211,17 +213,20 @@ def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:
 
 def _compile_as(plain, emitted):
     """In compiled code the function ``plain`` is the instruction ``emitted``."""
-    overload(plain, strict=False)(lambda *arguments: lambda *arguments: emitted(*arguments))
+    template = make_intrinsic_template(plain, emitted._defn, plain.__name__)
+    infer(template)
+    infer_global(plain, types.Function(template))
 
 
 def _compile_operator(operation, emitted):
     """In compiled code ``operation`` on two lane vectors is ``emitted``."""
 
-    @overload(operation)
-    def typed(a, b):
+    def typed(typing, a, b):
         if isinstance(a, simd.LaneVector) and isinstance(b, simd.LaneVector):
-            return lambda a, b: emitted(a, b)
+            return emitted._defn(typing, a, b)
         return None
+
+    infer_global(operation, types.Function(make_intrinsic_template(operation, typed, "lanes")))
 
 
 @overload(per_lane, strict=False)

@@ -1,7 +1,4 @@
-"""LLVM vector instructions behind ``lanes.py``: types and emitters, nothing else.
-
-Each emitter is the compiled body of the plain-Python function of the same name in ``lanes.py``.
-"""
+"""LLVM vector instructions: compiled bodies of the functions of the same names in ``lanes.py``."""
 
 from collections.abc import Callable
 from typing import Any
@@ -59,11 +56,8 @@ def _address(context, builder, fe_type, array, row, column, pointee):
 
 
 def _broadcast(builder, scalar, width):
-    one = builder.insert_element(
-        ir.Constant(ir.VectorType(DOUBLE, width), ir.Undefined),
-        scalar,
-        ir.Constant(ir.IntType(32), 0),
-    )
+    empty = ir.Constant(ir.VectorType(DOUBLE, width), ir.Undefined)
+    one = builder.insert_element(empty, scalar, ir.Constant(ir.IntType(32), 0))
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), None)
     return builder.shuffle_vector(one, one, zeros)
 
@@ -80,6 +74,18 @@ def _scalar_at(context, builder, fe_type, array, row, column, i):
     """Load ``matrix[row, column + i]``."""
     column = builder.add(column, ir.Constant(INDEX, i))
     return builder.load(_address(context, builder, fe_type, array, row, column, DOUBLE), align=8)
+
+
+def _load_row(context, builder, fe_type, array, row, width):
+    pointee = ir.VectorType(DOUBLE, width)
+    at = _address(context, builder, fe_type, array, row, ir.Constant(INDEX, 0), pointee)
+    return builder.load(at, align=8)
+
+
+def _store_row(context, builder, fe_type, array, row, vector):
+    zero = ir.Constant(INDEX, 0)
+    at = _address(context, builder, fe_type, array, row, zero, vector.type)
+    builder.store(vector, at, align=8)
 
 
 @intrinsic
@@ -99,9 +105,7 @@ def load(typing: object, lanes: types.UniTuple, array: types.Type, row: types.Ty
     out = LaneVector(len(lanes))
 
     def code(context, builder, signature, args):
-        zero = ir.Constant(INDEX, 0)
-        at = _address(context, builder, array, args[1], args[2], zero, _vector(out))
-        return builder.load(at, align=8)
+        return _load_row(context, builder, array, args[1], args[2], out.width)
 
     return out(lanes, array, types.intp), code
 
@@ -111,9 +115,7 @@ def store(typing: object, array: types.Type, row: types.Type, vector: LaneVector
     """Store a vector as a row."""
 
     def code(context, builder, signature, args):
-        zero = ir.Constant(INDEX, 0)
-        at = _address(context, builder, array, args[0], args[1], zero, _vector(vector))
-        builder.store(args[2], at, align=8)
+        _store_row(context, builder, array, args[0], args[1], args[2])
         return context.get_dummy_value()
 
     return types.none(array, types.intp, vector), code
@@ -221,12 +223,6 @@ def tile_splat(typing: object, tile: types.UniTuple, vector: LaneVector) -> Emit
     return out(tile, vector), code
 
 
-def _load_row(context, builder, fe_type, array, row, width):
-    pointee = ir.VectorType(DOUBLE, width)
-    at = _address(context, builder, fe_type, array, row, ir.Constant(INDEX, 0), pointee)
-    return builder.load(at, align=8)
-
-
 @intrinsic
 def tile_gather(
     typing: object, lanes: types.UniTuple, array: types.Type, rows: types.UniTuple
@@ -235,14 +231,11 @@ def tile_gather(
     out = types.UniTuple(LaneVector(len(lanes)), len(rows))
 
     def code(context, builder, signature, args):
-        return cgutils.pack_array(
-            builder,
-            [
-                _load_row(context, builder, array, args[1], row, len(lanes))
-                for row in cgutils.unpack_tuple(builder, args[2])
-            ],
-            ty=_vector(out.dtype),
-        )
+        members = [
+            _load_row(context, builder, array, args[1], row, len(lanes))
+            for row in cgutils.unpack_tuple(builder, args[2])
+        ]
+        return cgutils.pack_array(builder, members, ty=_vector(out.dtype))
 
     return out(lanes, array, rows), code
 
@@ -252,14 +245,22 @@ def tile_store(typing: object, array: types.Type, row: types.Type, tile: types.U
     """Store consecutive rows."""
 
     def code(context, builder, signature, args):
-        zero = ir.Constant(INDEX, 0)
-        for i in range(len(tile)):
+        for i, member in enumerate(cgutils.unpack_tuple(builder, args[2])):
             row_i = builder.add(args[1], ir.Constant(INDEX, i))
-            at = _address(context, builder, array, args[0], row_i, zero, _vector(tile.dtype))
-            builder.store(builder.extract_value(args[2], i), at, align=8)
+            _store_row(context, builder, array, args[0], row_i, member)
         return context.get_dummy_value()
 
     return types.none(array, types.intp, tile), code
+
+
+def _add_columns(context, builder, matrix, args, columns, width):
+    value = args[0]
+    for i, (column, offset) in enumerate(columns):
+        scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, offset)
+        factor = _broadcast(builder, scalar, width)
+        member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
+        value = builder.insert_value(value, member, i)
+    return value
 
 
 @intrinsic
@@ -274,13 +275,8 @@ def tile_add(
     """Multiply-add with consecutive numbers of a row of a matrix."""
 
     def code(context, builder, signature, args):
-        value = args[0]
-        for i in range(len(tile)):
-            scalar = _scalar_at(context, builder, matrix, args[1], args[2], args[3], i)
-            factor = _broadcast(builder, scalar, vector.width)
-            member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
-            value = builder.insert_value(value, member, i)
-        return value
+        columns = [(args[3], i) for i in range(len(tile))]
+        return _add_columns(context, builder, matrix, args, columns, vector.width)
 
     return tile(tile, matrix, types.intp, types.intp, vector), code
 
@@ -297,13 +293,8 @@ def tile_add_at(
     """Multiply-add with chosen numbers of a row of a matrix."""
 
     def code(context, builder, signature, args):
-        value = args[0]
-        for i, column in enumerate(cgutils.unpack_tuple(builder, args[3])):
-            scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, 0)
-            factor = _broadcast(builder, scalar, vector.width)
-            member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
-            value = builder.insert_value(value, member, i)
-        return value
+        chosen = [(column, 0) for column in cgutils.unpack_tuple(builder, args[3])]
+        return _add_columns(context, builder, matrix, args, chosen, vector.width)
 
     return tile(tile, matrix, types.intp, columns, vector), code
 
@@ -338,11 +329,9 @@ def tile_scatter(
     """Store the rows of a tuple of numbers."""
 
     def code(context, builder, signature, args):
-        zero = ir.Constant(INDEX, 0)
         vectors = cgutils.unpack_tuple(builder, args[2])
         for row, member in zip(cgutils.unpack_tuple(builder, args[1]), vectors, strict=True):
-            at = _address(context, builder, array, args[0], row, zero, member.type)
-            builder.store(member, at, align=8)
+            _store_row(context, builder, array, args[0], row, member)
         return context.get_dummy_value()
 
     return types.none(array, rows, tile), code

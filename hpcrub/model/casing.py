@@ -9,9 +9,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+BUMP_WIDTH = 0.1  # of the pitch: where a bump has 1/e of its height, on each side of its crest
 N_ANGLES = 2**14  # of a shape whose spectrum is asked for
 RELEVANT = 0.01  # of the largest amplitude of any order
+# of the height that blades meet: a change of the casing that counts, and the part of a Gaussian
+# bump whose steepest flank rises by it in the width of the bump over so much
+ROUGH, FLANK = 0.1, 2.0 * math.sqrt(2.0 / math.e)
 
 
 class Profile(NamedTuple):
@@ -53,9 +58,13 @@ class Outline(NamedTuple):
     mean: float  # [m]
     curvature: float  # largest second derivative at a crest, of all relevant orders [m/rad²]
     orders: tuple[int, ...]  # relevant ones, the strongest first; none of a circle
+    rest: np.ndarray  # heights less the relevant orders, at N_ANGLES angles [m]
+    cliffs: np.ndarray  # (2, n) angle [rad] and change [m] between closer measured points
 
 
-def bump_height(phi: np.ndarray, n_bumps: int, height: float) -> np.ndarray:
+def bump_height(
+    phi: np.ndarray, n_bumps: int, height: float, width: float = BUMP_WIDTH
+) -> np.ndarray:
     """Height of the casing's bumps at an angle.
 
     Parameters
@@ -66,6 +75,8 @@ def bump_height(phi: np.ndarray, n_bumps: int, height: float) -> np.ndarray:
         Number n_d of evenly spaced bumps.
     height : float
         Bump height c_rd [m].
+    width : float
+        Distance from its crest at which a bump has 1/e of its height, in pitches [-].
 
     Returns
     -------
@@ -78,19 +89,23 @@ def bump_height(phi: np.ndarray, n_bumps: int, height: float) -> np.ndarray:
     """
     pitch = 2.0 * np.pi / n_bumps
     nearest = phi - pitch * np.round(phi / pitch)
-    return height * np.exp(-((nearest / (0.1 * pitch)) ** 2))
+    return height * np.exp(-((nearest / (width * pitch)) ** 2))
 
 
 def casing_height(
-    phi: np.ndarray, n_bumps: int, height: float, profile: Profile = NO_PROFILE
+    phi: np.ndarray,
+    n_bumps: int,
+    height: float,
+    profile: Profile = NO_PROFILE,
+    width: float = BUMP_WIDTH,
 ) -> np.ndarray:
     """Height of the casing at an angle [m]: bumps (see `bump_height`) and profile together."""
-    bumps = bump_height(phi, n_bumps, height)
+    bumps = bump_height(phi, n_bumps, height, width)
     return bumps + profile.height(phi) if profile.exists else bumps
 
 
 @lru_cache(maxsize=16)
-def outline(n_bumps: int, height: float, profile: Profile) -> Outline:
+def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_WIDTH) -> Outline:
     """Outline of a casing; arguments as of `casing_height`.
 
     An order is relevant when its amplitude is at least one hundredth of the largest: of Gaussian
@@ -98,7 +113,7 @@ def outline(n_bumps: int, height: float, profile: Profile) -> Outline:
     """
     phi = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES
     measured = np.array([angle for angle, _ in profile.measured])
-    there = casing_height(np.concatenate([phi, measured]), n_bumps, height, profile)
+    there = casing_height(np.concatenate([phi, measured]), n_bumps, height, profile, width)
     spectrum = np.fft.rfft(there[:N_ANGLES])
     mean, spectrum[0] = spectrum[0].real / N_ANGLES, 0.0
     size = 2.0 * np.abs(spectrum) / N_ANGLES
@@ -106,15 +121,60 @@ def outline(n_bumps: int, height: float, profile: Profile) -> Outline:
     kept = (size > 0.0) & (size >= RELEVANT * size.max())
     orders = np.arange(len(size))
     bend = np.fft.irfft(np.where(kept, orders**2 * spectrum, 0.0), N_ANGLES)
+    rest = np.fft.irfft(np.where(kept, 0.0, spectrum), N_ANGLES) if measured.size else np.zeros(1)
+    points = np.array(profile.measured + profile.measured[:1]).T.reshape(2, -1)
+    cliffs = np.abs(np.diff(points))
+    cliffs = cliffs[:, (cliffs[0] > 0.0) & (cliffs[0] < 2.0 * np.pi / N_ANGLES)]
     strongest = orders[kept][np.argsort(-size[kept], kind="stable")]
     return Outline(
-        float(there.max()), float(mean), float(bend.max()), tuple(int(n) for n in strongest)
+        float(there.max()),
+        float(mean),
+        float(bend.max()),
+        tuple(int(n) for n in strongest),
+        rest,
+        cliffs,
     )
 
 
-def highest(n_bumps: int, height: float, profile: Profile = NO_PROFILE) -> float:
+def width_of_rest(found: Outline, met: float) -> float:
+    """Angle in which a bump would be as steep as spikes, jumps and noise of a casing [rad].
+
+    Parameters
+    ----------
+    found : Outline
+    met : float
+        Height of the casing that blades meet [m]; smaller changes than ROUGH of it do not count.
+
+    Returns
+    -------
+    float
+        Infinite where there are none.
+    """
+    depth, grid = ROUGH * met, 2.0 * np.pi / N_ANGLES
+
+    def change(n):
+        parts = (
+            maximum_filter1d(found.rest, n + 1, mode="wrap"),
+            minimum_filter1d(found.rest, n + 1, mode="wrap"),
+        )
+        return float((parts[0] - parts[1]).max())
+
+    rises = found.cliffs[0, found.cliffs[1] >= depth] / found.cliffs[1, found.cliffs[1] >= depth]
+    steepest = [float(rises.min())] if rises.size else []
+    low, high = 0, N_ANGLES // 4  # grid points over which the rest changes by too little, by enough
+    if change(high) >= depth > 0.0:
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if change(middle) >= depth else (middle, high)
+        steepest.append(high * grid / change(high))
+    return FLANK * met * min(steepest, default=math.inf)
+
+
+def highest(
+    n_bumps: int, height: float, profile: Profile = NO_PROFILE, width: float = BUMP_WIDTH
+) -> float:
     """Largest height of a casing [m]; arguments as of `casing_height`."""
-    return outline(n_bumps, height, profile).highest if profile.exists else height
+    return outline(n_bumps, height, profile, width).highest if profile.exists else height
 
 
 def repeats(n_bumps: int, height: float, profile: Profile) -> int:
@@ -131,6 +191,7 @@ def bump_table(
     steps_per_revolution: int,
     n_steps: int,
     profile: Profile = NO_PROFILE,
+    width: float = BUMP_WIDTH,
 ) -> np.ndarray:
     """Heights of the casing that every contact point meets in the first steps of a revolution.
 
@@ -148,6 +209,8 @@ def bump_table(
         Rows of the table.
     profile : Profile
         Beside the bumps.
+    width : float
+        Width of the bumps, see `bump_height`.
 
     Returns
     -------
@@ -155,7 +218,8 @@ def bump_table(
         Heights [m]; row j holds the heights after j + 1 steps.
     """
     rotation = (np.arange(n_steps) + 1.0) * (2.0 * np.pi / steps_per_revolution)
-    return casing_height(rotation[:, None] + contact_angle[None, :], n_bumps, height, profile)
+    phi = rotation[:, None] + contact_angle[None, :]
+    return casing_height(phi, n_bumps, height, profile, width)
 
 
 def ramp(t: float, ramp_time: float) -> float:

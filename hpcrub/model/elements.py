@@ -28,7 +28,7 @@ def rectangular_beam(width: float, thickness: float, young_modulus: float, densi
     Parameters
     ----------
     width, thickness : float
-        Of the section [m].
+        Sides of the section [m].
     young_modulus : float
         [Pa].
     density : float
@@ -92,7 +92,7 @@ def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, 
     ----------
     beam : Beam
     length : float
-        Of the arc [m].
+        Length of the arc [m].
     radius : float
         R [m].
 

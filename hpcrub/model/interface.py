@@ -20,9 +20,10 @@ class Interface(NamedTuple):
     radius: np.ndarray  # (C,) [m]
     axial_position: np.ndarray  # (C,) z [m]
     clearance: np.ndarray  # (C,) of each point, beyond the casing's own [m]
-    normal: np.ndarray  # (C, m) outward displacement
+    normal: np.ndarray  # (C, m) displacement along the outward normal of the casing
     tangential: np.ndarray  # (C, m) displacement towards +theta
-    axial: np.ndarray  # (C, m), or (0, m) for a planar disk, which has no axial motion
+    # (C, m) along the casing's generator, axial for a cylinder; (0, m) for a planar disk
+    axial: np.ndarray
     observed: np.ndarray  # (O, m) displacements whose largest magnitude is the amplitude
     observed_blade: np.ndarray  # (O,) int, blade of each observed displacement
 
@@ -78,7 +79,7 @@ def planar_interface(
     Parameters
     ----------
     angle : ndarray (C,)
-        Of the contact points in the rotating frame [rad].
+        Angle of each contact point in the rotating frame [rad].
     radius : float or ndarray (C,)
         Of all of them, or of each [m].
     normal, tangential : ndarray (C, m), optional

@@ -60,7 +60,7 @@ def correlated(drawn: np.ndarray, correlation: float) -> np.ndarray:
     drawn : ndarray (N,)
         Independent numbers in [-1, 1), one for each blade.
     correlation : float
-        Of two neighbours, 0 or more; of blades k apart it is the k-th power.
+        Correlation of two neighbours, 0 or more; that of blades k apart is its k-th power.
 
     Returns
     -------

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve, eigh
 
+from hpcrub.model import families
 from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
@@ -71,7 +72,7 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     ----------
     disk : Disk
     n_modes : int
-        Fixed-interface modes kept, 0 to all.
+        Fixed-interface modes kept, 0 to all; more where they are no whole families.
 
     Raises
     ------
@@ -82,7 +83,11 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     -----
     Joachim, Nyssen, Batailly (2020), section 2.1.
     """
-    basis = _craig_bampton_basis(disk.mass, disk.stiffness, disk.contact_dof, n_modes)
+    most = len(disk.mass) - disk.contact_dof.size
+    if not 0 <= n_modes <= most:
+        raise ValueError(f"n_modes must lie between 0 and {most}, got {n_modes}")
+    n_modes = families.whole(n_modes, len(disk.blade_dof))
+    basis = _craig_bampton_basis(disk, n_modes)
     mass = _symmetric(basis.T @ disk.mass @ basis)
     stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
     blade_basis = basis[disk.blade_dof]  # (N, nb, m)
@@ -190,12 +195,11 @@ def mistune(disk: Disk, deviation: np.ndarray) -> Disk:
     return disk._replace(stiffness=stiffness, blade_stiffness=(1 + scale) * disk.blade_stiffness)
 
 
-def _craig_bampton_basis(mass, stiffness, contact_dof, n_modes):
+def _craig_bampton_basis(disk, n_modes):
     """Static response to each contact dof, then fixed-interface modes, (n, 2 n_c + n_modes)."""
-    boundary = contact_dof.T.ravel()  # all u_r, then all u_t
+    mass, stiffness = disk.mass, disk.stiffness
+    boundary = disk.contact_dof.T.ravel()  # all u_r, then all u_t
     inside = np.setdiff1d(np.arange(len(mass)), boundary)
-    if not 0 <= n_modes <= len(inside):
-        raise ValueError(f"n_modes must lie between 0 and {len(inside)}, got {n_modes}")
     K_ii = stiffness[np.ix_(inside, inside)]
     K_ib = stiffness[np.ix_(inside, boundary)]
     n_boundary = len(boundary)
@@ -204,9 +208,24 @@ def _craig_bampton_basis(mass, stiffness, contact_dof, n_modes):
     basis[inside, :n_boundary] = -cho_solve(cho_factor(K_ii), K_ib)
     if n_modes > 0:
         M_ii = mass[np.ix_(inside, inside)]
-        _, modes = eigh(K_ii, M_ii, subset_by_index=[0, n_modes - 1])
+        if np.allclose(disk.blade_stiffness, disk.blade_stiffness[:1], rtol=1e-9):
+            modes = _families(K_ii, M_ii, n_modes, len(disk.blade_dof))
+        else:  # a mistuned disk has no nodal diameters
+            _, modes = eigh(K_ii, M_ii, subset_by_index=[0, n_modes - 1])
         basis[inside, n_boundary:] = modes
     return basis
+
+
+def _families(K, M, n_modes, n_blades):
+    """Modes of whole families; the rows of K and M come sector by sector, in turning frames."""
+    values, modes = eigh(K, M, subset_by_index=[0, n_modes - 1])
+    sectors = modes.reshape(n_blades, -1, n_modes)
+    if families.choose(values, sectors, n_modes // n_blades, are_all=True) is not None:
+        return modes
+    values, modes = eigh(K, M)
+    sectors = modes.reshape(n_blades, -1, len(K))
+    chosen = families.choose(values, sectors, n_modes // n_blades, are_all=True)
+    return modes @ chosen
 
 
 def _project(matrices, basis):

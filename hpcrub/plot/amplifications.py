@@ -6,12 +6,20 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, numeric, ordered, reference
+from hpcrub.plot.families import (
+    finished,
+    labels,
+    numeric,
+    ordered,
+    reference,
+    require_same,
+    uncertainty,
+)
 from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.damping import KINDS
 
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 CONTACT = ("amplification", "contact", BLUE, "-")
@@ -21,7 +29,7 @@ SIGMA = "mistuning σ [%]"
 
 def draw_curves(
     axes: Axes, sigma: Any, values: Sequence[Any], at: Sequence[float], colours: Sequence[str],
-    style: str = "-", prefix: str = "",
+    style: str = "-", prefix: str = "", shared: Any = (0.0, 0.0),
 ) -> bool:  # fmt: skip
     """Percentiles of values (one array per σ), each with its interval, from 1 at σ = 0.
 
@@ -32,16 +40,9 @@ def draw_curves(
     """
     known = [v for v in range(len(sigma)) if len(values[v])]
     curves = np.array([np.percentile(values[v], at) for v in known]).reshape(-1, len(at)).T
-    ends = [intervals.interval(values[v], at) for v in known]
+    ends = [intervals.interval(values[v], at, shared) for v in known]
     low, high = np.transpose(ends, (1, 2, 0)) if ends else np.empty((2, len(at), 0))
-    return _draw_known(axes, sigma[known], curves, low, high, at, colours, style, prefix)
-
-
-def _draw_known(
-    axes: Axes, sigma: Any, curves: Any, low: Any, high: Any, at: Sequence[float],
-    colours: Sequence[str], style: str, prefix: str,
-) -> bool:  # fmt: skip
-    """The same with percentiles and ends (percentiles, σ) given."""
+    sigma = sigma[known]
     open_end = False
     for p, percentile in enumerate(at):
         colour, marker = colours[p % len(colours)], MARKERS[p % len(MARKERS)]
@@ -76,7 +77,8 @@ def percentiles(canvas: Canvas) -> None:
         sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
         for name, word, colour, style in (CONTACT, LINEAR):
             values = finished(file, name)
-            open_end |= draw_curves(panel, sigma, values, at, [colour], style, f"{word}, ")
+            shared = uncertainty(file, name)
+            open_end |= draw_curves(panel, sigma, values, at, [colour], style, f"{word}, ", shared)
         panel.set(xlabel=SIGMA, title=f"{label}, {_samples(file)}")
     for panel in axes[::columns]:
         panel.set_ylabel("amplification [-]")
@@ -104,7 +106,8 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
             values = finished(file, name)[-1]
             if not len(values):
                 continue
-            centre, (low, high) = np.percentile(values, at), intervals.interval(values, at)
+            centre, shared = np.percentile(values, at), uncertainty(file, name)
+            low, high = intervals.interval(values, at, shared)
             height = np.full(len(at), row + 0.24 * k - 0.12)
             open_end |= intervals.draw(axes, height, centre, low, high, colour, sideways=True)
             for p, value in enumerate(centre):
@@ -203,24 +206,24 @@ def linear(canvas: Canvas) -> None:
     )
 
 
-@figure("damping", paper="16", what="percentiles at two dampings", main=True)
+@figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,
+        random=True)  # fmt: skip
 def damping(canvas: Canvas) -> None:
-    """Percentiles of both amplifications against σ at every damping."""
-    file = canvas.file
-    sigma, cases = 100 * file.read("sigma"), file.read("damping_ratio")
-    at = file.config.convergence.percentiles
+    """Percentiles of both amplifications against σ of files that differ in their damping."""
+    files = sorted(canvas.files, key=lambda file: -file.config.material.damping_ratio)
+    require_same(files, but="material.damping_ratio")
+    if files[0].config.material.damping_ratios is not None:
+        raise InputError(f"{files[0].path} has material.damping_ratios, and not one for all modes")
     axes, open_end = canvas.panels(1, 2, (12, 5.4), sharey=True)[0], False
     looks = list(zip((BLUE, ORANGE, GREEN), ("-", "--", ":"), strict=True))
-    for kind, panel in zip(KINDS, axes, strict=True):
-        values, ends = file.read(f"{kind}/percentile"), file.read(f"{kind}/interval")
-        for case, ratio in enumerate(cases):
+    for (name, word, *_), panel in zip((CONTACT, LINEAR), axes, strict=True):
+        for case, file in enumerate(files):
             colour, style = looks[case % len(looks)]
-            low, high = ends[case].transpose(2, 1, 0)
-            prefix = f"ξ = {1e3 * ratio:g}·10⁻³, "
-            open_end |= _draw_known(
-                panel, sigma, values[case].T, low, high, at, [colour], style, prefix
-            )
-        panel.set(xlabel=SIGMA, title=f"{kind} amplification")
+            sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
+            prefix = f"ξ = {1e3 * file.config.material.damping_ratio:g}·10⁻³, "
+            values = finished(file, name)
+            open_end |= draw_curves(panel, sigma, values, at, [colour], style, prefix)
+        panel.set(xlabel=SIGMA, title=f"{word} amplification")
     axes[0].set_ylabel("amplification [-]")
     canvas.legend(
         [*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=2

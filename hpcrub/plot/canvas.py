@@ -6,6 +6,8 @@ import inspect
 import os
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -15,10 +17,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.transforms import ScaledTranslation
 
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.plot.style import STYLE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.files import open_result
+from hpcrub.studies import open_result
 
 Source = str | os.PathLike[str] | ResultFile
 Where = Axes | Sequence[Axes] | FigureBase | None
@@ -237,8 +240,8 @@ class Canvas:
 
 def warnings(file: ResultFile) -> list[str]:
     """What a result file warns of, a line each."""
-    found = file.attributes().get("warnings", "")
-    lines = found.splitlines() if isinstance(found, str) else [str(line) for line in found]
+    warnings = file.attributes().get("warnings", "")
+    lines = warnings.splitlines() if isinstance(warnings, str) else [str(line) for line in warnings]
     return [line for line in lines if line.strip()]
 
 
@@ -301,9 +304,11 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
     """Files of what the user gave: a path, an open file, or a list of these; ours are closed."""
     several = isinstance(file, Sequence) and not isinstance(file, str)
     with contextlib.ExitStack() as stack:
-        files = []
+        files: list[Any] = []
         for one in file if several else [file]:
-            if isinstance(one, str | os.PathLike):
+            if isinstance(one, Config):  # for a figure of the input alone
+                files.append(SimpleNamespace(config=one, path=Path(one.output), attributes=dict))
+            elif isinstance(one, str | os.PathLike):
                 files.append(stack.enter_context(open_result(one)))
             else:
                 files.append(getattr(one, "file", one))  # of hpcrub.open, what reads it
@@ -320,5 +325,5 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
         if about.random and file.config.pattern_deviation is not None:
             raise InputError(
                 f"{file.path}: figure {name} is for random samples, and this is one explicit "
-                "pattern (mistuning.pattern_gpa)"
+                "pattern (mistuning.pattern)"
             )

@@ -1,44 +1,52 @@
-"""Figure of a casing study."""
+"""The casing of an input: its radius around the circumference, and how its bumps grow."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from hpcrub.config.schema import Config
+from hpcrub.model.casing import casing_height, ramp
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
-from hpcrub.results.storage import ResultFile
+from hpcrub.studies import STUDIES
 
 EXAGGERATED = 60  # radial deviations in the drawing
+N_ANGLES, N_TIMES = 2401, 201
 
 
-@figure("casing", paper="1b, 3", what="casing, clearance and bumps", main=True)
+@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False)
 def casing(canvas: Canvas) -> None:
-    """The casing to an exaggerated scale, its gap around the circumference, and the bump ramp."""
-    file = canvas.file
-    round_, gap, growth = canvas.mosaic("AB;AC", (12, 5.6))
-    _draw_round(round_, file)
-    angle = np.degrees(file.read("angle_rad"))
-    gap.plot(angle, 1e3 * file.read("gap_m"), color=BLUE)
-    gap.axhline(1e3 * file.config.casing.clearance, color="0.5", lw=1.2, ls="--")
-    gap.axhline(0, color=BLACK, lw=1.2)
-    gap.fill_between(
-        angle, 0, 1e3 * file.read("gap_m"), where=file.read("gap_m") < 0, color=ORANGE, alpha=0.4,
+    """The casing to an exaggerated scale, its gap around the circumference, and the bump ramp.
+
+    Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
+    """
+    config = canvas.file.config
+    shape = config.casing
+    round_, gaps, growth = canvas.mosaic("AB;AC", (12, 5.6))
+    angle = np.linspace(0, 2 * np.pi, N_ANGLES)
+    inward = 1e3 * casing_height(angle, *shape.shape)
+    _draw_round(round_, config, angle, inward)
+    gap = shape.clearance_mm - inward
+    gaps.plot(np.degrees(angle), gap, color=BLUE)
+    gaps.axhline(shape.clearance_mm, color="0.5", lw=1.2, ls="--")
+    gaps.axhline(0, color=BLACK, lw=1.2)
+    gaps.fill_between(
+        np.degrees(angle), 0, gap, where=gap < 0, color=ORANGE, alpha=0.4,
         label="tips at rest would touch",
     )  # fmt: skip
-    gap.set(
+    gaps.set(
         xlabel="angle [deg]", ylabel="gap at rest [mm]", xlim=(0, 360), xticks=range(0, 361, 60)
     )
-    gap.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
-    growth.plot(1e3 * file.read("growth_time_s"), file.read("growth"), color=BLUE)
+    gaps.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
+    time = np.linspace(0, 1.2 * shape.growth_time, N_TIMES)
+    growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
     growth.set(xlabel="time [ms]", ylabel="bump ramp [-]", ylim=(0, 1.05))
 
 
-def _draw_round(axes: Axes, file: ResultFile) -> None:
-    config, angle = file.config, file.read("angle_rad")
-    R = config.disk.tip_radius_mm
-    inner = R + EXAGGERATED * (config.casing.clearance_mm - 1e3 * file.read("inward_m"))
+def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:
+    R, clearance = config.disk.tip_radius_mm, config.casing.clearance_mm
+    inner, outer = R + EXAGGERATED * (clearance - inward), R + EXAGGERATED * clearance
     tips = 2 * np.pi * np.arange(config.disk.n_blades) / config.disk.n_blades
     c, s = np.cos(angle), np.sin(angle)
-    outer = R + EXAGGERATED * config.casing.clearance_mm
     axes.fill(
         np.concatenate([inner * c, 1.15 * R * c[::-1]]),
         np.concatenate([inner * s, 1.15 * R * s[::-1]]), color="0.85", lw=0,

@@ -29,17 +29,17 @@ def branches(canvas: Canvas) -> None:
     a third looks closer at the longest such range of speeds.
     """
     file = canvas.file
-    found = label_file(file)
-    several = coexisting(found) > 1
+    branch_of = label_file(file)
+    several = coexisting(branch_of) > 1
     n = 2 + int(several.any())
     panels = canvas.panels(n, 1, (10, 5.0 * n))[:, 0]
-    scale = _scale(file, found)
+    scale = _scale(file, branch_of)
     image = _draw_starts(panels[0], file, scale)
-    _draw_branches(panels[1], file, found, several, scale)
+    _draw_branches(panels[1], file, branch_of, several, scale)
     panels[1].sharex(panels[0])
     panels[1].sharey(panels[0])
     if several.any():
-        _draw_closer(panels[2], file, found, several, scale)
+        _draw_closer(panels[2], file, branch_of, several, scale)
     for panel in panels:
         panel.set(xlabel="speed of rotation [Hz]", ylabel="blade-tip amplitude [mm]")
         if panel.get_legend_handles_labels()[0]:
@@ -47,10 +47,10 @@ def branches(canvas: Canvas) -> None:
     canvas.colorbar(image, panels, label="localisation factor [%]", aspect=40)
 
 
-def _scale(file: ResultFile, found: Any) -> dict[str, Any]:
+def _scale(file: ResultFile, branch_of: Any) -> dict[str, Any]:
     """Colours for all panels: localisation of all points drawn [%]."""
     local, of_windows = 100 * file.read("localisation"), _windows(file)[2]
-    shown = np.concatenate([local[np.isfinite(local)], of_windows[found >= 0], []])
+    shown = np.concatenate([local[np.isfinite(local)], of_windows[branch_of >= 0], []])
     ends = (shown.min(), shown.max()) if len(shown) else (0.0, 100.0)
     return {"norm": Normalize(*ends), "cmap": SHADES, "lw": 0}
 
@@ -79,34 +79,34 @@ def _draw_starts(axes: Axes, file: ResultFile, scale: dict[str, Any]) -> Any:
 
 
 def _draw_branches(
-    axes: Axes, file: ResultFile, found: Any, several: Any, scale: dict[str, Any]
+    axes: Axes, file: ResultFile, branch_of: Any, several: Any, scale: dict[str, Any]
 ) -> None:
     speeds, n_windows = file.read("speeds_hz"), file.read("window_amplitude_m").shape[-1]
     _draw_bands(axes, speeds, several)
-    _draw_points(axes, file, found, range(found.max() + 1), scale, 24)
+    _draw_points(axes, file, branch_of, range(branch_of.max() + 1), scale, 24)
     axes.set_title(
         f"means and standard deviations of {n_windows} windows;\n"
         "grey where several branches coexist", fontsize=11,
     )  # fmt: skip
-    if found.max() < 0:
+    if branch_of.max() < 0:
         say(axes, "no point is steady")
 
 
 def _draw_points(
-    axes: Axes, file: ResultFile, found: Any, shown: Sequence[int], scale: dict[str, Any],
+    axes: Axes, file: ResultFile, branch_of: Any, shown: Sequence[int], scale: dict[str, Any],
     size: float,
 ) -> None:  # fmt: skip
     """Points of some branches: bars their scatter, colours their localisation."""
     speeds = file.read("speeds_hz")
     amplitude, scatter, local = _windows(file)
     for branch in shown:
-        start, at = np.nonzero(found == branch)
+        start, at = np.nonzero(branch_of == branch)
         x, y = speeds[at], amplitude[start, at]
         large = branch < LARGEST
         marker = MARKERS[branch] if large else "."
         axes.errorbar(x, y, scatter[start, at], fmt="none", ecolor="0.6", lw=0.7, zorder=1)
         axes.scatter(x, y, c=local[start, at], s=size, marker=marker, zorder=2, **scale)
-        mean = local[found == branch].mean()
+        mean = local[branch_of == branch].mean()
         label = f"branch {branch + 1}: {mean:.0f} % localised"
         if large or branch == LARGEST:
             label = label if large else "smaller branches"
@@ -114,15 +114,15 @@ def _draw_points(
 
 
 def _draw_closer(
-    axes: Axes, file: ResultFile, found: Any, several: Any, scale: dict[str, Any]
+    axes: Axes, file: ResultFile, branch_of: Any, several: Any, scale: dict[str, Any]
 ) -> None:
     """The longest stretch of speeds at which branches coexist, with as much on either side."""
     speeds = file.read("speeds_hz")
     first, last = max(stretches(several), key=np.ptp)
     near = slice(max(0, first - (last - first)), 2 * last - first)
     _draw_bands(axes, speeds, several)
-    part = np.full_like(found, -1)
-    part[:, near] = found[:, near]
+    part = np.full_like(branch_of, -1)
+    part[:, near] = branch_of[:, near]
     _draw_points(axes, file, part, [b for b in np.unique(part) if b >= 0], scale, 45)
     width = np.diff(speeds).min()
     axes.set_xlim(speeds[near][0] - width, speeds[near][-1] + width)

@@ -1,4 +1,4 @@
-"""Figure of a cross study."""
+"""Contact beside linear amplification, sample by sample."""
 
 from typing import Any
 
@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.families import finished
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
-from hpcrub.results.storage import ResultFile
+from hpcrub.statistics import pairs
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
 FEW = 100  # samples up to which there is no density, and no percentile 99
@@ -18,11 +19,12 @@ SOME = 500  # samples up to which they are drawn one by one
 Array = NDArray[np.float64]
 
 
-@figure("cross", paper="15", what="densities of (A_lin, A_nl)", main=True)
+@figure("contact", paper="15", what="densities of (A_lin, A_nl)", alone=False, random=True)
 def cross(canvas: Canvas) -> None:
     """Samples in the plane of both amplifications, from dense to sparse, a panel for every σ.
 
-    Fewer than a hundred samples are dots only.
+    Fewer than a hundred samples are dots only. The paper's load travels over the disk the other way
+    than its casing (`forcing.travels`): single disks differ for that reason, too.
     """
     file = canvas.file
     sigma = 100 * file.read("sigma")
@@ -31,48 +33,49 @@ def cross(canvas: Canvas) -> None:
     size = (5.8 * columns, 5.2 * rows)
     axes = canvas.panels(rows, columns, size, sharex=True, sharey=True).ravel()
     canvas.hide(axes[len(sigma) :])
-    image, fewest = None, np.inf
+    linear, contact = (finished(file, f"{kind}amplification") for kind in ("linear_", ""))
+    image = None
     for level, panel in enumerate(axes[: len(sigma)]):
-        found, n = _draw_level(panel, file, level)
-        image, fewest = found or image, min(fewest, n)
-        panel.set_title(_title(file, level, n), fontsize=11)
+        image = _draw_level(panel, linear[level], contact[level]) or image
+        panel.set_title(_title(sigma[level], linear[level], contact[level]), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
     if image is not None:
         bar = canvas.colorbar(image, axes, label="share of the samples in denser regions")
         if bar:
             bar.set_ticks([0, *SHARES])
-    if fewest <= FEW:
+    if min(map(len, linear)) <= FEW:
         canvas.note(f"Up to {FEW} samples of a level have neither density nor percentile 99.")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
     handles, words = axes[0].get_legend_handles_labels()
     canvas.legend(handles, words, columns=2)
 
 
-def _title(file: ResultFile, level: int, n: int) -> str:
-    share, r = 100 * file.read("share", level), file.read("rank_correlation", level)
-    low, high = 100 * file.read("share_interval", level)
-    r_low, r_high = file.read("rank_correlation_interval", level)
+def _title(sigma: float, linear: Array, contact: Array) -> str:
+    n = len(linear)
+    above = int(np.count_nonzero(contact > linear))
+    low, high = 100 * np.array(pairs.share_interval(above, n))
+    r, r_low, r_high = pairs.rank_correlation(contact, linear)
     return (
-        f"σ = {100 * file.read('sigma', level):.1f} %, {n} samples\n"
-        f"contact above linear for {share:.0f} % [{low:.0f}, {high:.0f}]\n"
+        f"σ = {sigma:.1f} %, {n} samples\n"
+        f"contact above linear for {100 * above / max(n, 1):.0f} % [{low:.0f}, {high:.0f}]\n"
         f"rank correlation {r:.2f} [{r_low:.2f}, {r_high:.2f}]"
     )
 
 
-def _draw_level(axes: Axes, file: ResultFile, level: int) -> tuple[Any, int]:
-    contact, linear = file.read("contact", level), file.read("linear", level)
-    known = np.isfinite(contact) & np.isfinite(linear)
-    density, image, n = file.read("density", level), None, int(known.sum())
-    grids = file.read("grid_linear", level), file.read("grid_contact", level)
-    if n > FEW and np.isfinite(density).all():
+def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
+    """Samples of one level, of many their density; returns its image."""
+    image, n = None, len(linear)
+    found = pairs.density(linear, contact) if n > FEW else (linear, contact, None)
+    grid_linear, grid_contact, density = found
+    if density is not None:
         image = axes.contourf(
-            *grids, cumulative(density), levels=[0, *SHARES], cmap="viridis", alpha=0.85,
+            grid_linear, grid_contact, cumulative(density).T, levels=[0, *SHARES], cmap="viridis",
+            alpha=0.85,
         )  # fmt: skip
-    if image is None or n <= SOME:
-        axes.plot(linear[known], contact[known], ".", color=BLACK, ms=6 if n <= FEW else 3,
-                  label="samples")  # fmt: skip
+    if density is None or n <= SOME:
+        axes.plot(linear, contact, ".", color=BLACK, ms=6 if n <= FEW else 3, label="samples")
     else:
-        out = known & outside(linear, contact, *grids, density)
+        out = outside(linear, contact, grid_linear, grid_contact, density)
         label = f"samples outside {100 * SHARES[-1]:.0f} %"
         axes.plot(linear[out], contact[out], ".", color="0.55", ms=2, label=label)
     if n > FEW:
@@ -80,11 +83,11 @@ def _draw_level(axes: Axes, file: ResultFile, level: int) -> tuple[Any, int]:
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
         ):  # fmt: skip
             label = f"percentile 99 of {name}"
-            line(np.percentile(values[known], 99), color=colour, ls="--", label=label)
+            line(np.percentile(values, 99), color=colour, ls="--", label=label)
     edge = max(axes.get_xlim()[1], axes.get_ylim()[1])
     axes.update_datalim([(0.95, 0.95), (edge, edge)])
     axes.axline((1.0, 1.0), slope=1.0, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
-    return image, n
+    return image
 
 
 def outside(
@@ -99,7 +102,7 @@ def outside(
     grid_linear, grid_contact
         Values at which the density is known [-], (G,), (H,).
     density
-        Of the samples, (H, G).
+        Density of the samples, (G, H).
 
     Returns
     -------
@@ -107,10 +110,10 @@ def outside(
         (S,), True too where a sample is off the grid or not known.
     """
     share = RegularGridInterpolator(
-        (grid_contact, grid_linear), cumulative(density), bounds_error=False, fill_value=1.0
+        (grid_linear, grid_contact), cumulative(density), bounds_error=False, fill_value=1.0
     )
-    found: NDArray[np.bool_] = ~(share(np.column_stack([contact, linear])) <= SHARES[-1])
-    return found
+    rare: NDArray[np.bool_] = ~(share(np.column_stack([linear, contact])) <= SHARES[-1])
+    return rare
 
 
 def cumulative(density: Array) -> Array:

@@ -60,7 +60,7 @@ def disk(canvas: Canvas) -> None:
 
     With the numbers of the blades, the sense of rotation, the load of the linear response and the
     displacements of a tip that the reduced model keeps (boundary dof), as in the paper's figure 1a.
-    Of a model file: its surface in three dimensions, with the contact nodes.
+    A model file is shown by its surface in three dimensions, with the contact nodes.
     """
     file = canvas.file
     if file.config.disk.model is not None:

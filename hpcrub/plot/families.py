@@ -6,14 +6,19 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import PROFILE, Config, key_table
+from hpcrub.config.schema import PROFILE, Config, differences, key_table
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import without_suffix
+from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies.contact.source import PHYSICS
+from hpcrub.studies.contact.trust import shared_uncertainty
 
 SYMBOLS = {"time.step_s": "h", "reduction.n_modes": "η", "material.damping_ratio": "ξ"}
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
+# of the mistuning, what does not set one population of disks apart from another
+FREE = "mistuning.seed", "mistuning.samples", "mistuning.tuned_runs"
 FEW = 3  # keys that are all named; with more, only those with an unusual value
 
 
@@ -21,6 +26,11 @@ def finished(file: ResultFile, name: str) -> list[Any]:
     """Values of the finished samples of every level, those that failed left out."""
     status, values = file.status(), file.read(f"samples/{name}")
     return [values[level][status[level] == DONE] for level in range(len(status))]
+
+
+def uncertainty(file: ResultFile, name: str) -> Any:
+    """What all amplifications in contact have in common, their reference; nothing else has."""
+    return shared_uncertainty(file) if name == "amplification" else (0.0, 0.0)
 
 
 def ordered(files: list[ResultFile]) -> list[ResultFile]:
@@ -74,8 +84,30 @@ def labels(files: list[ResultFile]) -> list[str]:
     return found
 
 
+def require_same(files: list[ResultFile], but: str) -> None:
+    """Refuse files whose disks or physics differ in more than one key.
+
+    They may have other samples and seeds. Raises InputError, which says what differs.
+    """
+    for other in files[1:]:
+        where = f"in {files[0].path}", f"in {other.path}"
+        found = [
+            line
+            for line in differences(files[0].config, other.config, where)
+            if line.startswith((*PHYSICS, "mistuning."))
+            and line.partition(":")[0] not in (but, *FREE)
+        ]
+        if found:
+            raise InputError(f"only {but} may differ, not {'; '.join(found)}")
+
+
 def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
-    return [flatten(file.config.model_dump(mode="json")) for file in files]
+    """Keys and values of every file; where `time.step_s` differs, the step that was used."""
+    rows = [flatten(file.config.model_dump(mode="json")) for file in files]
+    if len({row["time.step_s"] for row in rows}) > 1:  # it is only a bound
+        for row, file in zip(rows, files, strict=True):
+            row["time.step_s"] = float(file.attributes().get("time_step_s", file.config.step))
+    return rows
 
 
 def _differing(rows: list[dict[str, Any]]) -> list[str]:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
-from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
 
 LEVEL = f"{100 * confidence(Z_95):.0f} %"  # of all intervals drawn
 BARS = f"{LEVEL} confidence interval"
@@ -21,10 +21,17 @@ ARROW = 20  # length [points]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def interval(values: Array, percentiles: Sequence[float]) -> tuple[Array, Array]:
-    """Ends (P,) of the intervals of percentiles of values; NaN where an end is open."""
+def interval(
+    values: Array, percentiles: Sequence[float], shared: ArrayLike = (0.0, 0.0)
+) -> tuple[Array, Array]:
+    """Ends (P,) of the intervals of percentiles of values; NaN where an end is open.
+
+    shared: uncertainty that all values have in common, as for `widened`.
+    """
     low, high = percentile_interval(values, percentiles, Z_95)
-    return low, high
+    if not len(values):
+        return low, high
+    return widened(np.percentile(values, percentiles), low, high, np.asarray(shared))
 
 
 def draw(
@@ -36,9 +43,9 @@ def draw(
     Parameters
     ----------
     x, centre, low, high
-        Of every point, (n,).
+        Place, centre and ends of the interval of every point, (n,).
     colour
-        Of bars and arrows.
+        Colour of bars and arrows.
     sideways
         Whether the values are horizontal, and x the height.
 

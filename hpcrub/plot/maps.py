@@ -73,11 +73,11 @@ def interaction_map(canvas: Canvas) -> None:
             family = np.interp(strongest[0].speed_hz, speeds, highest)
         _draw_interactions(panel, strongest, family)
     axes[0].set_ylabel("frequency [Hz]")
-    found: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for panel in axes:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    canvas.legend(list(found.values()), list(found))
+            handles.setdefault(label, handle)
+    canvas.legend(list(handles.values()), list(handles))
     canvas.colorbar(image, axes, label="tangential amplitude, largest of all tips [mm]")
 
 
@@ -89,11 +89,11 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
     speeds
         Speeds of rotation (S,) [Hz].
     frequencies
-        Of the spectra (F,) [Hz], evenly spaced from 0.
+        Frequencies of the spectra (F,) [Hz], evenly spaced from 0.
     spectrum
         Amplitudes (S, F); NaN where the motion was lost.
     """
-    found = []
+    regions = []
     step = frequencies[1] - frequencies[0]
     for order in range(1, int(frequencies[-1] / speeds[0]) + 1):
         at = np.rint(order * speeds / step).astype(int)
@@ -108,9 +108,9 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
         while last < len(speeds) - 1 and large[last + 1]:
             last += 1
         at_best, low, high = (float(speeds[i]) for i in (best, first, last))
-        found.append(Interaction(order, at_best, low, high, float(along[best])))
-    found.sort(key=lambda interaction: -interaction.amplitude)
-    return [one for one in found[:N_INTERACTIONS] if one.amplitude > 0]
+        regions.append(Interaction(order, at_best, low, high, float(along[best])))
+    regions.sort(key=lambda interaction: -interaction.amplitude)
+    return [one for one in regions[:N_INTERACTIONS] if one.amplitude > 0]
 
 
 def _draw_natural(panel: Axes, file: ResultFile, disk: int, natural: Any) -> None:
@@ -144,8 +144,8 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
         )  # fmt: skip
 
 
-def _draw_interactions(axes: Axes, found: list[Interaction], family: float) -> None:
-    for one in found:
+def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) -> None:
+    for one in strongest:
         low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
         axes.add_patch(
             Rectangle(
@@ -159,9 +159,9 @@ def _draw_interactions(axes: Axes, found: list[Interaction], family: float) -> N
                 zorder=4,
             )  # fmt: skip
         )
-    if not found:
+    if not strongest:
         return
-    main = found[0]
+    main = strongest[0]
     axes.axhline(
         main.frequency_hz, color=GREEN, lw=1.2, ls="--", label="nonlinear frequency, strongest area"
     )

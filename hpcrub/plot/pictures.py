@@ -1,28 +1,21 @@
-"""Figures into picture files, named after their results and marked as this program's."""
+"""Figures into picture files, named after their results."""
 
 import contextlib
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context, rcdefaults
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
-from PIL import Image
 
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import HpcrubError, InputError, reason
+from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot.canvas import Drawing
-from hpcrub.studies.files import open_result
+from hpcrub.studies import open_result
 
-# What numbers that no study computes make of a drawing: nothing guards the data of a file, among
-# them numbers of nodes. All else is a fault of the program, and is to be seen as one.
-ODD_NUMBERS = ArithmeticError, IndexError, MemoryError, ValueError
-MARK = "hpcrub figure of"  # in every picture, with the results that it shows
 FRAMES_PER_SECOND = 25
 Path_ = str | os.PathLike[str]
 
@@ -87,7 +80,6 @@ def draw(
     folder: Path_ | None = None,
     kind: str = "png",
     mode: int | None = None,
-    overwrite: bool = False,
 ) -> list[Path]:
     """Draw one figure of one or several result files into picture files.
 
@@ -103,8 +95,6 @@ def draw(
         png, pdf or svg; an animation is a GIF.
     mode
         Mode to show, counted from 1; by default what the figure shows by itself.
-    overwrite
-        Whether pictures may be replaced that are not of the same results.
 
     Returns
     -------
@@ -114,7 +104,7 @@ def draw(
     Raises
     ------
     InputError
-        The figure needs another study, or shows no single mode; or another picture has the name.
+        The figure needs another study, or shows no single mode.
     """
     if mode is not None and not figure.about.mode:
         name = figure.__name__
@@ -123,29 +113,22 @@ def draw(
     groups = [list(paths)] if together else [[path] for path in paths]
     targets = _targets(figure, groups, folder, mode)
     return [
-        _draw_one(figure, group, target, kind, mode, overwrite)
+        _draw_one(figure, group, target, kind, mode)
         for group, target in zip(groups, targets, strict=True)
     ]
 
 
 def _draw_one(
-    figure: Drawing, paths: list[Path_], target: Path, kind: str, mode: int | None, overwrite: bool
+    figure: Drawing, paths: list[Path_], target: Path, kind: str, mode: int | None
 ) -> Path:
     options = {} if mode is None else {"mode": mode}
     with rc_context():
         rcdefaults()  # a user's style, or LaTeX that is not there, is for the user's own drawings
         paper = Figure(layout="constrained")
-        try:
-            drawn = figure(paths if len(paths) > 1 else paths[0], paper, **options)
-            moving = isinstance(drawn, FuncAnimation)
-            target = target.with_name(f"{target.name}.{'gif' if moving else kind}")
-            _guard(target, paths, overwrite)
-            _save(drawn if moving else paper, target, paths)
-        except ODD_NUMBERS as error:
-            raise HpcrubError(
-                f"{paths[0]}: figure {figure.__name__} cannot be drawn, its numbers are odd "
-                f"({type(error).__name__}: {reason(error):.80})"
-            ) from error
+        drawn = figure(paths if len(paths) > 1 else paths[0], paper, **options)
+        moving = isinstance(drawn, FuncAnimation)
+        target = target.with_name(f"{target.name}.{'gif' if moving else kind}")
+        _save(drawn if moving else paper, target)
     return target
 
 
@@ -179,37 +162,16 @@ def _targets(
     return found
 
 
-def _mark(target: Path, paths: Sequence[Path_]) -> str:
-    """What a picture says of its results: the same as long as they lie in the same place to it."""
-    places = [os.path.relpath(os.path.realpath(p), target.parent.resolve()) for p in paths]
-    return f"{MARK} {sha256(os.fsencode(chr(0).join(places))).hexdigest()[:16]}"
-
-
-def _guard(target: Path, paths: Sequence[Path_], overwrite: bool) -> None:
-    """Refuse to replace a picture that is not of the same results. Raises InputError."""
-    if overwrite or not target.exists():
-        return
-    there = target.read_bytes() if target.is_file() else b""
-    if _mark(target, paths).encode() in there:
-        return
-    whose = "shows other results" if MARK.encode() in there else "is not a picture of hpcrub"
-    raise InputError(f"{target} {whose}: --overwrite replaces it, --out DIR draws elsewhere")
-
-
-def _save(drawn: Figure | FuncAnimation, target: Path, paths: Sequence[Path_]) -> None:
+def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
     """Write a figure or an animation, whole or not at all. Raises HpcrubError."""
     part = target.with_name(f"{target.stem}.hpcrub-part{target.suffix}")
-    mark, kind = _mark(target, paths), target.suffix[1:]
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         if isinstance(drawn, FuncAnimation):
             drawn.save(part, writer=PillowWriter(FRAMES_PER_SECOND), dpi=80)
-            with Image.open(BytesIO(part.read_bytes())) as frames:
-                frames.save(part, "gif", save_all=True, comment=mark)
         else:
             _freeze(drawn)
-            where = {"pdf": "Subject"}.get(kind, "Description")
-            drawn.savefig(part, dpi=150, format=kind, bbox_inches="tight", metadata={where: mark})
+            drawn.savefig(part, dpi=150, format=target.suffix[1:], bbox_inches="tight")
         os.replace(part, target)
     except OSError as error:
         reason = error.strerror or error

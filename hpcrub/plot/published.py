@@ -30,8 +30,8 @@ def points(config: Config) -> tuple[Point, ...]:
 
     The numbering of table 2 against the rotation is not given, so both senses count.
     """
-    moduli = config.mistuning.pattern_gpa
-    if moduli is None or tuple(moduli) not in (TABLE_2, TABLE_2[::-1]):
+    mistuning = config.mistuning
+    if mistuning.pattern_unit != "gpa" or mistuning.pattern not in (TABLE_2, TABLE_2[::-1]):
         return ()
     mine, paper = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
     same = all(mine[key] == paper[key] for key in paper if key.startswith(SAME))

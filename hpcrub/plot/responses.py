@@ -12,10 +12,11 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot import intervals, published
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered, reference
+from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies.contact import trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
@@ -38,6 +39,8 @@ def summary(canvas: Canvas) -> None:
         draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
         _draw_amplifications(right, canvas)
+        for line in trust.short(file):
+            canvas.note(line)
     else:
         _draw_pattern(left, file, "amplitude_m", 1e3)
         _draw_pattern(right, file, "localisation", 100)
@@ -60,6 +63,10 @@ def draw_response(
     """One disk over the speeds; points that were not steady are hollow."""
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
     line = {"lw": 1.6, "zorder": 3, **how}
+    by_windows = f"{group}/amplitude_scatter_m"
+    if name == "amplitude_m" and by_windows in file:
+        wide = np.nan_to_num(scale * file.read(by_windows, where))
+        axes.fill_between(speeds, values - wide, values + wide, color=colour, alpha=0.15, lw=0)
     (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
     axes.update_datalim([(speeds[0], 0.0)])
     drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above all that follows
@@ -134,7 +141,9 @@ def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
         if not known:
             continue
         curves = np.array([np.percentile(values[v], at) for v in known]).T
-        ends = np.array([intervals.interval(values[v], at) for v in known]).T
+        ends = np.array(
+            [intervals.interval(values[v], at, uncertainty(file, name)) for v in known]
+        ).T
         for p, curve in enumerate(curves):
             axes.plot(
                 half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
@@ -161,8 +170,9 @@ def family(canvas: Canvas) -> None:
     """Frequency responses of several studies.
 
     Up to six that share their speeds lie in one panel, with the differences to a reference below,
-    beside the range of the perturbed tuned runs. More of them, or such as have other speeds, get a
-    panel each, with the reference in black where it has the same speeds.
+    beside what these differ by from run to run at every speed, of both disks together. More of
+    them, or such as have other speeds, get a panel each, with the reference in black where it has
+    the same speeds.
 
     The reference is the finest of time steps and reduced models, otherwise the study with the
     default values.
@@ -178,19 +188,19 @@ def family(canvas: Canvas) -> None:
 
 def _disks(file: ResultFile) -> list[tuple[str, str, Any]]:
     """Title, group and place of the responses of a file."""
-    found: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
+    disks: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
     if file.config.pattern_deviation is not None:
-        found.append(("mistuned disk", "samples", (0, 0)))
-    return found
+        disks.append(("mistuned disk", "samples", (0, 0)))
+    return disks
 
 
 def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     disks = _disks(best)
     n = len(disks)
     axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, sharey="row", height_ratios=(3, 2))
-    runs = 1e3 * best.read("tuned/run_peaks_m")
-    scatter = (np.nanmin(runs) - np.nanmedian(runs), np.nanmax(runs) - np.nanmedian(runs))
+    noise = np.zeros((n, len(best.read("speeds_hz"))))
     colours = iter(COLOURS)
+    of_best = [_scatter(best, group) for _, group, _ in disks]
     for file, label in zip(files, labels(files), strict=True):
         first = file is best
         colour = BLACK if first else next(colours)
@@ -203,12 +213,16 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
             top.set(title=title, xlabel="")
             if not first:
                 values, wanted = (f.read(f"{group}/amplitude_m", where) for f in (file, best))
+                disk = [g for _, g, _ in disks].index(group)
+                noise[disk] = np.fmax(
+                    noise[disk], 2e3 * np.hypot(of_best[disk], _scatter(file, group))
+                )
                 bottom.plot(
                     file.read("speeds_hz"), 1e3 * (values - wanted), color=colour, lw=1.3,
                     marker=".", ms=5,
                 )  # fmt: skip
-    for bottom in axes[1]:
-        bottom.axhspan(*scatter, color="0.85", lw=0, zorder=0)
+    for bottom, wide in zip(axes[1], noise, strict=True):
+        bottom.fill_between(best.read("speeds_hz"), -wide, wide, color="0.85", lw=0, zorder=0)
         bottom.axhline(0.0, color=BLACK, lw=1.2)
         bottom.set_xlabel(SPEED)
     axes[0, 0].set_ylabel(AMPLITUDE)
@@ -216,16 +230,30 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
     lines, words = axes[0, -1].get_legend_handles_labels()
     kept = [i for i, word in enumerate(words) if "not steady" not in word]
     handles = [lines[i] for i in kept]
-    more, names = _keys(len(runs))
+    more, names = _keys()
     canvas.legend([*handles, *more], [*(words[i] for i in kept), *names])
 
 
-def _keys(n_runs: int) -> tuple[list[Any], list[str]]:
+def _scatter(file: ResultFile, group: str) -> Any:
+    """By how much an amplitude differs from run to run of the same disk, at every speed (S,) [m].
+
+    The standard deviation of the perturbed runs, three at least; with fewer the standard error by
+    the windows of the one, which other motions at the same speed are not in.
+    """
+    n_speeds = len(file.read("speeds_hz"))
+    name = f"{group}/{'run_amplitude_m' if group == 'tuned' else 'amplitude_m'}"
+    runs = file.read(name).reshape(-1, n_speeds) if name in file else np.zeros((0, n_speeds))
+    if len(runs) > 2:
+        return np.nan_to_num(runs.std(axis=0, ddof=1))
+    name = f"{group}/amplitude_error_m"
+    error = file.read(name).reshape(-1, n_speeds)[0] if name in file else np.zeros(n_speeds)
+    return np.nan_to_num(error)
+
+
+def _keys() -> tuple[list[Any], list[str]]:
     hollow = Line2D([], [], marker="o", mfc="w", mec=BLACK, ls="")
-    return [hollow, Patch(color="0.85")], [
-        "not steady",
-        f"range of the peaks of {n_runs} perturbed tuned runs",
-    ]
+    words = "twice the scatter of both disks from run to run"
+    return [hollow, Patch(color="0.85")], ["not steady", words]
 
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
@@ -250,7 +278,7 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
         panel.set_xlabel(SPEED if panel in axes[len(files) - columns : len(files)] else "")
     for panel in axes[::columns]:
         panel.set_ylabel(AMPLITUDE)
-    found: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for panel in axes[: len(files)]:
-        found |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
-    canvas.legend(list(found.values()), list(found))
+        handles |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
+    canvas.legend(list(handles.values()), list(handles))

@@ -11,21 +11,18 @@ An error that all ranks share (`on_root`, `together`) carries `shared = True` an
 good order. Any other exception belongs to one rank only, and aborts the job.
 """
 
-import contextlib
 import os
 import signal
 import sys
 import time
 import traceback
-from collections import deque
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
+from hpcrub.ranks.dispatch import FROM_ROOT, PAUSE, Dispatcher, Worker
 from hpcrub.ranks.schedule import Assignments, Tasks
 
-PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
-TO_ROOT, FROM_ROOT = 1, 2  # message tags
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 # (number of ranks, this rank) as the launchers tell it: Open MPI, MPICH and Intel MPI, srun
@@ -86,9 +83,9 @@ def run(program: Callable[["Team"], int]) -> int:
         if team is not None:
             team.abort(1)
         return 1
-    finally:
+    finally:  # the signal that rank 0 has passed on may still be on its way to this rank
         for number, handler in handlers.items():
-            signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
+            signal.signal(number, signal.SIG_IGN if handler is _stop_at_once else handler)
 
 
 def leave(code: int) -> None:
@@ -274,10 +271,10 @@ class Team:
         """
         self.shared = shared
         if self.rank == 0:
-            stopped_by = _Dispatcher(self, Assignments(tasks, self.size), compute, on_result).run()
+            stopped_by = Dispatcher(self, Assignments(tasks, self.size), compute, on_result).run()
         else:
             stopped_by = None  # rank 0 knows
-            _Worker(self, compute).run()
+            Worker(self, compute).run()
         stopped_by = self.bcast(stopped_by)  # a signal may have come after rank 0 had said the end
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
@@ -294,132 +291,3 @@ def _result_or_raise(result, error):
         error.shared = True
         raise error
     return result
-
-
-class _Dispatcher:
-    """Rank 0's side of `run_tasks`: messages; `Assignments` decides."""
-
-    def __init__(self, team, assignments, compute, on_result):
-        self.team, self.assignments = team, assignments
-        self.compute, self.on_result = compute, on_result
-        self.present = team.size - 1  # ranks that have not said good-bye
-        self.stopped_by = None
-
-    def run(self):
-        self._serve()
-        while not self.stopped_by and not self.assignments.finished():
-            task = self.assignments.own()
-            if task is None:
-                time.sleep(PAUSE)
-            else:
-                with contextlib.suppress(Interrupted):
-                    self._collect(0, [self.compute(task, self.poll)])
-            self._serve()
-        self._dismiss()
-        return self.stopped_by
-
-    def poll(self):
-        self._serve()
-        if self.stopped_by:
-            raise Interrupted(self.stopped_by)
-        return self.team.shared
-
-    def _serve(self):
-        if self.team.signal:
-            self.stopped_by = self.team.signal
-        self._receive()
-        if not self.stopped_by:
-            for rank, tasks in self.assignments.answers():
-                self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
-
-    def _receive(self):
-        """Take all messages."""
-        comm = self.team.comm
-        while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
-            rank, kind, content = comm.recv(tag=TO_ROOT)
-            if kind == "stop":
-                self.stopped_by = content
-                continue
-            self._collect(rank, content)
-            if kind == "ask":
-                self.assignments.ask(rank)
-            self.present -= kind == "bye"
-
-    def _collect(self, rank, results):
-        for task, result in zip(self.assignments.done(rank, len(results)), results, strict=True):
-            if self.on_result(task, result):
-                self.assignments.closed = True
-
-    def _dismiss(self):
-        """Tell all ranks that it is over, and take what they have sent until they knew."""
-        for rank in range(1, self.team.size):
-            self.team.comm.send(("end", None), rank, FROM_ROOT)
-        self._receive()
-        while self.present:
-            time.sleep(PAUSE)
-            self._receive()
-
-
-class _Worker:
-    """The other ranks' side of `run_tasks`.
-
-    What they send is what they have finished: to ask for more, when they begin their last task
-    and again when they have none, and to say good-bye.
-    """
-
-    def __init__(self, team, compute):
-        self.team, self.compute = team, compute
-        self.tasks, self.results = deque(), []
-        self.told = False  # rank 0 knows of our signal
-        self.ended = False
-
-    def run(self):
-        with contextlib.suppress(Interrupted):  # a running task is dropped
-            self._tell("ask")
-            while self._wait():
-                task = self.tasks.popleft()
-                if not self.tasks:
-                    self._tell("ask")
-                self.results.append(self.compute(task, self.poll))
-                if not self.tasks:
-                    self._tell("ask")
-                elif self.team.shared is None:  # the next task may wait for what this one gives
-                    self._tell("done")
-                self.poll()
-        while not self.ended:
-            self._look()
-            time.sleep(PAUSE)
-        self._tell("bye")
-
-    def poll(self):
-        self._look()
-        if self.ended or self.told:
-            raise Interrupted("stopped")
-        return self.team.shared
-
-    def _wait(self):
-        """Wait for tasks; False at the end."""
-        while not self.tasks and not self.ended:
-            self._look()
-            if not self.tasks and not self.ended:
-                time.sleep(PAUSE)
-        return not self.ended
-
-    def _look(self):
-        """Pass a signal on, and take all messages."""
-        if self.team.signal and not self.told:
-            self.told = True
-            self._tell("stop", self.team.signal)
-        while self.team.comm.iprobe(source=0, tag=FROM_ROOT):
-            kind, content = self.team.comm.recv(source=0, tag=FROM_ROOT)
-            if kind == "tasks":
-                self.tasks.extend(content)
-            elif kind == "shared":
-                self.team.shared = content
-            else:
-                self.ended = True
-
-    def _tell(self, kind, content=None):
-        if content is None:
-            content, self.results = self.results, []
-        self.team.comm.send((self.team.rank, kind, content), 0, TO_ROOT)

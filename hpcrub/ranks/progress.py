@@ -1,9 +1,7 @@
 """How far a study is: a bar on a terminal, plain lines in a log."""
 
 import codecs
-import contextlib
 import io
-import os
 import sys
 import time
 from typing import Any
@@ -36,7 +34,7 @@ def console() -> Console:
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="hpcrub")
-    out = Console(file=_Output(sys.stdout), **plain)  # type: ignore[arg-type]
+    out = Console(**plain)
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
     return out
@@ -56,36 +54,6 @@ codecs.register_error("hpcrub", _in_plain_characters)
 def print_line(out: Console, text: str) -> None:
     """Print a line: whole into a log, wrapped at words on a terminal."""
     out.print(text, soft_wrap=not out.is_terminal)
-
-
-class _Output:
-    """Standard output. A full disk or a closed pipe behind it does not end a study."""
-
-    def __init__(self, stream):
-        self._stream = stream
-
-    def __getattr__(self, name):
-        return getattr(self._stream, name)
-
-    def write(self, text):
-        """Write if possible."""
-        self._try(self._stream.write, text)
-
-    def flush(self):
-        """Flush if possible."""
-        self._try(self._stream.flush)
-
-    def _try(self, function, *arguments):
-        try:
-            function(*arguments)
-        except OSError as error:
-            if not isinstance(error, BrokenPipeError):  # a reader such as `head` has had enough
-                text = f"hpcrub: the output cannot be written ({error.strerror}); on without it"
-                with contextlib.suppress(OSError):
-                    print(text, file=sys.stderr)
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
 
 
 class Progress:

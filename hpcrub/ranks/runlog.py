@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 from hpcrub import __version__
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import Interrupted, reason
-from hpcrub.results.ownership import open_to_append
 
 REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
 
@@ -109,7 +108,7 @@ class RunLog:
 
     def _append(self, line: dict[str, Any]) -> None:
         try:
-            with open_to_append(self.path) as file:
+            with open(self.path, "a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
         except OSError as error:
             text = f"hpcrub: no run log: {self.path}: {reason(error)}"

@@ -11,13 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact import status
-from hpcrub.contact.arrays import Contact, Polar, Scheme, Spatial, State
+from hpcrub.contact.arrays import Bank
 from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
+from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.kernel import advance, correct, raise_bumps
+from hpcrub.contact.passes import correct
 from hpcrub.model.reduction import Modes
-from hpcrub.response.sweep import Motion, Scene, cut_revolution, judge, speed_bands
+from hpcrub.response.revolution import cut_revolution, speed_bands
+from hpcrub.response.sweep import Motion, Scene, judge
 
 LANES = (0,) * 8  # speeds integrated together
 
@@ -34,48 +36,31 @@ class Piece(NamedTuple):
     reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
 
 
-@compiled
-def trace(
-    lanes: tuple,
-    scheme: Scheme,
-    contact: Contact,
-    state: State,
-    polar: Polar,
-    spatial: Spatial | tuple[()],
-    position: np.ndarray,
-    force: np.ndarray,
-    stride: int,
-) -> None:
-    """Take every lane over the bump table once (state, position, force are modified).
+class Trace(NamedTuple):
+    """Observer of one block: the motion after every ``stride``-th step, the forces before it."""
 
-    Parameters
-    ----------
-    lanes, scheme, contact, state, polar, spatial
-        As in `kernel.integrate`.
-    position : ndarray (R, K, L)
-        Modal coordinates after every ``stride``-th step [m·√kg].
-    force : ndarray (R, F, L)
-        Sums of the multipliers over the steps of a record [N]; zero on entry.
-    stride : int
-        Steps from one record to the next.
-    """
-    n_active = 0
-    rising = True
-    for step in range(scheme.bump.shape[0]):
-        if rising:
-            rising = raise_bumps(scheme, state)
-        for lane in range(len(lanes)):
-            state.n_steps[lane] += 1
-        n_active = advance(lanes, scheme, contact, state, polar, spatial, step, n_active)
-        record = step // stride
+    position: np.ndarray  # modal coordinates (R, K, L) [m·√kg]
+    force: np.ndarray  # sums of the multipliers over the steps of a record (R, F, L) [N]
+    stride: int
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def observe(
+        lanes: tuple, bank: Bank, trace: "Trace", block: int, step: int, n_active: int
+    ) -> int:
+        """Record the step; see ``contact.observers``."""
+        record = step // trace.stride
         for a in range(n_active):
-            i = state.active[a]
+            i = bank.state.active[a]
             for lane in range(len(lanes)):
-                force[record, i, lane] += state.multiplier[i, lane]
-        if (step + 1) % stride == 0:
-            correct(lanes, scheme, state, n_active)
-            n_active = 0
-            position[record] = state.position
+                trace.force[record, i, lane] += bank.state.multiplier[i, lane]
+        if (step + 1) % trace.stride != 0:
+            return n_active
+        correct(lanes, bank.scheme, bank.state, n_active)
+        for k in range(bank.state.position.shape[0]):
+            for lane in range(len(lanes)):
+                trace.position[record, k, lane] = bank.state.position[k, lane]
+        return 0
 
 
 def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
@@ -108,7 +93,7 @@ def integrate(
     Parameters
     ----------
     modes : Modes
-        Of the sample.
+        Modes of the sample.
     scene : Scene
     speeds_hz : ndarray
         One of the `groups` of the speeds, (S,) [Hz].
@@ -157,14 +142,10 @@ def _piece(bank, modes, scene, grid, n_speeds):
     position = np.empty((n_records, len(bank.state.position), width))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    groups = bank.scheme, bank.contact, bank.state, bank.polar, bank.spatial
-    trace(LANES, *groups, position, force, grid.stride)
+    run(bank, 1, Trace(position, force, grid.stride))
     steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
-    n_points, n_padded = len(scene.interface.angle), len(bank.contact.stiffness)
     force = force[:, :, :n_speeds] / grid.stride
-    normal, tangential, axial = (force[:, k * n_padded :][:, :n_points] for k in range(3))
-    if not (bank.polar.enabled or bank.spatial):
-        tangential = scene.friction * normal
+    normal, tangential, axial = bank.law.forces_on_points(force, scene)
     time = steps * bank.scheme.step[:n_speeds]
     position = position[:, :, :n_speeds]
     with np.errstate(all="ignore"):  # numbers of a diverged speed

@@ -1,13 +1,15 @@
 """Forced response to an engine-order excitation of the blades, in the frequency domain.
 
 The load of a blade is F cos(n_d (theta - Omega t)), radial [equation (5)], shared evenly by its
-contact points, each at its own angle theta. In the rotating frame it is harmonic at w = n_d Omega,
-and a displacement is Re(u exp(j w t)) with
+contact points, each at its own angle theta, which is that in the rotating frame. So it travels
+forward over the disk, by Omega. With a negative n_d it travels backward: it is at rest in space, as
+a casing is, F cos(n_d (theta + Omega t)). It is harmonic at w = |n_d| Omega, and a displacement is
+Re(u exp(j w t)) with
 
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
 
-Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / n_d.
+Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / |n_d|.
 """
 
 import numpy as np
@@ -36,11 +38,11 @@ def engine_order_response(
     ----------
     modes : Modes
     damping_ratio : float or Damping
-        Of every mode, or of each [-].
+        One for all modes, or one for each [-].
     amplitude : float
-        Of the radial load on a blade [N].
+        Amplitude of the radial load on a blade [N].
     engine_order : int
-        Number n_d of periods of the load over the circumference.
+        Number n_d of periods of the load over the circumference; negative: at rest in space.
     interface : Interface
         Contact points that carry the load.
     speed_hz : array_like (S,)
@@ -55,9 +57,11 @@ def engine_order_response(
     -----
     Joachim, Nyssen, Batailly (2020), equation (5).
     """
-    w = 2 * np.pi * engine_order * np.asarray(speed_hz, dtype=float)
+    w = 2 * np.pi * abs(engine_order) * np.asarray(speed_hz, dtype=float)
     load = _modal_load(modes, amplitude, engine_order, interface)
-    return (load / _Oscillators(modes, damping_ratio, engine_order).stiffness(w)) @ modes.observed.T
+    return (
+        load / _Oscillators(modes, damping_ratio, abs(engine_order)).stiffness(w)
+    ) @ modes.observed.T
 
 
 def linear_peak(
@@ -95,9 +99,10 @@ def linear_peak(
     -----
     Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
-    if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order > 0):
-        raise ValueError("a linear peak needs damping_ratio > 0 and engine_order > 0")
+    if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order != 0):
+        raise ValueError("a linear peak needs damping_ratio > 0 and an engine_order that is not 0")
     load = _modal_load(modes, amplitude, engine_order, interface)
+    engine_order = abs(engine_order)
     if not np.isfinite(_resonances(modes, engine_order)[:n_family]).all():
         modes = modes._replace(stiffening=modes.stiffening[:0])
     oscillators = _Oscillators(modes, damping_ratio, engine_order)

@@ -7,11 +7,13 @@ import numpy as np
 from hpcrub.contact import status
 
 PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
-FLUTTER = 100.0  # amplitude of a flutter, over clearance and height of the casing
 
 
 class SteadyCriteria(NamedTuple):
-    """When a run is checked and accepted (Joachim, Nyssen, Batailly 2020, section 3.1)."""
+    """When a run is checked and accepted: see `ensemble`.
+
+    The defaults are those of Joachim, Nyssen, Batailly (2020), section 3.1, but for `max_time`.
+    """
 
     first_check: float = 0.5  # [s]
     window_revolutions: int = 3
@@ -20,6 +22,8 @@ class SteadyCriteria(NamedTuple):
     max_amplitude_change: float = 0.01
     max_time: float = 2.0  # [s]
     confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
+    rule: str = "last_window"  # the paper's, or "ensemble"
+    max_error: float = 0.06  # standard error of the mean of an ensemble
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:
@@ -67,21 +71,19 @@ def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) 
     return correlation(before, last) > criteria.min_correlation
 
 
-def permanent_contact(share: np.ndarray, amplitude: float, lift: float) -> int:
+def permanent_contact(share: np.ndarray, locks: bool) -> int:
     """Whether a motion is one in permanent contact, whose amplitude means nothing.
 
-    A blade that touches the casing all the time is pressed against it by friction. It either
-    follows the casing, or friction feeds a vibration (flutter), which has no bounds that small
-    displacements know of.
+    A blade that touches the casing all the time either follows the casing, or, where sliding
+    contact is not stable, friction feeds its motion, which has no bounds that small displacements
+    know of.
 
     Parameters
     ----------
     share : ndarray (N,)
         Share of the last window in which each blade touches; (0,) where it is not known.
-    amplitude : float
-        Largest observed displacement in that window [m].
-    lift : float
-        Clearance and highest place of the casing together [m].
+    locks : bool
+        Whether friction is above `sliding.critical_friction`.
 
     Returns
     -------
@@ -90,7 +92,7 @@ def permanent_contact(share: np.ndarray, amplitude: float, lift: float) -> int:
     """
     if not (len(share) and share.max() > PERMANENT):
         return status.NONE
-    return status.FLUTTER if amplitude > FLUTTER * lift else status.PERMANENT
+    return status.FLUTTER if locks else status.PERMANENT
 
 
 def localisation(blade_amplitude: np.ndarray) -> np.ndarray:

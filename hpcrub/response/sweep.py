@@ -1,40 +1,38 @@
 """The frequency response of one sample: many angular speeds, a few at a time.
 
-The angle is the clock. All speeds of a *band* take the same number of steps per revolution, so
-that at every step they see the same casing and share its table; only the step length differs. A
-band is integrated in *blocks* of whole bump pitches. A lane whose speed has reached its steady
-state takes the next waiting speed at the next block.
+The angle is the clock. All speeds of a *band*, which lie on one rung of `revolution`, take the same
+number of steps per revolution, so that at every step they see the same casing and share its table;
+only the step length differs. A band is integrated in *blocks* of whole bump pitches. A lane whose
+speed has reached its steady state takes the next waiting speed at the next block.
 """
 
 import math
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from hpcrub.contact import arrays, bank, kernel, status
-from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
-from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
-from hpcrub.model.casing import NO_PROFILE, Profile, highest, repeats
-from hpcrub.model.damping import Damping
-from hpcrub.model.interface import Interface, planar_interface
+from hpcrub.contact import bank, integrate, status
+from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
+from hpcrub.contact.observers import Record
+from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.model.casing import BUMP_WIDTH, NO_PROFILE, Profile, highest, repeats
+from hpcrub.model.coating import Coating, ElasticCasing
+from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
-from hpcrub.response.steady import (
-    SteadyCriteria,
-    is_constant,
-    is_repeated,
-    localisation,
-    permanent_contact,
-)
+from hpcrub.response import wear
+from hpcrub.response.ensemble import LastWindow, Verdict, Windows
+from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
+from hpcrub.response.sliding import critical_friction
+from hpcrub.response.steady import SteadyCriteria, localisation, permanent_contact
+from hpcrub.response.wear import N_ANGLES, Follower
 
 WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
-BAND = 1.08  # ratio of the fastest to the slowest speed of a band
 RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
 NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
-MIN_BLOCK = 64  # steps
 PIECE = 16384  # steps between two polls, if a block is not longer
-COARSE, N_TOPS = 4, 3  # of `find_peak`: first distance in grid points, tops that are surrounded
 
 
 class Scene(NamedTuple):
@@ -48,14 +46,17 @@ class Scene(NamedTuple):
     ramp_time: float  # [s]
     friction: float
     profile: Profile = NO_PROFILE  # of the casing, beside its bumps
+    bump_width: float = BUMP_WIDTH  # [pitches]
     load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
     load_order: int = 1  # its periods around the casing
-    kinematics: str = "small"
+    elastic_casing: ElasticCasing | None = None  # None: the casing does not give
+    coating: Coating | None = None  # that wears; None: the bare casing
+    law: Any = None  # a class of ``contact.laws``; None: the one for this disk and casing
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
+    least_steps: float = 0.0  # of a revolution
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
-    shortcuts: arrays.Shortcuts = arrays.Shortcuts()
 
     @property
     def repeats(self) -> int:
@@ -64,9 +65,14 @@ class Scene(NamedTuple):
         return math.gcd(casing, self.load_order) if self.load else casing
 
     @property
+    def divisor(self) -> int:
+        """Number that divides the steps of a turn, so that all blades meet the same bars."""
+        return self.interface.n_blades if self.coating else 1
+
+    @property
     def highest(self) -> float:
         """Highest place of the casing above its nominal radius, inwards [m]."""
-        return highest(self.n_bumps, self.bump_height, self.profile)
+        return highest(self.n_bumps, self.bump_height, self.profile, self.bump_width)
 
     @property
     def lift(self) -> float:
@@ -94,69 +100,43 @@ class SweepResult(NamedTuple):
     amplitude: np.ndarray  # (S,) largest observed displacement [m]; NaN where diverged
     time: np.ndarray  # (S,) simulated [s]
     localisation: np.ndarray  # (S,) [-]
-    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED
+    error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
+    scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
+    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, IRREGULAR
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
+    # of a coating; NaN without
+    largest_amplitude: np.ndarray  # at any time, while it wore, too (S,) [m]
+    largest_time: np.ndarray  # when, the end of its block (S,) [s]
+    worn_depth: np.ndarray  # the largest in the end (S,) [m]
+    worn_growth: np.ndarray  # the largest of any bar in the last revolutions (S,) [m]
+    worn_volume: np.ndarray  # (S,) [m³]
+    wear_energy: np.ndarray  # that has gone into it (S,) [J]
+    lobes: np.ndarray  # of the worn depth (S,) [-]
+    worn: np.ndarray  # worn depth around the casing (S, A) [m]; (S, 0) without a coating
     n_steps: int = 0  # time steps of all speeds
 
     @classmethod
-    def empty(cls, n: int) -> "SweepResult":
-        """Result of n speeds, none of them integrated yet."""
-        nan, zero = np.full(n, np.nan), np.zeros(n, dtype=np.uint8)
-        return cls(nan, np.zeros(n), nan.copy(), zero, zero.copy(), zero.copy())
+    def empty(cls, n: int, n_angles: int = 0) -> "SweepResult":
+        """Result of n speeds, none of them integrated yet; n_angles: of worn depths."""
+        numbers, codes = np.full((5, n), np.nan), np.zeros((3, n), dtype=np.uint8)
+        numbers[1] = 0.0
+        wear = (*np.full((7, n), np.nan), np.full((n, n_angles), np.nan))
+        return cls(*numbers, *codes, *wear)
 
     def continued(self, reason: np.ndarray) -> "SweepResult":
         """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
+        kept = self.amplitude, self.localisation, self.error, self.scatter
+        amplitude, localisation, error, scatter = np.where(lost, np.nan, kept)
         return self._replace(
-            amplitude=np.where(lost, np.nan, self.amplitude),
-            localisation=np.where(lost, np.nan, self.localisation),
+            amplitude=amplitude,
+            localisation=localisation,
+            error=error,
+            scatter=scatter,
             point_status=np.where(lost, DIVERGED, self.point_status).astype(np.uint8),
             point_reason=np.where(lost, reason, self.point_reason).astype(np.uint8),
         )
-
-
-class Grid(NamedTuple):
-    """How the revolutions of a band are cut."""
-
-    steps_per_revolution: int
-    blocks_per_revolution: int
-    stride: int  # steps from one record to the next
-
-    @property
-    def steps_per_block(self) -> int:
-        """Time steps of a block."""
-        return self.steps_per_revolution // self.blocks_per_revolution
-
-
-def speed_bands(speeds_hz: np.ndarray) -> list[np.ndarray]:
-    """Split speeds (S,) [Hz] into index arrays of similar speeds, slowest first."""
-    order = np.argsort(speeds_hz, kind="stable")
-    bands, start = [], 0
-    for i in range(1, len(order) + 1):
-        if i == len(order) or speeds_hz[order[i]] > BAND * speeds_hz[order[start]]:
-            bands.append(order[start:i])
-            start = i
-    return bands
-
-
-def cut_revolution(slowest_hz: float, scene: Scene) -> Grid:
-    """Whole steps per block and blocks per revolution, no step longer than asked.
-
-    A block turns the disk by a whole number of bump pitches, or periods of what the tips meet.
-
-    Parameters
-    ----------
-    slowest_hz : float
-        Lowest speed of the band [Hz].
-    scene : Scene
-    """
-    n_steps = math.ceil(1.0 / (slowest_hz * scene.step) * (1.0 - 1e-12))
-    stride = max(1, min(int(scene.record_interval / scene.step), n_steps // scene.repeats))
-    divisors = [d for d in range(1, scene.repeats + 1) if scene.repeats % d == 0]
-    blocks = max(d for d in divisors if d == 1 or n_steps >= d * MIN_BLOCK)
-    unit = blocks * stride
-    return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)
 
 
 def run_sweep(
@@ -173,7 +153,7 @@ def run_sweep(
     Parameters
     ----------
     modes : Modes
-        Of the sample.
+        Modes of the sample.
     scene : Scene
     speeds_hz : array_like (S,)
         Angular speeds [Hz].
@@ -194,12 +174,15 @@ def run_sweep(
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    out, n_steps = SweepResult.empty(n), 0
+    out, n_steps = SweepResult.empty(n, N_ANGLES if scene.coating else 0), 0
     wanted = set(range(n) if selection is None else selection)
-    touches = can_touch(scene) or motion is not None
-    if scene.shortcuts.nothing_touches and not touches:
-        for values, rest in zip(out[:4], (0.0, 0.0, 0.0, STEADY), strict=True):
+    if motion is None and not can_touch(scene):  # it stays at rest
+        known = 0.0 if scene.steady.rule == "ensemble" else np.nan
+        for values, rest in zip(out[:6], (0.0, 0.0, 0.0, known, known, STEADY), strict=True):
             values[list(wanted)] = rest
+        if scene.coating:
+            for values in out[8:-1]:
+                values[list(wanted)] = 0.0
         return out
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
@@ -209,47 +192,6 @@ def run_sweep(
     return out._replace(n_steps=n_steps)
 
 
-def find_peak(
-    modes: Modes,
-    scene: Scene,
-    speeds_hz: np.ndarray,
-    poll: Callable[[], object] | None = None,
-) -> SweepResult:
-    """Integrate only some speeds, closer and closer to the largest amplitudes.
-
-    Starts with every COARSE-th speed and halves the distance around the N_TOPS largest amplitudes
-    until these and their neighbours have been integrated. A narrow peak may be missed.
-
-    Parameters as of `run_sweep`; speeds that were left out have the status NO_POINT.
-    """
-    chosen = sorted({*range(0, len(speeds_hz), COARSE), len(speeds_hz) - 1})
-    out = run_sweep(modes, scene, speeds_hz, poll, selection=chosen)
-    distance = COARSE
-    while distance > 1 or chosen:
-        distance = max(1, distance // 2)
-        chosen = _unknown_neighbours(out, distance)
-        if chosen:
-            out = _merge(out, run_sweep(modes, scene, speeds_hz, poll, selection=chosen))
-    return out
-
-
-def _unknown_neighbours(result, distance):
-    """Speeds not integrated yet at a distance from those of the N_TOPS largest amplitudes."""
-    known = np.flatnonzero(result.point_status != NO_POINT)
-    size = np.nan_to_num(result.amplitude[known], nan=-1.0)
-    tops = known[np.argsort(-size, kind="stable")[:N_TOPS]]
-    near = {int(top + d) for top in tops for d in (-distance, distance)}
-    return sorted(i for i in near - set(known.tolist()) if 0 <= i < len(result.amplitude))
-
-
-def _merge(first, second):
-    """Results of two sweeps over different selections of the same speeds (first is modified)."""
-    new = second.point_status != NO_POINT
-    for old, found in zip(first[:-1], second[:-1], strict=True):
-        old[new] = found[new]
-    return first._replace(n_steps=first.n_steps + second.n_steps)
-
-
 def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
     if scene.load:
@@ -257,12 +199,12 @@ def can_touch(scene: Scene) -> bool:
     return scene.highest > scene.clearance + scene.interface.clearance.min()
 
 
-def judge(lanes: arrays.Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
+def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
     Parameters
     ----------
-    lanes : arrays.Bank
+    lanes : Bank
         After some integration.
     lane : int
         Index.
@@ -305,11 +247,15 @@ class _Band:
         self.motion = motion
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
+        self.record = Record.allocate(self.bank, 2 * self.window, grid.stride)
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
         self.check = [0] * width  # block at which it is checked next
-        self.passed = [0] * width  # checks passed in succession
+        self.watch: list[Any] = [None] * width  # LastWindow or Windows
+        self.ensemble = scene.steady.rule == "ensemble"
+        self.critical = critical_friction(modes)
         self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
+        self.coating = [Follower() for _ in range(width)]  # where there is one
 
     def run(self, waiting, out, poll):
         """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
@@ -320,7 +266,9 @@ class _Band:
             recording, event = self._next_event(now)
             until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
             place = now % (2 * self.window) if recording else -1
-            self._integrate(until - now, place)
+            integrate.run(self.bank, until - now, self.record._replace(begin=place))
+            if self.scene.coating:
+                self._follow_coating(now, until)
             now = until
             if poll is not None:
                 poll()
@@ -332,27 +280,27 @@ class _Band:
             self._narrow()
         return n_steps
 
-    def _integrate(self, n_blocks, place):
-        kernel.integrate((0,) * len(self.speed), *self.bank, n_blocks, place, self.grid.stride)
-
     def _narrow(self):
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
         running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
         half = len(self.speed) // 2
-        if not self.scene.shortcuts.narrow or half < NARROWEST or len(running) > half:
+        if half < NARROWEST or len(running) > half:
             return
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
-        self.bank = self.bank.take(kept)
-        for name in ("speed", "start", "check", "passed", "touched"):
+        self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
+        for name in ("speed", "start", "check", "watch", "touched", "coating"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
         checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
         begin = min(checks) - 2 * self.window
-        recording = begin <= now or not self.scene.shortcuts.windows
-        if not recording:
+        if self.scene.coating:  # amplitudes while it wears, window by window of every lane
+            starts = [s for s, i in zip(self.start, self.speed, strict=True) if i is not None]
+            kept = [s + ((now - s) // self.window + 1) * self.window for s in starts]
+            return True, min(checks + kept)
+        if begin > now:
             return False, begin
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
@@ -361,13 +309,13 @@ class _Band:
         """Keep the contacts until now of the lanes whose last window before a check begins."""
         for lane, check in enumerate(self.check):
             if self.speed[lane] is not None and check - self.window == now:
-                self.touched[lane] = now, bank.steps_touched(self.bank, lane)
+                self.touched[lane] = now, self.bank.law.steps_touched(lane)
 
     def _share_touched(self, lane, now):
         """Share of the last window in which every blade touched (N,); (0,) where not counted."""
         begin, before = self.touched[lane]
         steps = (now - begin) * self.grid.steps_per_block
-        return (bank.steps_touched(self.bank, lane) - before) / steps
+        return (self.bank.law.steps_touched(lane) - before) / steps
 
     def _blocks(self, lane, seconds, rounding):
         return rounding(
@@ -382,53 +330,109 @@ class _Band:
             return
         speed = self.speeds_hz[self.speed[lane]]
         h = 1.0 / (speed * self.grid.steps_per_revolution)
-        bank.fill_lane(self.bank, lane, self.modes.at(speed), self.scene, h)
+        modes, window = self.modes.at(speed), self.scene.steady.window_revolutions / speed
+        bank.fill_lane(self.bank, lane, modes, self.scene, h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
-        self.start[lane], self.passed[lane] = now, 0
+        self.start[lane], self.coating[lane] = now, Follower()
+        decay = float((ratios(self.scene.damping_ratio, modes.omega) * modes.omega).min())
+        kind = Windows if self.ensemble else LastWindow
+        self.watch[lane] = kind(self.scene.steady, decay, window)
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
+        if self.ensemble:  # whole windows, so that all lanes are checked together
+            first = -(-first // self.window) * self.window
         self.check[lane] = now + max(first, 2 * self.window)
 
     def _finished(self, lane, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
-        steady = self.scene.steady
         older, newer = self._windows(now)
-        peak = self.bank.record.peak.reshape(2 * self.window, -1, len(self.speed))
+        peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))
         peak = peak[:, : len(self.modes.observed), lane]
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
-        elapsed = now - self.start[lane]
-        reason = judge(self.bank, lane, peak, self.scene)
-        if reason in status.FATAL:
-            verdict = DIVERGED
-        else:
-            most = int(np.argmax(last))
-            cap = self._blocks(lane, steady.max_time, math.floor)
-            passes = is_constant(before[most], last[most], steady) and is_repeated(
-                self._signal(lane, most, older), self._signal(lane, most, newer), steady
-            )
-            self.passed[lane] = self.passed[lane] + 1 if passes else 0
-            if self.passed[lane] >= steady.confirmations:
-                verdict = STEADY
-            elif elapsed >= cap:
-                verdict = NOT_STEADY
-            else:
-                extend = steady.extend_revolutions * self.grid.blocks_per_revolution
-                self.check[lane] = min(now + extend, self.start[lane] + cap)
+        reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
+        locks = self.scene.friction > self.critical
+        stuck = permanent_contact(self._share_touched(lane, now), locks)
+        if stuck == status.FLUTTER and reason not in status.FATAL:
+            reason = stuck  # it grows without bounds: no further window can tell more
+        if reason not in status.FATAL:
+            found = self._look(lane, now, before, last)
+            if found is None:
                 return False
-            stuck = permanent_contact(self._share_touched(lane, now), last.max(), self.scene.lift)
+            verdict = found.status
             if stuck:
                 verdict, reason = DIVERGED, stuck
             else:
-                out.amplitude[index] = last.max()
-                out.localisation[index] = localisation(self.scene.interface.of_blades(last))
+                out.amplitude[index] = found.amplitude
+                out.error[index], out.scatter[index] = found.error, found.scatter
+                blades = self.scene.interface.of_blades(found.largest)
+                out.localisation[index] = localisation(blades)
+        if self.scene.coating and verdict != DIVERGED:
+            self._write_wear(lane, index, out)
         out.point_status[index], out.point_reason[index] = verdict, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
-        out.time[index] = elapsed / (self.speeds_hz[index] * self.grid.blocks_per_revolution)
+        out.time[index] = self._seconds(lane, now)
         if self.motion is not None:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[index] = end
         return True
+
+    def _look(self, lane, now, before, last):
+        """The Verdict on the windows of a lane; None, with the time of its next check: go on."""
+        steady, elapsed = self.scene.steady, now - self.start[lane]
+        extend = steady.window_revolutions if self.ensemble else steady.extend_revolutions
+        extend *= self.grid.blocks_per_revolution
+        cap = self._blocks(lane, steady.max_time, math.floor)
+        over = elapsed + extend > cap if self.ensemble else elapsed >= cap
+
+        def signals(row):
+            return tuple(self._signal(lane, row, window) for window in self._windows(now))
+
+        found = self.watch[lane].look(before, last, signals, self._seconds(lane, now), over)
+        if self.scene.coating:
+            found = self._of_coating(lane, found, last, over)
+        self.check[lane] = min(now + extend, self.start[lane] + cap)
+        return found
+
+    def _of_coating(self, lane, found, last, over):
+        """What a Verdict becomes when the coating still wears, or the motion has died away."""
+        known = found is not None and found.status != NOT_STEADY
+        if self.coating[lane].has_ended(known, last.max()):
+            return found if known else Verdict(STEADY, last, last.max(), math.nan, math.nan)
+        return found._replace(status=NOT_STEADY) if over else None
+
+    def _seconds(self, lane, now):
+        speed = self.speeds_hz[self.speed[lane]]
+        return (now - self.start[lane]) / (speed * self.grid.blocks_per_revolution)
+
+    def _follow_coating(self, now, until):
+        """Look at the amplitudes of the blocks from ``now`` on; keep the coating by windows.
+
+        Of a lane's own windows, so that it does not matter when those beside it are checked.
+        """
+        places = np.arange(now, until) % (2 * self.window)
+        peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))[places]
+        peak = peak[:, : len(self.modes.observed)].max(axis=1)
+        for lane, speed in enumerate(self.speed):
+            if speed is None:
+                continue
+            for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
+                self.coating[lane].see(size, self._seconds(lane, block))
+            if (until - self.start[lane]) % self.window == 0:
+                revolutions = (until - self.start[lane]) // self.grid.blocks_per_revolution
+                self.coating[lane].keep(revolutions, self.bank.law.worn_depth(lane))
+
+    def _write_wear(self, lane, index, out):
+        """What became of the coating of a lane (out is modified)."""
+        followed, worn = self.coating[lane], self.bank.law.worn_depth(lane)
+        radius = float(self.scene.interface.radius.max())
+        out.largest_amplitude[index] = followed.largest
+        out.largest_time[index] = followed.time
+        out.worn_depth[index], out.worn_growth[index] = worn.max(), followed.growth
+        out.worn_volume[index] = wear.volume(worn, self.scene.coating, radius)
+        out.wear_energy[index] = wear.energy(worn, self.scene.coating, radius)
+        out.lobes[index] = wear.lobes(worn, self.scene.repeats)
+        out.worn[index] = wear.around(worn)
 
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.
@@ -440,34 +444,5 @@ class _Band:
     def _signal(self, lane, row, window):
         """One observed displacement over a window, places in the ring."""
         n_observed = self.bank.scheme.observed.shape[1]
-        history = self.bank.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
+        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
         return history[window, :, row, lane].ravel()
-
-
-def warm_up(axial: bool = False) -> None:
-    """Compile the kernel, or load it from the cache; the first call of a machine takes a minute.
-
-    ``axial``: that of disks with axial motion.
-    """
-    modes, scene = smallest_case(axial)
-    for width in (WIDTH, NARROWEST):
-        run_sweep(modes, scene, [100.0], width=width)
-
-
-def smallest_case(axial: bool = False) -> tuple[Modes, Scene]:
-    """Modes and Scene of one mass and a few steps; ``axial``: it can move axially, too."""
-    one = np.ones((1, 1))
-    modes, interface = Modes.planar(np.ones(1), one, one), planar_interface(np.zeros(1), 1.0)
-    if axial:
-        modes, interface = modes._replace(axial=one), interface._replace(axial=np.zeros((1, 2)))
-    return modes, Scene(
-        interface=interface,
-        damping_ratio=0.01,
-        n_bumps=1,
-        bump_height=2e-3,
-        clearance=1e-3,
-        ramp_time=1e-2,
-        friction=0.1,
-        step=1e-3,
-        steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
-    )

@@ -7,10 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, reason, regular_file
 from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5", ".npz"
+EXPANSION = (
+    100  # bytes of arrays for each byte of a file, at most: compressed matrices have 2 to 20
+)
+SMALL = 2**20  # bytes that any file may hold
+MARK = "hpcrub_model"  # array that every model file has
 
 
 def read(path: str | Path) -> dict:
@@ -18,25 +23,39 @@ def read(path: str | Path) -> dict:
 
     Raises InputError when it cannot be read.
     """
-    if os.path.isdir(path):
-        raise InputError(f"{path}: a folder, and no model file")
-    try:
-        if Path(path).suffix == ".npz":
-            with np.load(path, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        return read_arrays(path)
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: no model file that can be read ({reason(error)})") from None
+    most = EXPANSION * regular_file(path).stat().st_size + SMALL
+    with reading(path):
+        if Path(path).suffix != ".npz":
+            return read_arrays(path, most)
+        with zipfile.ZipFile(path) as file:
+            if sum(member.file_size for member in file.infolist()) > most:
+                raise ValueError("its arrays claim more than a file of this size can hold")
+        with np.load(path, allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
 
 
-def write(path: str | Path, arrays: dict) -> None:
-    """Write a model file, replacing one of that name in a single step.
+def require_free(path: str | Path, overwrite: bool = False) -> None:
+    """Raise InputError for a name that is taken: by a model file, unless overwritten, or another.
 
-    Raises InputError when its name has no known ending or it cannot be written.
+    Also for a name with no known ending.
     """
-    path = Path(path)
-    if path.suffix not in SUFFIXES:
+    if Path(path).suffix not in SUFFIXES:
         raise InputError(f"{path}: a model file ends with {', '.join(SUFFIXES)}")
+    if not os.path.lexists(path):
+        return
+    if not overwrite:
+        raise InputError(f"{path} exists: --overwrite replaces it")
+    if regular_file(path).stat().st_size and MARK not in read(path):
+        raise InputError(f"{path} is no model file, and is not replaced; choose another output")
+
+
+def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
+    """Write a model file; one of that name is replaced, when asked for, in a single step.
+
+    Raises InputError as `require_free`, and when it cannot be written.
+    """
+    require_free(path, overwrite)
+    path = Path(path)
     part = path.with_name(path.name + ".hpcrub-part")
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
@@ -52,11 +71,8 @@ def write(path: str | Path, arrays: dict) -> None:
 
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file in hexadecimal digits. Raises InputError when it cannot be read."""
-    try:
-        with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    with reading(path), open(regular_file(path), "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def require(key: str, path: str | Path, sha256: str) -> None:

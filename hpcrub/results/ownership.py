@@ -4,33 +4,9 @@ import contextlib
 import errno
 import fcntl
 import os
-import stat
 from pathlib import Path
-from typing import IO
 
 from hpcrub.errors import InputError, reason
-
-
-def open_to_append(path: str | Path) -> IO[str]:
-    """Open a text file to append to, made when it is not there.
-
-    Never waits (for the other end of a FIFO), follows no link, and empties nothing, so that nothing
-    that somebody else has under this name is harmed.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened, or is no regular file.
-    """
-
-    def opener(name, flags):
-        number = os.open(name, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
-        if not stat.S_ISREG(os.fstat(number).st_mode):
-            os.close(number)
-            raise OSError(errno.EINVAL, "not a regular file", str(name))
-        return number
-
-    return open(path, "a", encoding="utf-8", opener=opener)
 
 
 class Lock:
@@ -48,12 +24,14 @@ class Lock:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             while not self._locked(path):
                 self._file.close()
+        except FileExistsError:
+            raise InputError(f"cannot write {path}: {self.path.parent} is no folder") from None
         except OSError as error:
-            raise InputError(f"cannot write {path}: {_named(error)}") from None
+            raise InputError(f"cannot write {path}: {reason(error)}") from None
 
     def _locked(self, path):
         """Lock the file; False when its name has meanwhile passed to another file."""
-        self._file = open_to_append(self.path)
+        self._file = open(self.path, "a", encoding="utf-8")  # noqa: SIM115, closed by release
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -77,11 +55,6 @@ class Lock:
             if self._is_named():
                 self.path.unlink()
         self._file.close()
-
-
-def _named(error):
-    """What went wrong, with the name of the file that is in the way when it is no regular one."""
-    return f"{error.filename} is {reason(error)}" if error.errno == errno.EINVAL else reason(error)
 
 
 def move(path: str | Path, to: str | Path) -> None:

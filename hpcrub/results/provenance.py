@@ -38,13 +38,13 @@ def program_text() -> str:
 
 def libraries() -> dict[str, str]:
     """{name_version: version} of the libraries that compute, and the source revision if known."""
-    found = {}
+    versions = {}
     if revision := git_revision():
-        found["git_revision"] = revision
+        versions["git_revision"] = revision
     for library in LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            found[f"{library}_version"] = importlib.metadata.version(library)
-    return found
+            versions[f"{library}_version"] = importlib.metadata.version(library)
+    return versions
 
 
 @cache
@@ -55,7 +55,7 @@ def git_revision() -> str | None:
         return None
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40"]
     try:
-        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
-    return found.stdout.strip()
+    return done.stdout.strip()

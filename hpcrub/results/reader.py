@@ -3,6 +3,7 @@
 Needs neither MPI nor the models; xarray and pandas only where they are asked for.
 """
 
+import difflib
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -90,7 +91,8 @@ class Results:
         except InputError as error:
             if name in self.file.names():
                 raise
-            raise KeyError(str(error)) from None
+            near = difflib.get_close_matches(name, self, 3, 0.4) or [*self]
+            raise KeyError(f"{error}; there are {', '.join(near)}") from None
 
     def __contains__(self, name: str) -> bool:
         return name in self.file
@@ -138,18 +140,18 @@ class Results:
         Each is named by its dimensions, such as "half_range,sample". "samples" and "points" (one
         speed of one sample) are other names of the two that most questions are about.
         """
-        found = {",".join(d): d for name in self if (d := self._rows(name)) and d != (name,)}
-        shortest = sorted(found.values(), key=len)
+        tables = {",".join(d): d for name in self if (d := self._rows(name)) and d != (name,)}
+        shortest = sorted(tables.values(), key=len)
         rows = [d for d in shortest if d[-1] == "sample"]
-        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1]
-        return found | {
+        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1 and d[0] != "run"]
+        return tables | {
             name: some[0] for name, some in (("samples", rows), ("points", points)) if some
         }
 
     def _rows(self, name):
         """Dimensions of the table in which a dataset is a column, or some, one for each blade."""
-        found = self.dimensions(name)
-        return found[:-1] if len(found) > 1 and found[-1] == BESIDE else found
+        names = self.dimensions(name)
+        return names[:-1] if len(names) > 1 and names[-1] == BESIDE else names
 
     def to_dataframe(self, table: str = "samples") -> "pandas.DataFrame":
         """One row for each sample, or each point, or another of the `tables`.
@@ -162,8 +164,8 @@ class Results:
         Returns
         -------
         pandas.DataFrame
-            Columns as the datasets are called; one column for each blade where they have values
-            by blade. The rows are indexed by the table's dimensions.
+            Columns as the datasets are called; one column for each blade, counted from 1, where
+            they have values by blade. The rows are indexed by the table's dimensions.
 
         Raises
         ------
@@ -186,7 +188,7 @@ class Results:
                 columns[label] = values.ravel()
             else:
                 by_blade = values.reshape(-1, values.shape[-1]).T
-                columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade)}
+                columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade, 1)}
         axes = [self._axis(names[0], dimension, axis) for axis, dimension in enumerate(dimensions)]
         index = pandas.MultiIndex.from_product(axes, names=dimensions)
         return pandas.DataFrame(columns, index)

@@ -28,7 +28,7 @@ import h5py
 import numpy as np
 
 from hpcrub import __version__
-from hpcrub.config.schema import Config
+from hpcrub.config.schema import of_file
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason
 from hpcrub.results import ownership, provenance
 from hpcrub.results.layout import NUMBER, READABLE, Dataset, Plan
@@ -123,8 +123,8 @@ def _write_attributes(file, plan):
         **provenance.libraries(),
         **plan.attributes,
     }
-    for name, words in texts.items():
-        file.attrs[name] = _text(words)
+    for name, value in texts.items():
+        file.attrs[name] = _text(value) if isinstance(value, str) else value
     file.attrs["layout"] = NUMBER
     file.attrs["seed"] = np.uint64(plan.config.mistuning.seed)
 
@@ -184,7 +184,7 @@ def refuse_foreign(path: str | Path) -> None:
 class ResultFile:
     """An open result file. Reads and writes are independent: any rank, any time.
 
-    What is read is what the file itself holds; `studies.files.open_result` also checks that it
+    What is read is what the file itself holds; `studies.open_result` also checks that it
     holds all that its study needs. A file of any version opens whose layout this program knows.
     """
 
@@ -206,7 +206,6 @@ class ResultFile:
             It cannot be opened, or is no result file of a layout that this program knows.
         """
         self.path = Path(path).expanduser()
-        self.program = 0  # row of `programs`, written with every sample
         parallel = comm is not None and comm.size > 1
         _require_file(self.path)
         try:
@@ -258,7 +257,7 @@ class ResultFile:
 
     def _config(self):
         try:
-            return Config.from_yaml(str(self.attributes()["config"]))
+            return of_file(str(self.attributes()["config"]))
         except (InputError, KeyError) as error:
             raise InputError(
                 f"{self.path} was written by {self.written_by()}: its configuration cannot be "
@@ -267,8 +266,10 @@ class ResultFile:
 
     def written_by(self) -> str:
         """Version and revision of the program that laid the file out, for messages."""
-        found = self.attributes()
-        version, revision = (found.get(name, "?") for name in ("program_version", "git_revision"))
+        attributes = self.attributes()
+        version, revision = (
+            attributes.get(name, "?") for name in ("program_version", "git_revision")
+        )
         return f"hpcrub {version!s:.20} (revision {revision!s:.50})"
 
     def names(self) -> list[str]:
@@ -296,27 +297,13 @@ class ResultFile:
             raise InputError(f"{self.path} is damaged ({reason(error)})") from None
 
     def _dataset(self, name):
-        """A dataset of this file itself, allocated within it; nothing else is read or written."""
         if name not in self._datasets:
             with self._damage():
-                self._datasets[name] = self._found(name)
-        return self._datasets[name]
-
-    def _found(self, name):
-        parts = name.split("/")
-        for end in range(1, len(parts) + 1):
-            link = self._file.get("/".join(parts[:end]), getlink=True)
-            if not isinstance(link, h5py.HardLink):
+                item = self._file.get(name)
+            if not isinstance(item, h5py.Dataset):
                 raise InputError(f"{self.path} has no dataset {name}")
-        dataset = self._file[name]
-        if not isinstance(dataset, h5py.Dataset):
-            raise InputError(f"{self.path} has no dataset {name}")
-        plist = dataset.id.get_create_plist()
-        plain = plist.get_layout() == h5py.h5d.CONTIGUOUS and plist.get_external_count() == 0
-        empty = dataset.shape is not None and 0 in dataset.shape
-        if not plain or not (empty or dataset.id.get_offset() is not None):
-            raise InputError(f"{self.path}: {name} is not as hpcrub writes it")
-        return dataset
+            self._datasets[name] = item
+        return self._datasets[name]
 
     def read(self, name: str, where: Any = ()) -> Any:
         """Values of a dataset, or of the part `where`, as a numpy array or scalar."""
@@ -355,9 +342,7 @@ class ResultFile:
         return self.read("status" if "status" in self else "samples/status")
 
     def programs(self) -> list[str]:
-        """Programs that have computed this file, as `provenance.program`; unknown of layout 1."""
-        if self.layout < 2:
-            return [f"unknown {self.written_by()}"]
+        """Programs that have computed this file, as `provenance.program`."""
         return [row.decode(errors="replace") for row in self.read("programs") if row]
 
     def write(self, values: dict[str, Any], where: Any) -> None:
@@ -395,10 +380,19 @@ def _names_in(group, seen):
                 yield from _names_in(item, seen)
 
 
-def read_arrays(path: str | Path) -> dict[str, Any]:
-    """All datasets of any HDF5 file by name; text is a scalar of str. Raises OSError."""
+def read_arrays(path: str | Path, most: int) -> dict[str, Any]:
+    """All datasets of any HDF5 file by name; text is a scalar of str.
+
+    Raises OSError, and ValueError when they claim more than ``most`` bytes or lie in other files.
+    """
     with h5py.File(path, "r", **SERIAL) as file:
-        return {name: _array(file[name]) for name in _names_in(file, set())}
+        datasets = {name: file[name] for name in _names_in(file, set())}
+        for name, dataset in datasets.items():
+            if dataset.external or dataset.is_virtual:
+                raise ValueError(f"{name} lies in another file")
+        if sum(dataset.nbytes for dataset in datasets.values()) > most:
+            raise ValueError("its arrays claim more than a file of this size can hold")
+        return {name: _array(dataset) for name, dataset in datasets.items()}
 
 
 def _array(dataset):
@@ -448,9 +442,9 @@ def _unreadable(path, error):
 
 def _cause(error, path):
     """What went wrong: HDF5 buries the system's own words in its line, MPI-IO drops them."""
-    found = re.search(r"error message = '([^']*)'", str(error))
-    if found:
-        return found[1]
+    said = re.search(r"error message = '([^']*)'", str(error))
+    if said:
+        return said[1]
     try:
         with open(path, "r+b", buffering=0) as file:  # the same again, without MPI-IO
             first = file.read(1)

@@ -38,11 +38,11 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 def columns(path: str | Path, names: tuple[str, ...]) -> np.ndarray:
     """Values (rows, columns) of a table with just these names. Raises InputError as `read`."""
-    found, values = read(path)
-    if sorted(found) != sorted(names):
-        there = ", ".join(found) if found else "a line of numbers"
+    columns, values = read(path)
+    if sorted(columns) != sorted(names):
+        there = ", ".join(columns) if columns else "a line of numbers"
         raise InputError(f"{path}: {there} instead of the names {', '.join(names)}")
-    return values[:, [found.index(name) for name in names]]
+    return values[:, [columns.index(name) for name in names]]
 
 
 def _row(path, number, cells, width):

@@ -18,16 +18,14 @@ Batch means: Law, Simulation Modeling and Analysis (2015), section 9.5.3.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
-from scipy.optimize import linear_sum_assignment
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
-from hpcrub.contact.status import STEADY
+from hpcrub.contact.status import IRREGULAR, STEADY
 
 N_BATCHES = 12
 FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study
 ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # differences that do not matter
-HUGE = 1e300
+TINY = 1e-300
 LINK = 3.0  # standard deviations of windows by which a branch changes from speed to speed, at most
 REACH = 10  # speeds at which a branch may be missing and go on; the more, the nearer it must be
 
@@ -59,17 +57,17 @@ def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndar
         where the motion is not steady.
     """
     windows = np.stack([amplitude, localisation])
-    known = (point_status == STEADY) & np.isfinite(windows).all(axis=(0, 3))
+    known = np.isin(point_status, (STEADY, IRREGULAR)) & np.isfinite(windows).all(axis=(0, 3))
     n_points = known.sum(axis=0)
     level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # two quantities a pair
-    found = np.full(point_status.shape, -1)
+    branch_of = np.full(point_status.shape, -1)
     branches: list[Group] = []  # the last Group of each
     for speed in np.flatnonzero(n_points):
         motions = windows[:, known[:, speed], speed]
         part = split(motions, level)
         groups = [_group(motions[:, part == p], speed) for p in range(part.max() + 1)]
-        found[known[:, speed], speed] = _link(branches, groups)[part]
-    return _by_size(found)
+        branch_of[known[:, speed], speed] = _link(branches, groups)[part]
+    return _by_size(branch_of)
 
 
 def split(motions: np.ndarray, level: float) -> np.ndarray:
@@ -92,9 +90,11 @@ def split(motions: np.ndarray, level: float) -> np.ndarray:
     mean, error, degrees = _means(motions)
     largest = np.maximum(mean[0, first], mean[0, second])
     matters = np.stack([ALIKE_AMPLITUDE * largest, np.full(len(first), ALIKE_LOCALISATION)])
+    matters = np.maximum(matters, TINY)  # rest is like rest
     chance = _chance(error[:, first], error[:, second], degrees, level)
     apart = np.abs(mean[:, first] - mean[:, second]) / np.maximum(chance, matters)
-    apart = np.nan_to_num(apart, nan=HUGE, posinf=HUGE)  # numbers of a damaged file may be any
+    from scipy.cluster.hierarchy import fcluster, linkage  # half a second, for no other study
+
     return fcluster(linkage(apart.max(axis=0), "complete"), 1.0, "distance") - 1
 
 
@@ -111,7 +111,7 @@ def _chance(a, b, degrees, level):
     """Difference of two means with errors a and b that chance exceeds with probability `level`."""
     both = np.hypot(a, b)
     ratio = np.where(both > 0, (a**4 + b**4) / np.where(both > 0, both, 1.0) ** 4, 1.0)
-    return both * student.isf(level / 2, degrees / ratio)
+    return -both * stdtrit(degrees / ratio, level / 2)
 
 
 def _group(motions, speed):
@@ -120,6 +120,8 @@ def _group(motions, speed):
 
 def _link(branches, groups):
     """Branch of each group (G,), int; the last groups of the branches are modified."""
+    from scipy.optimize import linear_sum_assignment  # as in `split`
+
     cost = np.full((len(branches), len(groups)), LINK)
     for i, old in enumerate(branches):
         for j, new in enumerate(groups):
@@ -137,18 +139,18 @@ def _link(branches, groups):
 
 
 def _distance(a, b):
-    least = ALIKE_AMPLITUDE * max(a.mean[0], b.mean[0]), ALIKE_LOCALISATION
+    least = max(TINY, ALIKE_AMPLITUDE * max(a.mean[0], b.mean[0])), ALIKE_LOCALISATION
     unit = np.maximum(np.hypot(a.scatter, b.scatter), least)
     return np.linalg.norm((a.mean - b.mean) / unit)
 
 
-def _by_size(found):
+def _by_size(branch_of):
     """Numbers in the order of their counts, the largest 0; -1 stays."""
-    known = found >= 0
-    rank = np.argsort(np.argsort(-np.bincount(found[known]), kind="stable"))
-    found = found.copy()
-    found[known] = rank[found[known]]
-    return found
+    known = branch_of >= 0
+    rank = np.argsort(np.argsort(-np.bincount(branch_of[known]), kind="stable"))
+    branch_of = branch_of.copy()
+    branch_of[known] = rank[branch_of[known]]
+    return branch_of
 
 
 def stretches(several: np.ndarray) -> np.ndarray:
@@ -156,6 +158,6 @@ def stretches(several: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.diff(np.concatenate([[0], several, [0]]))).reshape(-1, 2)
 
 
-def coexisting(found: np.ndarray) -> np.ndarray:
-    """Number of different branches at every speed (S,); found: as `label` returns."""
-    return np.array([len(set(column[column >= 0])) for column in found.T])
+def coexisting(branch_of: np.ndarray) -> np.ndarray:
+    """Number of different branches at every speed (S,); branch_of: as `label` returns."""
+    return np.array([len(set(column[column >= 0])) for column in branch_of.T])

@@ -23,12 +23,12 @@ from hpcrub.response import history, steady
 from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.disks import Disks, disks, modes_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import build_problem
 from hpcrub.statistics import coexistence
-from hpcrub.studies.cost import Cost
-from hpcrub.studies.plausibility import steady_problems
-from hpcrub.studies.problem import build_problem
-from hpcrub.studies.samples import Disks, disks, modes_of
-from hpcrub.studies.study import Poll, Study, Values
 
 _SS = ("start", "speed")
 LAYOUT = (
@@ -206,6 +206,8 @@ def report(file: ResultFile) -> Iterator[str]:
 STUDY = Study(
     name="branches",
     figures="17",
+    mistunes=False,
+    sections=("branches",),
     what="coexisting stable motions, from several initial states",
     layout=lambda config: LAYOUT,
     scales=SCALES,

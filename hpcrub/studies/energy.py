@@ -13,17 +13,17 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED
 from hpcrub.errors import InputError
-from hpcrub.model.reduction import Modes, blade_stiffness, mistuned_modes
+from hpcrub.model.reduction import Modes, blade_stiffness
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.cost import Cost
-from hpcrub.studies.plausibility import steady_problems
-from hpcrub.studies.problem import Problem, build_problem
-from hpcrub.studies.samples import basis_of
-from hpcrub.studies.sources import complete
-from hpcrub.studies.study import Poll, Study, Values
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.studies.contact.source import complete, fingerprint
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
@@ -107,9 +107,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     """Energies of one disk."""
     tuned, samples = problem
     deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
-    reduced, left = basis_of(config, tuned, deviation)
-    modes = mistuned_modes(reduced, left)
-    stiffness = blade_stiffness(reduced, left, modes)
+    modes = modes_of(config, tuned, deviation)
+    stiffness = blade_stiffness(tuned.reduced, deviation, modes)
     found, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
     group, where = ("", task - 1) if task else ("tuned/", ())
     yield f"{group}energy_j", where, found
@@ -188,6 +187,7 @@ def report(file: ResultFile) -> Iterator[str]:
 STUDY = Study(
     name="energy",
     figures="14",
+    sections=("energy",),
     what="amplification of the blades' strain energy",
     layout=lambda config: LAYOUT,
     scales=SCALES,
@@ -198,6 +198,7 @@ STUDY = Study(
     cost=cost,
     problems=steady_problems,
     n_sources=1,
+    fingerprint=fingerprint,
     integrates=True,
     histories=True,
     compute=compute,

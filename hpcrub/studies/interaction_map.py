@@ -4,18 +4,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from scipy.signal import zoom_fft
-from scipy.signal.windows import hann
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.response import history
+from hpcrub.response.sliding import critical_friction
 from hpcrub.response.steady import permanent_contact
 from hpcrub.results.layout import POINT_REASON, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.cost import Cost
-from hpcrub.studies.samples import disks, prepare_disks
-from hpcrub.studies.study import Poll, Study, Values
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.disks import disks, prepare_disks
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -105,12 +104,14 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         if config.disk.model is not None:
             there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
             yield AT_SPEED.name, (disk, speed), there
+        # a group is integrated as long as its fastest speed needs; no speed depends on the others
+        end = history.n_records(speeds[lane], config.history.duration_s, scene)
         interval = time[1, lane] - time[0, lane]
-        last = slice(-round(config.spectrum.window_s / interval), None)
+        last = slice(end - round(config.spectrum.window_s / interval), end)
         window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
-        reason = reasons[-1][lane]
+        reason = reasons[end * len(reasons) // len(time) - 1][lane]
         if not status.are_fatal(reason):
-            reason = permanent_contact(share, np.abs(window).max(), scene.lift) or reason
+            reason = permanent_contact(share, scene.friction > critical_friction(modes)) or reason
         yield "point_reason", (disk, speed), reason
         if status.are_fatal(reason):
             continue
@@ -129,7 +130,9 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     signals: (T, n); interval between two values [s]; wanted: step_hz, n_frequencies.
     Returns amplitudes (n, F) [as the signals] at 0, step_hz, ..., through a Hann window.
     """
-    window = hann(len(signals), sym=False)
+    from scipy.signal import windows, zoom_fft  # a second, for no other study
+
+    window = windows.hann(len(signals), sym=False)
     top = wanted.step_hz * wanted.n_frequencies
     transform = zoom_fft(
         (signals - signals.mean(axis=0)).T * window,
@@ -161,6 +164,8 @@ def report(file: ResultFile) -> Iterator[str]:
 STUDY = Study(
     name="interaction_map",
     figures="6",
+    mistunes=False,
+    sections=("history", "spectrum"),
     what="spectra over a wide range of speeds",
     layout=layout,
     scales=SCALES,

@@ -10,15 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.disks import deviation, modes_of, sigma_of
+from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
-from hpcrub.studies.cost import Cost
-from hpcrub.studies.problem import Model, build_model
-from hpcrub.studies.samples import deviation, modes_of, sigma_of
-from hpcrub.studies.study import Poll, Study, Values
 
+ROUNDING = 1e-9  # of the radial displacement: no tangential amplitude below
 CHUNK = 50  # samples of a level that make a task
 _VDN = ("level", "n_diameters", "sample")
 LAYOUT = (
@@ -32,7 +34,7 @@ LAYOUT = (
 SCALES = {"level": "half_range", "n_diameters": "n_diameters"}
 
 
-class Tuned(NamedTuple):
+class Prepared(NamedTuple):
     """The tuned disk and its responses."""
 
     model: Model
@@ -71,19 +73,27 @@ def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
 
 
-def prepare(config: Config) -> Tuned:
-    """The tuned disk of a configuration."""
-    model = build_model(config)
-    tuned = _peaks(config, model, np.zeros(config.disk.n_blades))
-    return Tuned(model, tuned)
+def prepare(config: Config) -> Prepared:
+    """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
+    model, still = build_model(config), np.zeros(config.disk.n_blades)
+    tuned, radial = (_peaks(config, model, still, radial) for radial in (False, True))
+    lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
+    if lost.size:
+        raise InputError(
+            f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the tips "
+            "of the tuned disk move radially only, and amplitudes are tangential"
+        )
+    return Prepared(model, tuned)
 
 
-def _peaks(config, model, blade_deviation):
-    """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
+def _peaks(config, model, blade_deviation, radial=False):
+    """Amplitude [m] and speed [Hz] under every load, (D, 2); radial: of u_r."""
     modes = modes_of(config, model, blade_deviation)
+    if radial:
+        modes = modes._replace(observed=modes.normal)
     return np.array([
         linear_peak(
-            modes, config.damping, config.forcing.amplitude, n_diameters,
+            modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
             model.reduced.interface, config.disk.n_blades,
         )
         for n_diameters in config.linear.n_diameters
@@ -126,6 +136,8 @@ def report(file: ResultFile) -> Iterator[str]:
 STUDY = Study(
     name="linear",
     figures="4",
+    sections=("linear",),
+    loads=lambda config: config.linear.n_diameters,
     what="linear amplification, percentiles over σ and n_d",
     layout=lambda config: LAYOUT,
     scales=SCALES,

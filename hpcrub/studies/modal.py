@@ -7,6 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hpcrub.config.schema import Config
+from hpcrub.model import families
 from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
 from hpcrub.model.imported.craig_bampton import boundary_rows, lowest_modes
@@ -14,9 +15,9 @@ from hpcrub.model.imported.frames import to_cartesian
 from hpcrub.model.imported.neutral import stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies import imported
-from hpcrub.studies.problem import Model, build_model
-from hpcrub.studies.study import Poll, Study, Values
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup import imported
+from hpcrub.setup.problem import Model, build_model
 
 MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
@@ -25,6 +26,7 @@ _FREQUENCIES = (
     Dataset("full/nodal_diameters", ("dof",), "1", _DIAMETERS, "i8"),
     Dataset("reduced/frequencies_hz", ("mode",), "Hz", "frequencies of the reduced model"),
     Dataset("reduced/nodal_diameters", ("mode",), "1", _DIAMETERS, "i8"),
+    Dataset("blade_share", (), "1", "blades' part in the stiffness of the first family", since=3),
     Dataset("shapes", ("shape", "node", "axis"), "1", "displacements of a mode, largest one is 1"),
 )
 PLANAR = (
@@ -82,6 +84,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "full/nodal_diameters", (), nodal_diameters(full, n_blades)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
     yield "reduced/nodal_diameters", (), nodal_diameters(shapes, n_blades)
+    yield "blade_share", (), families.share(reduced)
     points = disk.points
     for name in ("blades", "ring", "spokes"):
         yield name, (), getattr(points, name)
@@ -100,6 +103,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
     yield "reduced/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
+    yield "blade_share", (), families.share(reduced)
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
@@ -150,7 +154,7 @@ def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
 
 
 def report(file: ResultFile) -> Iterator[str]:
-    """First frequencies of both models."""
+    """First frequencies of both models, and what rules the first family."""
     for kind in ("full", "reduced"):
         frequencies, diameters = (
             file.read(f"{kind}/{name}") for name in ("frequencies_hz", "nodal_diameters")
@@ -162,11 +166,17 @@ def report(file: ResultFile) -> Iterator[str]:
             f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
         )
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
+    if "blade_share" in file:
+        config, n = file.config, file.config.disk.n_blades
+        family = [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]
+        half_range, damping = config.mistuning.half_range.max(), config.material.damping_ratio
+        yield families.sentence(*family, float(file.read("blade_share")), half_range, damping)
 
 
 STUDY = Study(
     name="modal",
     figures="1, 2",
+    mistunes=False,
     what="the disk, its mode shapes, SAFE diagram",
     layout=lambda config: PLANAR if config.disk.model is None else OF_FILE,
     scales={},

@@ -11,14 +11,16 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
+from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.sliding import critical_friction
 from hpcrub.response.steady import correlation, permanent_contact
-from hpcrub.response.sweep import Scene, cut_revolution
+from hpcrub.response.sweep import Scene
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.cost import Cost
-from hpcrub.studies.problem import time_grid
-from hpcrub.studies.samples import disks, prepare_disks
-from hpcrub.studies.study import Poll, Study, Values
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.problem import time_grid
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -121,8 +123,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     reason = pieces[-1].reason[0]
     if not status.are_fatal(reason):
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-        amplitude = np.abs(tangential[-window:]).max()
-        reason = permanent_contact(share, amplitude, scene.lift) or reason
+        reason = permanent_contact(share, scene.friction > critical_friction(modes)) or reason
     if task == 0:
         yield "time_s", (), time
         if config.disk.n_points != config.disk.n_blades:
@@ -134,7 +135,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
-    yield "gap_m", task, gap(scene, speed, time, radial, tangential)
+    yield "gap_m", task, gap(scene, speed, time, radial)
     yield "force_n", task, force
     tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
     yield "tip", task, tip
@@ -145,19 +146,12 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "point_status", task, DIVERGED if status.are_fatal(reason) else bounded
 
 
-def gap(
-    scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray, tangential: np.ndarray
-) -> np.ndarray:
-    """Gap of every tip, (T, n_c) [m]; the paper's, or that of the displaced position."""
+def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
+    """Gap of every tip, (T, n_c) [m]."""
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
-    outward = radial
-    radius = scene.interface.radius
-    if scene.kinematics == "polar":
-        angle = angle + np.arctan2(tangential, radius + radial)
-        outward = np.hypot(radius + radial, tangential) - radius
-    height = casing_height(angle, scene.n_bumps, scene.bump_height, scene.profile)
-    return scene.clearance + scene.interface.clearance - grown * height - outward
+    height = casing_height(angle, scene.n_bumps, scene.bump_height, scene.profile, scene.bump_width)
+    return scene.clearance + scene.interface.clearance - grown * height - radial
 
 
 def _tests(config, tangential, per_block):
@@ -212,6 +206,8 @@ def report(file: ResultFile) -> Iterator[str]:
 STUDY = Study(
     name="time_response",
     figures="5",
+    mistunes=False,
+    sections=("history",),
     what="one simulation in full",
     layout=layout,
     scales=SCALES,

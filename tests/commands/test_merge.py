@@ -16,11 +16,14 @@ from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
-from hpcrub.results import contact_file, ownership, provenance
+from hpcrub.results import provenance
 from hpcrub.results.layout import DONE, PENDING
-from hpcrub.studies import files, samples
-from hpcrub.studies import problem as study
-from hpcrub.studies.files import open_result
+from hpcrub.runs import result_files
+from hpcrub.setup import disks
+from hpcrub.setup import problem as study
+from hpcrub.studies import open_result
+from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import merge as merging
 from tests.program import TINY, datasets, error_lines, load
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
@@ -45,7 +48,7 @@ def attributes(path):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Folder with a study, and the same in three ranges of samples and in four cases."""
+    """Folder with a study, and the same in three ranges of samples."""
     folder = tmp_path_factory.mktemp("parts")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -53,8 +56,6 @@ def made(tmp_path_factory):
         assert run("study.yaml") == 0
         for k in range(1, 4):
             assert run("study.yaml", "--part", f"{k}/3") == 0
-        for k in range(1, 5):
-            assert run("study.yaml", "--part", f"{k}/4", "--part-by", "level") == 0
     return folder
 
 
@@ -67,38 +68,42 @@ def folder(made, tmp_path, monkeypatch):
     return tmp_path
 
 
+def assert_nothing_is_left(folder):
+    """A merge, done or refused, leaves neither its lock nor an unfinished file."""
+    assert {p.suffix for p in folder.iterdir()} <= {".h5", ".yaml", ".jsonl", ".png"}
+
+
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
-CASES = [f"whole.part-{k}-of-4.h5" for k in (1, 2, 3, 4)]
 
 
 def test_parts_hold_their_share_and_draw_no_figures(made):
     shapes = []
-    for name in (*THREE, *CASES):
+    for name in THREE:
         file = open_result(made / name)
         assert (file.status() == DONE).all()
         shapes.append(file.status().shape)
         file.close()
-    assert shapes == [(2, 1), (2, 2), (2, 2), (1, 2), (1, 3), (1, 2), (1, 3)]
+    assert shapes == [(2, 1), (2, 2), (2, 2)]
     assert [p.name for p in made.glob("*.png")] == ["whole.png"]
 
 
 @pytest.mark.parametrize(
     "names",
-    [THREE, THREE[::-1], CASES, CASES[2:] + CASES[:2], THREE[:2] + CASES],
-    ids=["in order", "reversed", "by level", "by level, shuffled", "overlapping"],
+    [THREE, THREE[::-1], [*THREE, "single.h5"]],
+    ids=["in order", "reversed", "overlapping"],
 )
 def test_merged_is_the_single_run_to_the_bit(folder, names, capsys):
     assert merge.main(["whole.h5", *names]) == 0
     assert "whole.h5: 10 of 10 samples" in capsys.readouterr().out
     assert datasets("whole.h5") == datasets("single.h5")
     assert attributes("whole.h5") == attributes("single.h5")
-    assert not list(folder.glob("*.merge")) + list(folder.glob("*.lock"))
+    assert_nothing_is_left(folder)
 
 
 def test_a_group_of_samples_at_a_time(folder, monkeypatch):
     """Memory does not grow with the samples, and the groups' borders do not show."""
-    monkeypatch.setattr(merge, "AT_ONCE", 1)
-    assert merge.merge("whole.h5", THREE) == (10, 10)
+    monkeypatch.setattr(merging, "AT_ONCE", 1)
+    assert merging.merge("whole.h5", THREE) == (10, 10)
     assert datasets("whole.h5") == datasets("single.h5")
 
 
@@ -134,13 +139,13 @@ def test_a_study_goes_on_with_more_samples(folder, capsys):
 
 def test_a_file_has_no_fewer_samples_than_its_parts(folder):
     with pytest.raises(InputError, match=r"--samples: 4 is too few, .*3-of-3.h5 has 5 a level"):
-        merge.merge("whole.h5", THREE, samples=4)
+        merging.merge("whole.h5", THREE, samples=4)
     assert not (folder / "whole.h5").exists()
 
 
 def test_a_merged_file_takes_further_parts(folder):
-    merge.merge("whole.h5", THREE[:1])
-    merge.merge("whole.h5", ["whole.h5", *THREE[1:]], overwrite=True)
+    merging.merge("whole.h5", THREE[:1])
+    merging.merge("whole.h5", ["whole.h5", *THREE[1:]], overwrite=True)
     assert datasets("whole.h5") == datasets("single.h5")
     assert attributes("whole.h5") == attributes("single.h5")
 
@@ -150,7 +155,7 @@ def test_an_unfinished_sample_is_not_taken(folder):
     with h5py.File(THREE[1], "r+") as file:
         file["samples/status"][0, 0] = PENDING
         file["samples/amplitude_m"][0, 0] = -1.0
-    assert merge.merge("whole.h5", THREE) == (9, 10)
+    assert merging.merge("whole.h5", THREE) == (9, 10)
     file = open_result("whole.h5")
     assert np.isnan(file.read("samples/amplitude_m", (0, 1))).all()
     file.close()
@@ -158,8 +163,8 @@ def test_an_unfinished_sample_is_not_taken(folder):
 
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
-        files.lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
-    assert merge.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
+        result_files.lay_out(f"{k}.h5", studies.run_of(parts.cut(load("study.yaml"), k, 3)))
+    assert merging.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     file = open_result("whole.h5")
     assert contact_file.read_tuned(file) is None
     file.close()
@@ -171,7 +176,7 @@ def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
     other = provenance.libraries() | {"numpy_version": "0.0.1"}
     monkeypatch.setattr(provenance, "libraries", lambda: other)
     assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
-    merge.merge("whole.h5", THREE)
+    merging.merge("whole.h5", THREE)
     expected = f"0.0.1, {np.__version__}".encode()
     assert attributes("whole.h5")[""]["numpy_version"] == expected
 
@@ -184,7 +189,7 @@ def another_program(monkeypatch):
 
 
 def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsys, another_program):
-    """And then the file knows which samples come from which of them."""
+    """And then the file names them all."""
     assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
     line = refused(capsys, "whole.h5", *THREE)
     assert "computed by different programs" in line
@@ -194,13 +199,8 @@ def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsy
     with open_result("whole.h5") as file:
         assert len(file.programs()) == 2
         assert file.programs()[1].startswith("f" * 16)
-        np.testing.assert_array_equal(file.read("samples/computed_by"), [[0, 1, 1, 0, 0]] * 2)
-    values = datasets("whole.h5")
-    single = datasets("single.h5")
-    assert {n for n in values if values[n] != single[n]} == {"samples/computed_by"}
-    lines = "\n".join(inspect.description("whole.h5"))
-    assert "level 0, samples 1 to 2" in lines.partition("ffff")[2]
-    assert "level 1, samples 0, 3 to 4" in lines.partition("ffff")[0]
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert f"    {'f' * 16} hpcrub 9.9 revision other" in list(inspect.description("whole.h5"))
 
 
 def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_program):
@@ -212,7 +212,7 @@ def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_pr
     assert run("study.yaml", "--status") == 75  # reading never refuses
     assert run("study.yaml", "--resume", "--allow-mixed") == 0
     with open_result("whole.h5") as file:
-        np.testing.assert_array_equal(file.read("samples/computed_by"), [[0, 1, 1, 0, 0]] * 2)
+        assert [program[:4] == "ffff" for program in file.programs()] == [False, True]
     assert run("study.yaml", "--resume") == 0  # complete: nothing is computed
 
 
@@ -228,44 +228,11 @@ def test_a_merge_harms_none_of_its_parts(folder, capsys):
     assert (folder / name).read_text() == "mine"
 
 
-@pytest.mark.parametrize("name", ["tuned/computed_by", "samples/computed_by"])
-def test_a_part_that_names_an_unknown_program_is_damaged(folder, name, capsys):
-    with h5py.File(THREE[0], "r+") as file:
-        file[name][...] = 90
-    assert f"{THREE[0]} is damaged" in refused(capsys, "whole.h5", *THREE)
-
-
-def test_a_link_to_itself_is_no_part(folder, capsys):
-    (folder / "loop.h5").symlink_to("loop.h5")
-    assert "loop.h5" in refused(capsys, "whole.h5", "loop.h5", *THREE[1:])
-
-
 def test_an_interrupted_merge_is_one_line_and_leaves_nothing(folder, capsys, monkeypatch):
-    monkeypatch.setattr(merge, "_copy", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    monkeypatch.setattr(merging, "_copy", lambda *_: os.kill(os.getpid(), signal.SIGINT))
     assert program(["merge", "whole.h5", *THREE]) == 75
     assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
     assert not list(folder.glob("whole.h5*"))
-
-
-def test_a_home_folder_is_meant(folder, monkeypatch):
-    monkeypatch.setenv("HOME", str(folder))
-    assert merge.main(["~/whole.h5", *[f"~/{name}" for name in THREE]]) == 0
-    assert (folder / "whole.h5").exists()
-
-
-def test_a_file_of_somebody_else_is_not_replaced(folder, capsys):
-    (folder / "whole.h5").write_text("mine")
-    assert "is not replaced" in refused(capsys, "whole.h5", *THREE, "--overwrite")
-    assert (folder / "whole.h5").read_text() == "mine"
-
-
-def test_a_link_to_the_result_stays_one(folder):
-    (folder / "elsewhere").mkdir()
-    (folder / "whole.h5").symlink_to("elsewhere/whole.h5")
-    merge.merge("whole.h5", THREE, overwrite=True)
-    assert (folder / "whole.h5").is_symlink()
-    assert datasets("elsewhere/whole.h5") == datasets("single.h5")
-    assert sorted(p.name for p in folder.glob("**/*.hpcrub-*")) == []
 
 
 def refused(capsys, *arguments):
@@ -291,13 +258,14 @@ def test_another_tuned_disk_is_refused(folder, capsys):
 
 
 def test_overlapping_samples_must_agree(folder, capsys):
-    with h5py.File(CASES[2], "r+") as file:
-        file["samples/time_s"][0, 1, 2] += 1e-12
     shutil.copy("single.h5", "whole.h5")
-    line = refused(capsys, "whole.h5", *THREE, *CASES, "--overwrite")
-    assert "whole.part-3-of-4.h5 contradicts another part: samples/time_s of level 1" in line
+    shutil.copy("single.h5", "other.h5")
+    with h5py.File("other.h5", "r+") as file:
+        file["samples/time_s"][1, 1, 2] += 1e-12
+    line = refused(capsys, "whole.h5", *THREE, "other.h5", "--overwrite")
+    assert "other.h5 contradicts another part: samples/time_s of level 1" in line
     assert datasets("whole.h5") == datasets("single.h5")  # the old file is not touched
-    assert not list(folder.glob("*.merge"))
+    assert_nothing_is_left(folder)
 
 
 def test_an_existing_file_is_kept(folder, capsys):
@@ -306,37 +274,28 @@ def test_an_existing_file_is_kept(folder, capsys):
     assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
 
 
-def test_a_file_that_another_job_has_just_finished_is_kept(folder, capsys, monkeypatch):
-    class Late(ownership.Lock):
-        def __init__(self, path):
-            super().__init__(path)
-            (folder / "whole.h5").write_text("just finished")
-
-    monkeypatch.setattr(ownership, "Lock", Late)
-    assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
-    assert (folder / "whole.h5").read_text() == "just finished"
-    assert not list(folder.glob("*.hpcrub-*"))
-
-
 @pytest.mark.parametrize(
     ("name", "message"),
     [
         ("nowhere.h5", "does not exist"),
         ("study.yaml", "is not an HDF5 file"),
-        ("casing.h5", "is of the study casing; only contact has parts"),
+        ("modal.h5", "is of the study modal, not contact"),
         ("short.h5", "stops when it has converged"),
     ],
 )
 def test_no_part_of_anything(folder, capsys, name, message):
-    files.lay_out("casing.h5", config.Config.from_yaml("study: casing"))
-    files.lay_out("short.h5", config.Config.from_yaml("convergence: {stop_when_converged: true}"))
+    result_files.lay_out("modal.h5", studies.run_of(config.Config.from_yaml("study: modal")))
+    result_files.lay_out(
+        "short.h5",
+        studies.run_of(config.Config.from_yaml("convergence: {stop_when_converged: true}")),
+    )
     assert message in refused(capsys, "whole.h5", name)
 
 
 def test_a_part_cannot_pass_for_the_study(folder, capfd):
-    text = "study: cross\nsources: [whole.part-1-of-3.h5]"
-    (folder / "cross.yaml").write_text(text)
-    assert run("cross.yaml") == 2
+    text = "study: energy\nsources: [whole.part-1-of-3.h5]"
+    (folder / "energy.yaml").write_text(text)
+    assert run("energy.yaml") == 2
     assert "is a part; merge all parts" in capfd.readouterr().err
 
 
@@ -349,30 +308,27 @@ def test_a_finished_part_is_known_without_work(folder, monkeypatch, capfd):
     assert run("study.yaml", "--part", "2/3", "--status", "--set", "casing.n_bumps=3") == 2
 
 
-@pytest.mark.parametrize(
-    ("count", "by"), [(1, "samples"), (7, "samples"), (4, "level"), (8, "level")]
-)
-def test_parts_cover_everything_once(count, by):
+@pytest.mark.parametrize("count", [1, 7, 23])
+def test_parts_cover_everything_once(count):
     whole = config.Config.from_yaml("mistuning: {samples: 23}")
-    seen = np.zeros((4, 23), dtype=int)
+    seen = np.zeros(23, dtype=int)
     outputs = set()
     for number in range(1, count + 1):
-        part = parts.cut(whole, number, count, by)
+        part = parts.cut(whole, number, count)
         assert config.Config.from_yaml(part.to_yaml()) == part
         assert parts.whole(part, whole.output) == whole
-        seen[np.ix_(part.levels, part.samples)] += 1
+        seen[part.samples] += 1
         outputs.add(part.output)
-        assert len(part.samples) - 23 * (4 if by == "level" else 1) // count in (0, 1)
+        assert len(part.samples) - 23 // count in (0, 1)
     assert (seen == 1).all()
     assert len(outputs) == count
 
 
 def test_a_part_draws_the_whole_studys_disks():
     whole = config.Config.from_yaml("mistuning: {samples: 23}")
-    part = parts.cut(whole, 7, 8, "level")
-    assert (part.levels, part.samples) == ((3,), range(11))
-    part = parts.cut(whole, 8, 8, "level")
-    mine, its = samples.deviation(part, 0, 2), samples.deviation(whole, 3, 13)
+    part = parts.cut(whole, 2, 2)
+    assert part.samples == range(11, 23)
+    mine, its = disks.deviation(part, 3, 2), disks.deviation(whole, 3, 13)
     np.testing.assert_array_equal(mine, its)
 
 
@@ -393,23 +349,15 @@ def test_wrong_parts_are_one_line(folder, capfd, part, message):
     assert message in line
 
 
-def test_what_parts_are_cut_by_needs_a_part(folder, capfd):
-    assert run("study.yaml", "--part-by", "level") == 2
-    assert "--part-by level: without --part" in capfd.readouterr().err
-
-
-def test_the_largest_study_can_be_cut():
-    whole = config.Config.from_yaml("mistuning: {samples: 1000000000000}")
-    assert parts.cut(whole, 2, 2).samples == range(500_000_000_000, 1_000_000_000_000)
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
-        ("convergence: {stop_when_converged: true}\npart: {levels: [0]}", "part.levels: a part"),
-        ("part: {levels: [0, 4]}", "part.levels: [0, 4] are not increasing numbers of levels"),
-        ("part: {levels: [1, 1]}", "part.levels: [1, 1] are not increasing"),
+        (
+            "convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
+            "part.samples: a part cannot know",
+        ),
+        ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
         ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
         ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
         ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 to 2 values"),
@@ -417,13 +365,11 @@ def test_the_largest_study_can_be_cut():
 )
 def test_impossible_parts_are_refused(text, message):
     with pytest.raises(InputError) as caught:
-        studies.check(config.Config.from_yaml(text))
+        studies.run_of(config.Config.from_yaml(text)).checked()
     assert message in str(caught.value)
 
 
-def test_parts_of_parts_and_levels_that_do_not_divide():
+def test_there_are_no_parts_of_parts():
     whole = config.Config()
     with pytest.raises(InputError, match="cannot be cut again"):
         parts.cut(parts.cut(whole, 1, 2), 1, 2)
-    with pytest.raises(InputError, match="6 is no multiple of the 4 levels"):
-        parts.cut(whole, 1, 6, "level")

@@ -4,14 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from hpcrub.commands import execution
+from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
-from hpcrub.studies.files import open_result
+from hpcrub.runs import execution
+from hpcrub.studies import open_result
 from tests.program import TINY
 
-RUNS = "study: casing\nruns: [{casing.n_bumps: 3}, {casing.n_bumps: 5}]\n"
+RUNS = "study: modal\nruns: [{disk.blade.n_elements: 3}, {disk.blade.n_elements: 5}]\n"
 
 
 @pytest.fixture
@@ -29,26 +30,26 @@ def test_a_table_at_the_end_and_the_total_before(folder, capfd):
     assert not Path("results").exists()
     assert cli.main(["a.yaml"]) == 0
     said = capfd.readouterr().out
-    for text in ("run 2 of 2", "casing.n_bumps=5", "5 bumps, smallest gap"):
+    for text in ("run 2 of 2", "disk.blade.n_elements=5", "full model, "):
         assert text in said
 
 
 def test_a_run_that_fails_does_not_keep_the_next_one(folder, capfd):
     stuck = "{contact.friction: 1, disk.blade.lean_deg: 0, output: stuck.h5}"
-    last = "{study: casing, output: last.h5}"
+    last = "{study: modal, output: last.h5}"
     Path("a.yaml").write_text(TINY + f"runs: [{stuck}, {last}]\n")
     assert cli.main(["a.yaml", "--no-figures"]) == 1
     said = capfd.readouterr().out
     assert "this run failed: the tuned disk has no result at any speed" in said
     open_result("last.h5").close()
     assert cli.main(["a.yaml", "--no-figures", "--resume"]) == 1  # it is tried again, last.h5 not
-    assert "bumps, smallest gap" in capfd.readouterr().out
+    assert "full model, " in capfd.readouterr().out
 
 
 def test_a_source_is_never_overwritten(folder):
-    config = Config.from_yaml("study: cross\nsources: [a.h5]\noutput: x/../a.h5")
+    run = studies.run_of(Config.from_yaml("study: energy\nsources: [a.h5]\noutput: x/../a.h5"))
     with pytest.raises(InputError, match="is one of the sources"):
-        execution.check_output(config, execution.Existing(overwrite=True))
+        execution.check_output(run, execution.Existing(overwrite=True))
 
 
 @pytest.mark.parametrize(
@@ -66,25 +67,7 @@ def test_runs_that_contradict_each_other(folder, runs, message):
     assert message in str(caught.value)
 
 
-def test_keys_of_two_forms_in_one_run_are_all_kept(folder):
-    Path("a.yaml").write_text("runs: [{casing.n_bumps: 3, casing: {clearance_mm: 0.5}}]\n")
-    (config,) = load_runs("a.yaml")
-    assert (config.casing.n_bumps, config.casing.clearance_mm) == (3, 0.5)
-
-
-def test_a_link_to_the_output_of_another_run_is_found(folder, capfd):
-    Path("real").mkdir()
-    Path("link").symlink_to("real")
-    Path("a.yaml").write_text("study: casing\nruns: [{output: real/a.h5}, {output: link/a.h5}]\n")
-    assert cli.main(["a.yaml"]) == 2
-    assert "two runs have the output" in capfd.readouterr().err
-    assert not any(Path("real").iterdir())
-
-
-def test_the_former_name_of_the_key_is_read_with_a_warning(folder, capfd):
+def test_the_former_name_of_the_key_says_what_it_is_called_now(folder):
     Path("a.yaml").write_text(RUNS.replace("runs:", "sweep:"))
-    assert len(load_runs("a.yaml")) == 2
-    assert capfd.readouterr().err.count("warning: the key sweep is called runs now") == 1
-    Path("a.yaml").write_text(RUNS + "sweep: []\n")
-    with pytest.raises(InputError, match="sweep: the former name of runs, which is given, too"):
+    with pytest.raises(InputError, match="sweep: called runs now"):
         load_runs("a.yaml")

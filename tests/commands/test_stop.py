@@ -2,22 +2,23 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
 
 from hpcrub.__main__ import main as program
-from hpcrub.commands import execution, import_model
 from hpcrub.commands import run as cli
-from hpcrub.config.schema import Config
-from hpcrub.errors import InputError
+from hpcrub.ranks.parallel import STOP_SIGNALS
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import execution
 from tests.program import ROOT, TINY, run, start
 
 DRY_RUN = """\
 import os, signal, sys
-from hpcrub.studies import cost
+from hpcrub.runs import cost
 from hpcrub.__main__ import main
 
 cost.trial = lambda *_: os.kill(os.getpid(), signal.SIGNAL)
@@ -37,12 +38,6 @@ def test_ctrl_c_in_a_command_is_one_line(path, capsys, monkeypatch, command):
     assert program([*command.split(), str(path), str(path)]) == 75
     assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
     assert [found.name for found in path.parent.iterdir()] == [path.name]
-
-
-def test_ctrl_c_in_an_import_is_one_line(capsys, monkeypatch):
-    monkeypatch.setattr(import_model, "import_model", interrupt)
-    assert program(["import", "nastran", "a.op4", "--mesh", "a.bdf", "--contact", "TIP"]) == 75
-    assert capsys.readouterr().err == "hpcrub: stopped: SIGINT came\n"
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
@@ -72,18 +67,27 @@ def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
 
 def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.yaml").write_text("study: casing\noutput: a.h5\n")
+    (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
     stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)  # noqa: E731
-    monkeypatch.setattr(execution.size, "check", stop)
+    monkeypatch.setattr(execution.memory, "check", stop)
     assert cli.main(["a.yaml"]) == 75
     expected = f"hpcrub: stopped: SIGTERM came before {tmp_path / 'a.h5'} was opened\n"
     assert capfd.readouterr().err == expected
     assert not (tmp_path / "a.h5").exists()
 
 
-def test_a_working_folder_that_is_gone_is_one_line(tmp_path, monkeypatch):
-    (tmp_path / "here").mkdir()
-    monkeypatch.chdir(tmp_path / "here")
-    (tmp_path / "here").rmdir()
-    with pytest.raises(InputError, match="the working folder was removed"):
-        cli.placed(Config())
+def test_a_signal_that_comes_after_the_end_changes_nothing():
+    """Rank 0 has passed on what another rank has yet to get; its exit code was 138 then."""
+    program = (
+        "import os, signal, sys; from hpcrub.ranks import parallel; parallel.listen(); "
+        "code = parallel.run(lambda team: 75); os.kill(os.getpid(), signal.SIGUSR1); sys.exit(code)"
+    )
+    assert subprocess.run([sys.executable, "-c", program], cwd=ROOT).returncode == 75
+
+
+@pytest.mark.parametrize("words", [["--status"], ["--dry-run"]])
+def test_a_call_from_python_gives_the_signals_back(tiny, words):
+    """They stayed ignored, in the caller and in all that it started."""
+    before = [signal.getsignal(number) for number in STOP_SIGNALS]
+    assert program([str(tiny), *words]) in (0, 75)
+    assert [signal.getsignal(number) for number in STOP_SIGNALS] == before

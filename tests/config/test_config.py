@@ -11,6 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from evidence.truth.disk import LOAD, MATERIAL, disk_section, reference_scene
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.config import sections
@@ -18,7 +19,6 @@ from hpcrub.config.schema import Config
 from hpcrub.config.yaml_text import MAX_CHARACTERS
 from hpcrub.errors import InputError
 from tests.program import ROOT, load
-from tests.truth.disk import LOAD, MATERIAL, disk_section, reference_scene
 
 INPUTS = sorted((ROOT / "inputs").glob("*.yaml"))
 TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
@@ -31,7 +31,7 @@ def read(text):
 def error_of(text):
     """The one line with which a text is refused."""
     with pytest.raises(InputError) as caught:
-        studies.check(read(text))
+        studies.run_of(read(text)).checked()
     message = str(caught.value)
     assert message
     assert message.isprintable()
@@ -46,7 +46,7 @@ def test_defaults_are_the_reference_disk():
     assert c == Config()
     assert c.disk.n_dof == 240
     assert len(c.speeds.values_hz) == 41
-    assert c.mistuning.pattern_gpa is None
+    assert c.mistuning.pattern is None
     assert c.pattern_deviation is None
 
 
@@ -115,7 +115,7 @@ def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n):
 
 
 def test_pattern_is_one_sample_of_one_level():
-    c = read(f"mistuning: {{pattern_gpa: {TWELVE}}}")
+    c = read(f"mistuning: {{pattern_unit: gpa, pattern: {TWELVE}}}")
     assert c.mistuning.samples == 1
     np.testing.assert_allclose(c.mistuning.half_range, [6 / 210])
     np.testing.assert_allclose(c.pattern_deviation[:3], [0, 1 / 210, 2 / 210], atol=1e-15)
@@ -123,7 +123,9 @@ def test_pattern_is_one_sample_of_one_level():
 
 
 def test_pattern_is_relative_to_the_modulus_of_the_input():
-    c = read(f"material: {{young_modulus_gpa: 2e2}}\nmistuning: {{pattern_gpa: {TWELVE}}}")
+    c = read(
+        f"material: {{young_modulus_gpa: 2e2}}\nmistuning: {{pattern_unit: gpa, pattern: {TWELVE}}}"
+    )
     np.testing.assert_allclose(c.pattern_deviation[0], 0.05)
     np.testing.assert_allclose(c.mistuning.half_range, [15 / 200])
 
@@ -139,7 +141,7 @@ def test_table2_is_the_papers_in_its_printed_order():
     c = load(next(p for p in INPUTS if p.stem == "table2"))
     paper = [2.0701, 2.0627, 2.0695, 2.1683, 2.0809, 2.1421]
     paper += [2.1164, 2.0166, 2.1256, 2.0328, 2.0391, 2.1193]
-    np.testing.assert_allclose(c.mistuning.pattern_gpa, 100 * np.array(paper), rtol=1e-12)
+    np.testing.assert_allclose(c.mistuning.pattern, 100 * np.array(paper), rtol=1e-12)
 
 
 def test_a_configuration_cannot_be_changed():
@@ -211,14 +213,14 @@ def test_overrides_replace_keys(tmp_path):
             "disk.blade.lean_deg=-1e1",
             "mistuning.half_range_percent=[1, 2]",
             "convergence.stop_when_converged=true",
-            "reduction.basis=per_sample",
+            "time.scheme=central_difference",
         ],
     )
     assert c.casing.n_bumps == 3
     assert c.disk.blade.lean_deg == -10
     assert c.mistuning.half_range_percent == (1, 2)
     assert c.convergence.stop_when_converged
-    assert c.reduction.basis == "per_sample"
+    assert c.time.scheme == "central_difference"
 
 
 @pytest.mark.parametrize(
@@ -266,37 +268,24 @@ def test_unreadable_files(tmp_path):
 WRONG = [
     # unknown keys
     ("casing: {n_bump: 3}", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
-    ("n_bumps: 3", "n_bumps: unknown key; did you mean casing.n_bumps?"),
     ("disk: {n_bumps: 3}", "disk.n_bumps: unknown key; did you mean casing.n_bumps?"),
-    ("time: {step: 1}", "time.step: unknown key; did you mean time.step_s?"),
     ("disk: {blade: {lean: 1}}", "disk.blade.lean: unknown key; did you mean disk.blade.lean_deg?"),
     ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
     # types
     ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
-    ("casing: {n_bumps: 3.5}", "casing.n_bumps: 3.5 is not a whole number"),
     ("casing: {n_bumps: '5'}", "casing.n_bumps: '5' is not a whole number"),
     ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10,000"),
-    ("casing: {clearance_mm: yes}", "casing.clearance_mm: 'yes' is not a number"),
-    ("casing: {clearance_mm: false}", "casing.clearance_mm: false is not a number"),
-    ("casing: {clearance_mm: [1]}", "casing.clearance_mm: [1] is not a number"),
-    ("casing: {clearance_mm: {a: 1}}", "casing.clearance_mm: {a: 1} is not a number"),
     ("casing: {clearance_mm: }", "casing.clearance_mm: null is not a number"),
     ("time: {step_s: 12:30}", "time.step_s: '12:30' is not a number"),
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
-    ("convergence: {stop_when_converged: 1}", "stop_when_converged: 1 is not true or false"),
     ("output: 3", "output: 3 is not a file name"),
     ('output: ""', "output: '' is not a file name"),
-    ('output: "."', "output: '.' is not a file name"),
-    ('output: "/"', "output: '/' is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ('sources: ["."]', "sources[0]: '.' is not a file name"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
-    ("disk: {blade: [1]}", "disk.blade: [1] is not a section with keys such as n_elements"),
-    ("casing:", "casing: null is not a section"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
     ("casing: {harmonics: [{order: 0}]}", "casing.harmonics[0].order: 0 is out of range, allowed"),
-    ("casing: {harmonics: [3]}", "casing.harmonics[0]: 3 is not a section with keys such as order"),
     ("casing: {profile_deg: [0, 1, 2, 3]}", "casing.profile_deg: goes with casing.profile_mm"),
     (
         "casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
@@ -306,18 +295,10 @@ WRONG = [
         "casing: {profile_deg: [0, 2, 1, 3], profile_mm: [0, 0, 0, 0]}",
         "casing.profile_deg: the angles are not increasing",
     ),
-    (
-        "casing: {harmonics: [{order: 2}]}\ncontact: {kinematics: polar}",
-        "contact.kinematics: polar is for casings with bumps alone",
-    ),
     # ranges
     (
         "disk: {blade: {thickness_mm: -3}}",
         "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0",
-    ),
-    (
-        "disk: {ring_thickness_mm: 0}",
-        "disk.ring_thickness_mm: 0 is out of range, allowed is a number above 0",
     ),
     ("disk: {n_blades: 1}", "disk.n_blades: 1 is out of range, allowed is a whole number from 2"),
     (
@@ -329,31 +310,19 @@ WRONG = [
         "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1",
     ),
     ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
-    ("time: {step_s: .inf}", "time.step_s: '.inf' is not a number"),
     ("time: {step_s: 1e999}", "time.step_s: inf is not a number"),
     (
         "mistuning: {samples: 0}",
         "mistuning.samples: 0 is out of range, allowed is a whole number from 1",
     ),
-    (
-        "mistuning: {seed: -1}",
-        "mistuning.seed: -1 is out of range, allowed is a whole number from 0",
-    ),
     ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
-    ("mistuning: {half_range_percent: 3}", "mistuning.half_range_percent: 3 is not a list"),
     (
         "mistuning: {half_range_percent: [1, 100]}",
         "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and",
     ),
-    (
-        "convergence: {percentiles: [1, 101]}",
-        "convergence.percentiles[1]: 101 is out of range, allowed is a number",
-    ),
     # choices
     ("study: wrong", "study: 'wrong' is not one of contact, modal"),
-    ("contact: {kinematics: smal}", "contact.kinematics: 'smal' is not one of small, polar"),
     ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
-    ("reduction: {basis: none}", "reduction.basis: 'none' is not one of tuned, per_sample"),
     # keys that do not fit together
     ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
     ("disk: {inner_radius_mm: 200}", "disk.inner_radius_mm: 200.0 is not below disk.hub_radius"),
@@ -363,38 +332,32 @@ WRONG = [
     ("steady_state: {max_time_s: 0.4}", "steady_state.max_time_s: 0.4 is below steady_state.first"),
     ("convergence: {percentiles: [50, 1]}", "percentiles: [50.0, 1.0] are not increasing"),
     (
-        "mistuning: {pattern_gpa: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
-        "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
+        "mistuning: {pattern_unit: gpa, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
+        "mistuning.pattern: 11 values given for the 12 blades of disk.n_blades",
     ),
     (
-        f"mistuning: {{pattern_gpa: {TWELVE.replace('215', '420')}}}",
-        "mistuning.pattern_gpa: a modulus deviates by 100 % from material.young_modulus_gpa",
+        f"mistuning: {{pattern_unit: gpa, pattern: {TWELVE.replace('215', '420')}}}",
+        "mistuning.pattern: the stiffness of a blade deviates by 100 % (mistuning.pattern_unit",
     ),
     (
-        f"mistuning: {{samples: 2, pattern_gpa: {TWELVE}}}",
-        "mistuning.samples: 2 cannot be combined with mistuning.pattern_gpa",
+        f"mistuning: {{half_range_percent: [3], pattern_unit: gpa, pattern: {TWELVE}}}",
+        "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern",
     ),
     (
-        f"mistuning: {{half_range_percent: [3], pattern_gpa: {TWELVE}}}",
-        "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern_gpa",
+        "mistuning: {pattern_unit: gpa, pattern: [a, b, c]}",
+        "mistuning.pattern[0]: 'a' is not a number (a value for each blade",
     ),
-    ("mistuning: {pattern_gpa: [a, b, c]}", "mistuning.pattern_gpa[0]: 'a' is not a number above"),
-    ("mistuning: {pattern_gpa: 210}", "mistuning.pattern_gpa: 210 is not a list of 2 to 200"),
+    ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
     # YAML
     ("", "no keys found"),
-    ("- study: contact", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
     ("casing: {n_bumps: 3", "line 1, column 20: expected ',' or '}'"),
     ("1: 2", "line 1, column 1: a key must be a plain name"),
-    ("? [a]\n: 2", "line 1, column 3: a key must be a plain name"),
     ("output: a.PNG", "output: 'a.PNG' ends as the figures and logs beside a result file do"),
     ("casing: &a {n_bumps: 3}", "line 1, column 9: anchors (&) and aliases (*) are not supported"),
-    ("disk: *a", "line 1, column 7: anchors (&) and aliases (*) are not supported"),
     ("study: !!python/name:os.system", "line 1, column 8: tags (tag:yaml.org,2002:python"),
-    ("disk: " + "[" * 50_000, "nested deeper than 10 levels"),
     ("study: contact\n---\nstudy: contact", "expected a single document"),
     ("study: \x07", "not YAML: unacceptable character"),
-    ("mistuning: {seed: " + "9" * 5000 + "}", "not YAML: Exceeds the limit"),
     ("a" * (MAX_CHARACTERS + 1), "longer than the 100,000 characters"),
 ]
 
@@ -412,3 +375,53 @@ def test_not_a_number_from_python_is_refused():
     for value in (float("nan"), float("inf")):
         with pytest.raises(ValidationError):
             sections.Time(step_s=value)
+
+
+def test_a_narrow_bump_gets_shorter_steps():
+    """Half the width, half the time over it: the bumps decide the step of the default input."""
+    wide, narrow = (
+        Config.from_yaml(f"casing: {{bump_width: {w}}}\nspeeds: {{from_hz: 300, to_hz: 300}}")
+        for w in (0.1, 0.05)
+    )
+    assert narrow.step == pytest.approx(wide.step / 2)
+
+
+def test_a_key_that_is_gone_says_what_to_do_and_its_default_says_nothing():
+    assert read("contact: {kinematics: small, friction: 0.1}").contact.friction == 0.1
+    with pytest.raises(InputError, match="contact.kinematics: contact of displaced tips is gone"):
+        read("contact: {kinematics: polar}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("reduction: {basis: per_sample}", "reduction.basis: a basis of each sample's own is gone"),
+        ("sweep: [{casing.n_bumps: 3}]", "sweep: called runs now"),
+        ("speeds: {search: peak}", "speeds.search: the search for the peak is gone"),
+        ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
+        (
+            f"mistuning: {{pattern_gpa: {TWELVE}}}",
+            "mistuning.pattern_gpa: now mistuning.pattern with mistuning.pattern_unit: gpa",
+        ),
+        ("mistuning: {patterns_file: a.csv}", "mistuning.patterns_file: now mistuning.pattern"),
+    ],
+)
+def test_a_key_that_is_gone_says_what_to_write_now(text, message):
+    with pytest.raises(InputError) as caught:
+        read(text)
+    assert message in str(caught.value)
+
+
+def _with_spike(degrees):
+    angle = [0.0, 100.0, 100.0 + degrees / 2, 100.0 + degrees, 200.0]
+    return f"casing: {{profile_deg: {angle}, profile_mm: [0, 0, -2, 0, 0], clearance_mm: 0.9}}"
+
+
+def test_a_spike_of_a_measured_casing_decides_the_step_or_is_refused():
+    """32 steps over the part of it that stands beyond the clearance."""
+    config = Config.from_yaml(_with_spike(0.5))
+    beyond = 0.25 * 1.1 / 2.0  # [deg] half width of the triangle there
+    in_a_step = 360 * config.speeds.to_hz * config.step
+    assert 0.5 < in_a_step * 32 / (2 * beyond) < 1.5
+    with pytest.raises(InputError, match="casing.profile_mm: spikes, jumps or noise need"):
+        Config.from_yaml(_with_spike(0.002))

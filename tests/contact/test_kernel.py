@@ -15,17 +15,20 @@ import sys
 import numpy as np
 import pytest
 
-from hpcrub.contact import arrays, kernel, recurrence
+from evidence.truth.disk import reference_reduced, reference_scene
+from hpcrub.contact import recurrence
 from hpcrub.contact.bank import allocate, fill_lane
+from hpcrub.contact.integrate import run
 from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.observers import Record
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history as histories
-from hpcrub.response.sweep import Grid, Scene, cut_revolution
+from hpcrub.response.revolution import Grid, cut_revolution
+from hpcrub.response.sweep import Scene
 from tests.program import ROOT
-from tests.truth.disk import reference_reduced, reference_scene
 
 SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
@@ -35,15 +38,9 @@ def integrate_lanes(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION
     """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
     grid = Grid(revolution, scene.n_bumps, 1)
     bank = allocate(modes, scene, grid, width, speeds)
-    n_points, n_steps = bank.scheme.observed.shape[1], grid.steps_per_block
-    bank = bank._replace(
-        record=arrays.Record(
-            aligned_zeros((n_blocks * n_steps * n_points, width)),
-            aligned_zeros((n_blocks * n_points, width)),
-        )
-    )
-    kernel.integrate((0,) * width, *bank, n_blocks, 0, 1)
-    history = bank.record.history.reshape(n_blocks * n_steps, n_points, width)
+    record = Record.allocate(bank, n_blocks, 1)
+    run(bank, n_blocks, record)
+    history = record.history.reshape(n_blocks * grid.steps_per_block, -1, width)
     return history[:, : len(modes.observed), : len(speeds)], bank
 
 
@@ -60,25 +57,12 @@ def all_contact_sets(W, depth):
     raise AssertionError("no contact set fits")
 
 
-def contact_of(scene, u, u_before, angle, grown):
-    """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force.
-
-    Polar: the tip is at (R + u_r, u_t) in the frame of its nominal place, its normal is along that.
-    Radius and normal are those of the step before, the casing is met where the tip is now.
-    """
+def contact_of(scene, u, angle, grown):
+    """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force."""
     n_c = len(scene.interface.angle)
-    outward, x, y = u[:n_c], np.ones(n_c), np.zeros(n_c)
-    if scene.kinematics == "polar":
-        radius, (now, before) = scene.interface.radius, (v[: 2 * n_c] for v in (u, u_before))
-        angle = angle + np.arctan2(now[n_c:], radius + now[:n_c])
-        x, y = radius + before[:n_c], before[n_c:]
-        along = x * (now - before)[:n_c] + y * (now - before)[n_c:]
-        outward = np.hypot(x, y) - radius + along / np.hypot(x, y)
-    depth = outward + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
-    cosine, sine = np.diag(x / np.hypot(x, y)), np.diag(y / np.hypot(x, y))
-    elsewhere = np.zeros((n_c, len(u) - 2 * n_c))
-    normal = np.hstack([cosine, sine, elsewhere])
-    along = np.hstack([-sine, cosine, elsewhere])
+    depth = u[:n_c] + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
+    normal = np.eye(n_c, len(u))
+    along = np.eye(n_c, len(u), k=n_c)
     return depth - scene.clearance, normal, -(normal + scene.friction * along)
 
 
@@ -99,7 +83,7 @@ def textbook(reduced, modes, scene, speed, n_steps, revolution=REVOLUTION):
         free = A @ ((2.0 * M / h**2 - K) @ u - (M / h**2 - D / (2.0 * h)) @ u_before)
         angle = scene.interface.angle + 2.0 * np.pi * step / revolution
         grown = casing.ramp(step * h, scene.ramp_time)
-        depth, normal, force = contact_of(scene, free, u, angle, grown)
+        depth, normal, force = contact_of(scene, free, angle, grown)
         f = np.zeros(len(M))
         if depth.max() > 0.0:
             f = force.T @ all_contact_sets(-normal @ A @ force.T, depth)
@@ -120,9 +104,8 @@ def mistuned(reduced):
     return mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12)[order])
 
 
-@pytest.mark.parametrize("kinematics", ["small", "polar"])
-def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics):
-    scene = reference_scene(kinematics=kinematics)
+def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
+    scene = reference_scene()
     history, _ = integrate_lanes(mistuned, scene, SPEEDS, n_blocks=2, width=8)
     for lane, speed in enumerate(SPEEDS):
         tips, forces = textbook(reduced, mistuned, scene, speed, len(history))
@@ -132,9 +115,8 @@ def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned, kinematics
         assert np.abs(history[:, :, lane] - tips).max() < 1e-9 * np.abs(tips).max()
 
 
-@pytest.mark.parametrize("kinematics", ["small", "polar"])
-def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned, kinematics):
-    scene = reference_scene(kinematics=kinematics, step=2e-5)
+def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned):
+    scene = reference_scene(step=2e-5)
     grid = cut_revolution(SPEEDS[0], scene)
     pieces = list(histories.integrate(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
     radial, tangential = (
@@ -154,24 +136,23 @@ import sys
 import numpy as np
 sys.path.insert(0, {root!r})
 from tests.contact.test_kernel import SPEEDS, integrate_lanes
-from tests.truth.disk import reference_reduced, reference_scene
+from evidence.truth.disk import reference_reduced, reference_scene
 from hpcrub.model.reduction import mistuned_modes
 reduced = reference_reduced()
-scene = reference_scene(kinematics={kinematics!r})
+scene = reference_scene()
 modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
 history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
 np.save({out!r}, history)
 """
 
 
-@pytest.mark.parametrize("kinematics", ["small", "polar"])
-def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics):
+def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path):
     out = tmp_path / "twin.npy"
-    code = TWIN.format(root=str(ROOT), out=str(out), kinematics=kinematics)
+    code = TWIN.format(root=str(ROOT), out=str(out))
     subprocess.run(
         [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )
-    scene = reference_scene(kinematics=kinematics)
+    scene = reference_scene()
     modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
     history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
     twin = np.load(out)
@@ -179,9 +160,8 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path, kinematics)
     assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
 
 
-@pytest.mark.parametrize("kinematics", ["small", "polar"])
-def test_lanes_do_not_see_each_other(reduced, mistuned, kinematics):
-    scene = reference_scene(kinematics=kinematics)
+def test_lanes_do_not_see_each_other(reduced, mistuned):
+    scene = reference_scene()
     together, _ = integrate_lanes(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
     for lane, speed in enumerate(np.linspace(33.5, 36.0, 8)):
         alone, _ = integrate_lanes(mistuned, scene, [speed], 4, 1)
@@ -197,7 +177,7 @@ def step_by_step(bank, scene, n_steps, width):
     for step in range(n_steps):
         bump[0] = table[step]
         bank.state.multiplier[:] = 0.0
-        kernel.integrate((0,) * width, *bank._replace(scheme=one), 1, -1, 1)
+        run(bank._replace(scheme=one), 1)
         depth = bank.scheme.normal.T @ bank.state.position
         depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance.T
         yield depth, bank.state.multiplier[:-1]
@@ -241,7 +221,7 @@ def released(name, n_steps, damping_ratio=0.02):
 
     bank.state.position[0, 0] = 1.0
     bank.state.increment[0, 0] = 1.0 - exact(-h)
-    kernel.integrate((0,), *bank, 1, -1, 1)
+    run(bank, 1)
     return abs(bank.state.position[0, 0] - exact(1.0))
 
 

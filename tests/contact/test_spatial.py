@@ -9,16 +9,18 @@ import itertools
 import numpy as np
 import pytest
 
-from hpcrub.contact import arrays, kernel, status
-from hpcrub.contact.bank import allocate, steps_touched
-from hpcrub.contact.complementarity import FLAW, SWEEPS, UNSOLVED
-from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact import status
+from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
 from hpcrub.model import casing
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history
+from hpcrub.response.revolution import Grid, rung, slowest
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Grid, Scene, run_sweep
+from hpcrub.response.sweep import Scene, run_sweep
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
@@ -53,15 +55,10 @@ def made_up(seed=0, n_blades=N_BLADES, per_blade=PER_BLADE):
 def integrate(modes, scene, speeds, n_steps, width=8):
     """Observed displacements (n_steps, O, lanes) and the Bank."""
     bank = allocate(modes, scene, Grid(REVOLUTION, 1, 1), width, speeds)
-    n_observed = bank.scheme.observed.shape[1]
     n_blocks = -(-n_steps // REVOLUTION)
-    record = arrays.Record(
-        aligned_zeros((n_blocks * REVOLUTION * n_observed, width)),
-        aligned_zeros((n_blocks * n_observed, width)),
-    )
-    bank = bank._replace(record=record)
-    kernel.integrate((0,) * width, *bank, n_blocks, 0, 1)
-    found = record.history.reshape(-1, n_observed, width)
+    record = Record.allocate(bank, n_blocks, 1)
+    run(bank, n_blocks, record)
+    found = record.history.reshape(n_blocks * REVOLUTION, -1, width)
     return found[:n_steps, : len(modes.observed), : len(speeds)], bank
 
 
@@ -151,7 +148,7 @@ def test_a_history_holds_the_forces_in_all_directions():
 def test_steps_in_which_a_blade_touches_are_counted():
     """Those in which any of its points carries a force, by a history of every step."""
     modes, scene = made_up(0)
-    step = 1.0 / (SPEED * REVOLUTION)
+    step = 1.0 / (slowest(rung(SPEED)) * REVOLUTION)  # as many steps as `integrate` takes here
     scene = scene._replace(step=step, record_interval=step)
     pieces = list(history.integrate(modes, scene, [SPEED], 1.0 / SPEED))
     touching = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces]) > 0.0
@@ -160,10 +157,9 @@ def test_steps_in_which_a_blade_touches_are_counted():
     assert len(touching) == REVOLUTION
     assert min(expected) > 0
     _, bank = integrate(modes, scene, [SPEED], REVOLUTION)
-    assert steps_touched(bank, 0).tolist() == expected
-    np.testing.assert_array_equal(
-        scene.interface.of_points(touching).sum(axis=0), steps_touched(bank, 0)
-    )
+    assert bank.law.steps_touched(0).tolist() == expected
+    found = scene.interface.of_points(touching).sum(axis=0)
+    np.testing.assert_array_equal(found, bank.law.steps_touched(0))
 
 
 @pytest.mark.parametrize(("gap", "reason"), [(2e-3, status.NONE), (-2e-3, status.PERMANENT)])
@@ -190,9 +186,3 @@ def test_few_sets_are_tried_where_points_are_stiffly_coupled():
     _, bank = integrate(modes, scene, [SPEED], REVOLUTION)
     assert 1 <= bank.state.report[SWEEPS, 0] <= 40
     assert bank.state.report[UNSOLVED, 0] == 0.0
-
-
-def test_polar_kinematics_are_for_planar_disks():
-    modes, scene = made_up()
-    with pytest.raises(ValueError, match="axial motion"):
-        allocate(modes, scene._replace(kinematics="polar"), Grid(REVOLUTION, 1, 1), 8)

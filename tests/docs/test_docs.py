@@ -9,7 +9,8 @@ import pytest
 
 from hpcrub import errors
 from hpcrub.ranks.runlog import RunLog, Work
-from tests.program import ROOT
+from hpcrub.setup.problem import build_problem
+from tests.program import ROOT, load
 
 REFERENCE = ROOT / "docs" / "reference"
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
@@ -49,11 +50,26 @@ def code(page, language):
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
+def test_tests_that_pages_name_are_there():
+    there = "".join(path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+    for page in (ROOT / "docs").glob("*.md"):
+        named = set(re.findall(r"`(test_\w+)`", page.read_text("utf-8")))
+        assert [name for name in named if f"def {name}(" not in there] == [], page.name
+
+
 def test_the_path_of_a_number_leads_to_an_amplitude():
     (block,) = code("architecture.md", "python")
     names = {}
     exec(block, names)
     assert names["result"].amplitude.min() > names["config"].casing.clearance
+
+
+def test_an_input_names_the_stability_limit_of_its_scheme():
+    path = ROOT / "inputs" / "time_step.yaml"
+    (named,) = re.findall(
+        r"Beyond (\S+) s central differences are unstable", path.read_text("utf-8")
+    )
+    assert float(named) == pytest.approx(build_problem(load(path)).stability_limit, rel=0.02)
 
 
 def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):

@@ -34,7 +34,7 @@ def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
     )
     code = (
         "import hpcrub, matplotlib\n"
-        f"hpcrub.plot.casing({str(DOCS / 'examples' / 'casing.h5')!r})\n"
+        "hpcrub.plot.casing(hpcrub.Config())\n"
         "assert matplotlib.is_interactive()"
     )
     path = os.pathsep.join([str(tmp_path), str(ROOT)])

@@ -9,11 +9,13 @@ import json
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from evidence.identify import book as books
-from evidence.identify import conclusions, disks, paper, predictions, report, search, stages
+from evidence.identify import conclusions, disks, paper, predictions, report, search, shapes, stages
 from hpcrub.config.schema import Config
 from hpcrub.model.disk import build_disk
+from hpcrub.model.reduction import craig_bampton
 
 CONFIG = Config()
 OLD = disks.EARLIER[0]
@@ -114,6 +116,7 @@ def few(monkeypatch):
     monkeypatch.setattr(predictions, "N_SAMPLES", {3: 1, 4: 1, 6: 1})
     monkeypatch.setattr(predictions, "N_TUNED", 1)
     monkeypatch.setattr(predictions, "LONGEST", 0.5)
+    monkeypatch.setattr(stages, "FINE", 1e-5)
 
 
 def test_every_stage_finds_the_numbers_of_its_statements(few):
@@ -262,7 +265,7 @@ def test_a_conclusion_on_few_scattered_samples_stays_open():
 def test_page_is_written_from_a_book(tmp_path, counted):
     book = books.Book(tmp_path / "evaluations.jsonl")
     search.whole_range(book, 16, quiet)
-    search.repeat(book, search.finished(book)[0].disk)
+    search.repeat(book, search.contenders(search.finished(book)))
     (tmp_path / "figures").mkdir()
     page = tmp_path / "identification.md"
     page.write_text("before\n<!-- results -->\n<!-- end of results -->\nafter\n")
@@ -272,3 +275,39 @@ def test_page_is_written_from_a_book(tmp_path, counted):
     assert text.endswith("after\n")
     assert text.count("| fitted |") == sum(s.fitted for s in paper.STATEMENTS)
     assert (tmp_path / "figures" / "identification_set.png").stat().st_size > 10_000
+
+
+def test_the_coarsest_mesh_is_the_reference_model():
+    disk = disks.EARLIER[1]
+    mine, known = shapes.refined(disk, 1, 1), disks.build(disk)
+    for name in ("mass", "stiffness"):
+        known_values = getattr(known, name)
+        scale = np.abs(known_values).max()
+        np.testing.assert_allclose(getattr(mine, name), known_values, atol=1e-13 * scale)
+
+
+def test_a_finer_mesh_lowers_frequencies_a_little():
+    coarse, fine = (disks.family(shapes.refined(disks.EARLIER[1], n, n)) for n in (1, 3))
+    assert (fine < coarse * (1 + 1e-9)).all()  # elements of a finer mesh hold those of a coarse one
+    np.testing.assert_allclose(fine, coarse, rtol=2e-3)
+
+
+def test_a_finer_mesh_is_reduced_alike():
+    disk = disks.EARLIER[1]
+    assert shapes.highest_hz(shapes.refined(disk, 1, 1)) == pytest.approx(
+        shapes.highest_hz(disks.build(disk))
+    )
+    tips = [shapes.families(craig_bampton(shapes.refined(disk, n, n), 60)) for n in (1, 3)]
+    np.testing.assert_allclose(tips[0]["touching"], tips[1]["touching"], rtol=1e-2)
+
+
+def test_touching_without_friction_is_the_disk_with_its_tips_held():
+    disk = disks.build(OLD)
+    free = np.setdiff1d(np.arange(len(disk.mass)), disk.contact_dof[:, 0])
+    held = [a[np.ix_(free, free)] for a in (disk.stiffness, disk.mass)]
+    known = np.sqrt(eigh(*held, eigvals_only=True)[:12]) / (2 * np.pi)
+    found = shapes.families(disks.reduced(OLD), friction=0.0)
+    assert min(found["touching"]) == pytest.approx(known[0], rel=1e-4)
+    assert max(found["touching"]) == pytest.approx(known[11], rel=1e-4)
+    assert found["lost"] == pytest.approx(1.0)  # all that the normal velocity alone can lose
+    assert found["growth"] == pytest.approx(0.0, abs=1e-3)

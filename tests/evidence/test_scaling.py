@@ -1,16 +1,18 @@
-"""The programs that the scaling measurement hands to mpirun as text, which no linter reads."""
+"""The measurement of scaling runs to its end, with one sample."""
 
-import subprocess
-import sys
+import re
 
 import pytest
 
-from evidence.scaling import program
+from evidence.scaling import __main__ as scaling
 
 
-@pytest.mark.parametrize("name", ["MESSAGES", "SLEEPING", "WRITING"])
-def test_scripts_know_every_name_they_use(name):
-    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "F821", "-"]
-    script = getattr(program, name)
-    done = subprocess.run(command, input=script, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+@pytest.mark.mpi
+def test_the_measurement_ends_with_its_page(capsys):
+    assert scaling.main(["--fast"]) == 0
+    page = capsys.readouterr().out
+    one, two = re.findall(r"^\| ([12]) \| ([\d.]+) \| ([\d.]+) \|", page, re.MULTILINE)
+    assert (one[0], two[0]) == ("1", "2")
+    assert one[1] == one[2]  # the simulated speed is that of one rank
+    efficiency = [float(n) for n in re.findall(r"([\d.]+) %", page.split("as it is", 1)[1])]
+    assert all(0.0 < number <= 100.0 for number in efficiency[:2])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from evidence.truth.disk import MATERIAL, disk_section, reference_reduced, reference_scene
 from evidence.validation import full_disk, linear_load
 from evidence.validation.report import fitted_order
 from hpcrub.contact.status import STEADY
@@ -10,7 +11,6 @@ from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
-from tests.truth.disk import MATERIAL, disk_section, reference_reduced, reference_scene
 
 DAMPING_RATIO = 0.02
 SPEEDS = np.array([33.25, 35.0])

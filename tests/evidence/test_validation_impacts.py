@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from evidence.truth.events import Reference, Wall, fixed_wall
+from evidence.truth.motion import Structure
 from evidence.validation import cantilever, moving_wall
 from evidence.validation.report import fitted_order
-from tests.truth.events import Reference, Wall, fixed_wall
-from tests.truth.motion import Structure
 
 SCHEMES = ["central_difference", "exact_modal"]
 

@@ -13,6 +13,7 @@ from hpcrub.model.casing import (
     outline,
     ramp,
     repeats,
+    width_of_rest,
 )
 
 
@@ -103,3 +104,52 @@ def test_growth():
     assert ramp(0.004, 0.01) == pytest.approx((1 - math.exp(-2)) / (1 - math.exp(-5)))
     assert ramp(0.0, 0.0) == 0.0  # bumps of no ramp time are there after the first step
     assert ramp(1e-300, 0.0) == 1.0
+
+
+@pytest.mark.parametrize("width", [0.02, 0.1, 0.2])
+def test_a_bump_has_the_width_that_is_asked_for(width):
+    """1/e of the height at the width, in every function that knows bumps; area of a Gaussian."""
+    n, height = 5, 1e-3
+    pitch = 2 * np.pi / n
+    at = np.array([0.0, width * pitch, -width * pitch])
+    expected = height * np.array([1.0, 1 / math.e, 1 / math.e])
+    np.testing.assert_allclose(bump_height(at, n, height, width), expected)
+    np.testing.assert_allclose(casing_height(at, n, height, Profile(), width), expected)
+    turned = bump_table(at - 2 * np.pi / 1000, n, height, 1000, 1, Profile(), width)
+    np.testing.assert_allclose(turned[0], expected)
+    mean = outline(n, height, Profile(), width).mean
+    assert mean == pytest.approx(height * width * math.sqrt(math.pi), rel=1e-3)
+
+
+def profile_of(height):
+    angle = 2 * np.pi * np.arange(len(height)) / len(height)
+    return Profile(measured=tuple(zip(angle, height, strict=True)))
+
+
+@pytest.mark.parametrize("width_deg", [0.2, 1.0, 5.0])
+def test_a_triangle_is_as_wide_as_the_gaussian_of_its_slope(width_deg):
+    """A Gaussian of height H and half width w is steepest with H sqrt(2/e) / w."""
+    angle = np.degrees(2 * np.pi * np.arange(3600) / 3600)
+    off = np.abs(angle - 100.0)
+    triangle = 1e-3 * np.maximum(0.0, 1.0 - off / width_deg)
+    oval = 1e-3 * np.cos(2 * np.radians(angle))
+    found = outline(4, 0.0, profile_of(oval + triangle))
+    equal = np.radians(width_deg) * np.sqrt(2 / np.e)  # half width w
+    assert width_of_rest(found, 1e-3) == pytest.approx(2 * equal, rel=0.25)
+
+
+def test_only_what_changes_by_a_tenth_of_the_height_that_is_met_counts():
+    noise = 2e-6 * np.random.default_rng(2).uniform(-1.0, 1.0, 720)
+    angle = 2 * np.pi * np.arange(720) / 720
+    found = outline(4, 0.0, profile_of(1e-3 * np.cos(2 * angle) + noise))
+    assert width_of_rest(found, 1e-4) == math.inf
+    assert width_of_rest(found, 2e-5) < np.radians(20.0)
+    smooth = outline(4, 0.0, profile_of(1e-3 * np.cos(2 * angle)))
+    assert width_of_rest(smooth, 2e-5) > np.radians(20.0)
+
+
+def test_a_cliff_between_two_close_points_is_seen():
+    """0.5 mm within a thousandth of a degree, which no evenly spaced points would see."""
+    points = tuple((np.radians(a), h) for a, h in ((0, 0.0), (90, 0.0), (90.001, 5e-4), (200, 0.0)))
+    width = width_of_rest(outline(4, 0.0, Profile(measured=points)), 5e-4)
+    assert width == pytest.approx(np.radians(0.001) * 2 * np.sqrt(2 / np.e), rel=0.2)

@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from hpcrub.model.disk import build_disk
-from hpcrub.studies.modal import displacements
-from tests.truth.disk import (
+from evidence.truth.disk import (
     EARLIER,
     MATERIAL,
     disk_section,
@@ -22,6 +20,8 @@ from tests.truth.disk import (
     make_disk,
     reference_disk,
 )
+from hpcrub.model.disk import build_disk
+from hpcrub.studies.modal import displacements
 
 # Reference values of an independent implementation of the same equations and geometry.
 REFERENCE_HZ = [90.1212, 90.5767, 90.5767, 91.5801, 91.5801, 91.6116, 92.5558, 92.5558]

@@ -13,7 +13,7 @@ from scipy.stats import uniform as uniform_law
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.mistuning import STIFFNESS, Law, stiffness_deviation, uniform
-from hpcrub.studies.samples import deviation, sigma_of
+from hpcrub.setup.disks import deviation, sigma_of
 
 N, BLADES, HALF = 2000, 12, 0.04
 
@@ -76,13 +76,13 @@ def test_the_input_says_which_law():
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ("distribution: measured", "mistuning.measured_percent: goes with"),
-        ("measured_percent: [1, 2]", "mistuning.measured_percent: goes with"),
+        ("distribution: measured", "measured needs mistuning.measured_percent"),
+        ("measured_percent: [1, 2]", "needs mistuning.distribution: measured"),
         ("distribution: measured, measured_percent: [0, 0]", "all values are 0"),
         ("intentional_percent: [1, 2, 3, 4, 5]", "5 values cannot be repeated around 12 blades"),
         ("intentional_percent: [99, -99]", "a blade deviates by 103 %"),
         ("neighbour_correlation: 1", "mistuning.neighbour_correlation: 1 is out of range"),
-        ("distribution: normal, pattern_percent: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]", "explicit"),
+        ("distribution: normal, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]", "explicit"),
     ],
 )
 def test_laws_that_do_not_fit(keys, message):

@@ -10,7 +10,7 @@ from hpcrub.results.layout import DONE
 from tests.program import TINY
 
 N = 40  # samples of every level
-PATTERN = f"mistuning: {{pattern_gpa: {[205.0, 215.0] * 6}}}\n"
+PATTERN = f"mistuning: {{pattern_unit: gpa, pattern: {[205.0, 215.0] * 6}}}\n"
 
 
 class File:
@@ -23,6 +23,9 @@ class File:
 
     def read(self, name, where=()):
         return np.asarray(self.values[name])[where]
+
+    def __contains__(self, name):
+        return name in self.values
 
     def status(self):
         return self.read("samples/status")
@@ -41,6 +44,12 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         half_range=np.array([0.02, 0.04])[: shape[0]],
         sigma=np.array([0.02, 0.04])[: shape[0]] / np.sqrt(3),
         tuned__amplitude_m=random.uniform(0.01, 0.02, 3),
+        tuned__run_amplitude_m=random.uniform(0.01, 0.02, (9, 3)),
+        tuned__peak_speed_hz=34.2,
+        tuned__point_reason=np.zeros(3, dtype=int),
+        tuned__max_sweeps=np.ones(3, dtype=int),
+        samples__point_reason=np.zeros((*shape, 3), dtype=int),
+        samples__max_sweeps=np.ones((*shape, 3), dtype=int),
         tuned__localisation=random.uniform(0.0, 0.1, 3),
         tuned__point_status=np.full(3, STEADY),
         tuned__reference_amplitude_m=0.013,

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from matplotlib.ticker import EngFormatter
 
 from hpcrub.config.schema import load_runs
 from hpcrub.plot.families import labels, numeric, ordered, reference
@@ -15,8 +16,11 @@ from hpcrub.plot.families import labels, numeric, ordered, reference
 def family(tmp_path, *sweep):
     """Stand-ins for the result files of a sweep."""
     path = tmp_path / "input.yaml"
-    path.write_text("study: contact\nsweep:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
-    return [SimpleNamespace(config=run, path=Path(run.output)) for run in load_runs(path)]
+    path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
+    return [
+        SimpleNamespace(config=run, path=Path(run.output), attributes=dict)
+        for run in load_runs(path)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -31,10 +35,10 @@ def family(tmp_path, *sweep):
          ("clearance 0.20 mm, bump height 1.20 mm", "clearance 0.25 mm, bump height 1.25 mm")),
         (("material.density_kg_m3: 8e3", "material.density_kg_m3: 7.8e3"),
          ("density 7800.0 kg/m³", "density 8000.0 kg/m³")),
-        (("contact.kinematics: polar", "disk.blade.lean_deg: 44", "contact.friction: 0.15",
+        (("time.scheme: central_difference", "disk.blade.lean_deg: 44", "contact.friction: 0.15",
           "contact.friction: 0.2", "disk.n_blades: 9", "steady_state.min_correlation: 0.9"),
-         ("blades 9", "lean 44.00°", "kinematics polar", "min correlation 0.90", "reference",
-          "friction 0.20")),
+         ("blades 9", "lean 44.00°", "scheme central difference", "min correlation 0.90",
+          "reference", "friction 0.20")),
         (("casing.n_bumps: 4",), ("n_bumps=4",)),
     ],
 )  # fmt: skip
@@ -48,7 +52,7 @@ def test_a_family_is_told_apart_by_quantities_in_the_order_of_their_numbers(tmp_
         (("time.step_s: 1e-5", "time.step_s: 2e-6"), 1),
         (("reduction.n_modes: 120", "reduction.n_modes: 60"), 0),
         (("casing.clearance_mm: 0.2", "casing.clearance_mm: 0.25"), 1),
-        (("contact.kinematics: polar", "disk.ring_thickness_mm: 12", "seed: 1"), None),
+        (("time.scheme: central_difference", "disk.ring_thickness_mm: 12", "seed: 1"), None),
     ],
 )
 def test_the_reference_is_the_finest_or_the_default(tmp_path, sweep, number):
@@ -60,5 +64,15 @@ def test_the_reference_is_the_finest_or_the_default(tmp_path, sweep, number):
 def test_numbers_have_an_order_and_words_do_not(tmp_path):
     assert numeric(family(tmp_path, "casing.n_bumps: 4", "casing.n_bumps: 3, speeds.from_hz: 9"))
     assert numeric(family(tmp_path, "time.step_s: 1e-5", "time.step_s: 2e-6"))
-    assert not numeric(family(tmp_path, "contact.kinematics: polar", "contact.kinematics: small"))
+    assert not numeric(
+        family(tmp_path, "time.scheme: central_difference", "time.scheme: exact_modal")
+    )
     assert not numeric(family(tmp_path, "casing.clearance_mm: 0.2", "contact.friction: 0.2"))
+
+
+def test_a_step_that_is_only_a_bound_does_not_tell_files_apart(tmp_path):
+    """Bumps allow 44 µs: both files are computed with that, and one with less."""
+    sweep = "time.step_s: 1e-4", "time.step_s: 5e-5", "time.step_s: 2e-5"
+    files = family(tmp_path, *sweep)
+    used = "h = " + EngFormatter("s")(files[0].config.step)
+    assert labels(files) == [used, used, "h = 20 µs"]

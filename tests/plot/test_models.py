@@ -9,11 +9,11 @@ from matplotlib import pyplot as plt
 from scipy.linalg import eigh
 
 import hpcrub
+from evidence.truth.hexahedra import sector_arrays
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.plot import models
 from hpcrub.results import model_file
-from tests.truth.hexahedra import sector_arrays
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,9 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.program import TINY, datasets, error_lines, run, start
+from hpcrub import studies
+from hpcrub.runs import result_files
+from tests.program import TINY, datasets, error_lines, load, run, start
 
 pytestmark = pytest.mark.mpi
 
@@ -97,22 +99,15 @@ from hpcrub.ranks import parallel
 
 inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
-    "wrong type": ["tiny.yaml", "--set", "casing.n_bumps=many"],
-    "negative thickness": ["tiny.yaml", "--set", "disk.blade.thickness_mm=-1"],
     "long step": [
         "long.yaml",
         "--set=time.scheme=central_difference",
         "--set=time.step_s=1e-4",
         "--set=time.steps_per_bump_width=1",
     ],
-    "empty speed range": ["tiny.yaml", "--set", "speeds.to_hz=1"],
-    "11 moduli": ["tiny.yaml", "--set", "mistuning.pattern_gpa=" + str([210.0] * 11)],
-    "missing file": ["nowhere.yaml"],
     "not YAML": ["broken.yaml"],
     "output folder is a file": ["tiny.yaml", "--output", "tiny.yaml/x.h5"],
     "other configuration": ["tiny.yaml", "--resume", "--set", "casing.n_bumps=3"],
-    "existing output": ["tiny.yaml"],
-    "not a result": ["tiny.yaml", "--output", "broken.yaml", "--resume"],
     "unknown option": ["tiny.yaml", "--nonsense"],
 }
 
@@ -132,17 +127,10 @@ sys.exit(parallel.run(program))
 
 MESSAGES = {  # of BAD_INPUTS
     "unknown key": "casing.n_bumpz: unknown key; did you mean casing.n_bumps?",
-    "wrong type": "casing.n_bumps: 'many' is not a whole number from 1 up to 1,000",
-    "negative thickness": "thickness_mm: -1 is out of range, allowed is a number above 0",
     "long step": "time.step_s: 0.0001 is not below ",
-    "empty speed range": "speeds.to_hz: 1.0 is below speeds.from_hz, 34.0: no speeds",
-    "11 moduli": "mistuning.pattern_gpa: 11 moduli given for the 12 blades of disk.n_blades",
-    "missing file": "nowhere.yaml: cannot be read (No such file or directory)",
     "not YAML": "broken.yaml: line 2, column 1: ",
-    "output folder is a file": "tiny.yaml/x.h5: Not a directory",
+    "output folder is a file": "tiny.yaml is no folder",
     "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
-    "existing output": "tiny.h5 exists: --resume goes on with it, --overwrite replaces it",
-    "not a result": "broken.yaml is not an HDF5 file",
     "unknown option": "unrecognized arguments: --nonsense (--help lists the options)",
 }
 
@@ -172,37 +160,31 @@ def driver(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_same_bits_on_any_number_of_ranks(study, ranks):
+@pytest.mark.parametrize(("ranks", "figures"), [(2, ()), (3, ("--no-figures",))])
+def test_same_bits_on_any_number_of_ranks(study, ranks, figures):
     folder, expected = study
-    code, out, err = run(ranks, "study.yaml", "--output", f"{ranks}.h5", folder=folder)
+    code, out, err = run(ranks, "study.yaml", "--output", f"{ranks}.h5", *figures, folder=folder)
     assert code == 0, out + err
     assert error_lines(err) == []
     assert datasets(folder / f"{ranks}.h5") == expected
-    assert (folder / f"{ranks}.png").exists()
+    assert (folder / f"{ranks}.png").exists() == (not figures)
     assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
 
 
 def test_more_ranks_than_samples(study):
-    """The sweeps of 21 speeds are cut into parts, on different ranks."""
+    """The sweeps of 21 speeds are cut into parts, on different ranks.
+
+    And the statistics have no percentile: HDF5 changes the metadata of a dataset of length zero
+    when it opens it; if only some ranks did, these would wait for the others for ever at the end.
+    """
     folder, _ = study
     keys = "mistuning.samples=1", "mistuning.half_range_percent=[4]", "speeds.step_hz=0.02"
-    single = [f"--set={key}" for key in keys]
+    single = [f"--set={key}" for key in (*keys, "convergence.step=10")]
     for ranks in (0, 4):
         options = "--output", f"s{ranks}.h5", "--no-figures", *single
         code, out, err = run(ranks, "study.yaml", *options, folder=folder)
         assert code == 0, out + err
     assert datasets(folder / "s0.h5") == datasets(folder / "s4.h5")
-
-
-def test_all_ranks_close_a_file_without_statistics(study):
-    """HDF5 changes the metadata of a dataset of length zero when it opens it: if only some ranks
-    did, these would wait for the others for ever when the file is closed."""
-    folder, _ = study
-    keys = "mistuning.samples=1", "convergence.step=10"
-    arguments = "study.yaml", "--output", "none.h5", *(f"--set={key}" for key in keys)
-    code, out, err = run(3, *arguments, "--no-figures", folder=folder)
-    assert code == 0, out + err
 
 
 def wait_for_samples(process, path, n_wanted):
@@ -234,13 +216,7 @@ def alive(pid):
 
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
-    [
-        (2, signal.SIGTERM, 3),
-        (3, signal.SIGINT, 2),
-        (3, signal.SIGUSR1, 0),
-        (0, signal.SIGINT, 2),
-        (0, signal.SIGTERM, 0),
-    ],
+    [(2, signal.SIGINT, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGTERM, 2)],
 )
 def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, resumed_on):
     """mpirun passes SIGUSR1 on to its ranks; at SIGINT and SIGTERM it ends them by SIGTERM and
@@ -293,7 +269,7 @@ def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
 @pytest.mark.parametrize(
     ("victim", "ranks", "resumed_on"),
-    [("the process", 0, 0), ("mpirun", 2, 0), ("all ranks", 2, 3)],
+    [("mpirun", 2, 0), ("all ranks", 2, 3)],
 )
 def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resumed_on):
     """By kill -9; what mpirun leaves behind when it is killed must not write on."""
@@ -316,7 +292,7 @@ def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resu
     assert datasets(path) == expected
 
 
-@pytest.mark.parametrize("mode", ["all", "enough", "waits"])
+@pytest.mark.parametrize("mode", ["enough", "waits"])
 def test_tasks_are_all_done_once(driver, tmp_path, mode):
     code, out, err = run(3, mode, folder=tmp_path, script=driver)
     assert (code, error_lines(err)) == (0, []), err
@@ -343,14 +319,13 @@ def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
     assert error_lines(err) == ["hpcrub: error: rank 1 cannot"]
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
-def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
+def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path):
     """All in one job, which every rank survives: the next input is tried on the same ranks."""
     (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
     (tmp_path / "long.yaml").write_text(TINY)
     (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
-    assert run(0, "tiny.yaml", folder=tmp_path)[0] == 0
-    code, out, err = run(ranks, folder=tmp_path, script="bad_inputs.py")
+    result_files.lay_out(tmp_path / "results" / "tiny.h5", studies.run_of(load(tiny)))
+    code, out, err = run(2, folder=tmp_path, script="bad_inputs.py")
     assert code == 0, out + err
     attempts = err.split("== ")[1:]
     assert len(attempts) == len(MESSAGES)
@@ -360,11 +335,11 @@ def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path, ranks):
         (line,) = error_lines(attempt)
         assert line.startswith("hpcrub: error: "), name
         assert MESSAGES[name] in line
-        assert " ".join(["codes"] + ["2"] * ranks) in said, name
+        assert "codes 2 2" in said, name
 
 
 def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
-    code, _, err = run(3, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
+    code, _, err = run(2, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
     assert code == 2
     assert len(error_lines(err)) == 1
 

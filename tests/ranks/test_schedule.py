@@ -1,24 +1,23 @@
 """Who computes what next: nothing is lost, nobody waits for ever; the simulation and the log."""
 
 import json
-import os
 
 import numpy as np
 import pytest
 
-from evidence.scaling import growth, simulate
+from evidence.scaling import simulate
 from evidence.scaling.costs import Costs
 from hpcrub.commands import run as cli
 from hpcrub.ranks import runlog
-from hpcrub.ranks.schedule import Assignments, StudyTasks, Tasks, Tuned, most_parts, n_parts
-from hpcrub.results import contact_file
+from hpcrub.ranks.schedule import Assignments, Tasks
+from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
 
 def fake_costs(n=5, most=6):
     """Costs of samples that take about a second, parts a bit more than their share."""
     whole = np.linspace(0.8, 1.2, n)
     parts = [{k: [seconds / k + 0.05] * k for k in range(2, most + 1)} for seconds in whole]
-    return Costs(whole, parts, np.full(3, 5e-3), whole / 10, 1, 1e-3)
+    return Costs(whole, parts, np.full(3, 5e-3), whole / 10, 1e-3)
 
 
 MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)
@@ -36,7 +35,7 @@ def test_parts_only_when_ranks_outnumber_samples():
 @pytest.mark.parametrize("n_ranks", [1, 2, 3, 16, 1500, 5000])
 def test_every_part_of_every_sample_is_handed_out_once(n_ranks):
     samples = [(level, sample) for sample in range(300) for level in range(2)]
-    tasks = StudyTasks([Tuned()], iter(samples), len(samples), 6)
+    tasks = ContactTasks([TunedPart()], iter(samples), len(samples), 6)
     assignments, seen = Assignments(tasks, n_ranks), []
     for rank in range(1, n_ranks):
         assignments.ask(rank)
@@ -51,7 +50,7 @@ def test_every_part_of_every_sample_is_handed_out_once(n_ranks):
             if rank:
                 assignments.ask(rank)
     first, *rest = seen
-    assert first == Tuned()
+    assert first == TunedPart()
     found = {}
     for task in rest:
         found.setdefault((task.level, task.sample), []).append((task.part, task.n_parts))
@@ -137,7 +136,7 @@ def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
 
 def test_laying_out_and_checking_a_file_are_phases_of_the_log(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "x.yaml").write_text("study: casing\noutput: x.h5\n")
+    (tmp_path / "x.yaml").write_text("study: modal\noutput: x.h5\n")
     for options in ([], ["--resume"]):
         assert cli.main(["x.yaml", "--no-figures", *options]) == 0
     first, second = runs(tmp_path / "x.runs.jsonl")[1::2]
@@ -147,23 +146,8 @@ def test_laying_out_and_checking_a_file_are_phases_of_the_log(tmp_path, monkeypa
         assert found["phases"]["close"] >= 0.0
 
 
-@pytest.mark.parametrize("kind", ["folder", "fifo"])
-def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd, kind):
-    """A FIFO would keep the program waiting for a reader."""
-    path = tmp_path / "x.runs.jsonl"
-    path.mkdir() if kind == "folder" else os.mkfifo(path)
+def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):
+    (tmp_path / "x.runs.jsonl").mkdir()
     log = runlog.RunLog(tmp_path / "x.h5", 1)
     log.end(runlog.Work(), 0)
     assert "no run log" in capfd.readouterr().err
-
-
-def test_the_measured_statistics_are_those_of_all_levels_and_kinds(monkeypatch):
-    written, write = [], contact_file.write_statistics
-
-    def counted(file, kind, level, *values):
-        written.append((kind, level))
-        write(file, kind, level, *values)
-
-    monkeypatch.setattr(contact_file, "write_statistics", counted)
-    growth.statistics_written(20)
-    assert written == [(kind, level) for kind in ("contact", "linear") for level in range(4)]

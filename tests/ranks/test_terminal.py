@@ -1,6 +1,7 @@
 """What a person meets at the terminal: what is compiled when, and a bar that fits the screen."""
 
 import contextlib
+import io
 import os
 import pty
 import re
@@ -8,40 +9,40 @@ import sys
 
 import pytest
 
+from hpcrub.ranks import progress
 from tests.program import ENVIRONMENT, ROOT, TINY, command, run
 
+COLUMNS = 60  # of the terminal
 WARM = """\
 import sys
 from hpcrub import studies
 from hpcrub.config import schema as config
-from hpcrub.contact import kernel
-from hpcrub.response import history
-from hpcrub.studies import warmup
+from hpcrub.contact.integrate import integrate
+from hpcrub.runs import warmup
 from hpcrub.ranks.parallel import Team
 
 cfg = config.Config.from_yaml(sys.argv[1])
-compiled = kernel.integrate, history.trace
-problem = studies.find(cfg).prepare(cfg)
-study = studies.find(cfg)
-warmup.warm_up(Team(), cfg, study.histories)
-warm = [list(function.signatures) for function in compiled]
+problem = studies.run_of(cfg).prepare()
+study = studies.run_of(cfg).study
+warmup.warm_up(Team(), cfg, study.problem_of(problem), study.histories)
+warm = list(integrate.signatures)
 if cfg.study == "contact":
     from hpcrub.response import sweep
-    from hpcrub.studies import samples
-    modes = samples.modes_of(cfg, problem, samples.deviation(cfg, 0, 0))
+    from hpcrub.setup import disks
+    modes = disks.modes_of(cfg, problem, disks.deviation(cfg, 0, 0))
     sweep.run_sweep(modes, problem.scene, cfg.speeds.values_hz)
 else:
     list(study.compute(cfg, problem, 0, lambda: None))
-assert warm == [list(function.signatures) for function in compiled]
-print(*map(len, warm))
+assert warm == list(integrate.signatures)
+print(len(warm))
 """
 
 
 @pytest.mark.parametrize(
     ("keys", "n_compiled"),
     [
-        ("{}", "2 0"),
-        ("study: time_response\nhistory: {duration_s: 0.5}", "2 1"),
+        ("{}", "2"),
+        ("study: time_response\nhistory: {duration_s: 0.5}", "3"),
     ],
 )
 def test_nothing_is_compiled_in_a_task(tmp_path, keys, n_compiled):
@@ -50,6 +51,14 @@ def test_nothing_is_compiled_in_a_task(tmp_path, keys, n_compiled):
     text = TINY.replace("to_hz: 34.4", "to_hz: 34.0") + keys.replace("{}", "")
     code, out, err = run(0, text, folder=tmp_path, script="warm.py", timeout=300)
     assert (code, out) == (0, f"{n_compiled}\n"), err
+
+
+def test_an_output_without_our_characters_gets_others(monkeypatch):
+    plain = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", plain)
+    progress.console().print("sigma of ±2 %: σ")
+    plain.flush()
+    assert plain.buffer.getvalue().rstrip() == b"sigma of +-2 %: sigma"
 
 
 def screen(output, width):
@@ -72,8 +81,7 @@ def screen(output, width):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/ptmx"), reason="no terminals here: no /dev/ptmx")
-@pytest.mark.parametrize("width", [80, 60])
-def test_bar_and_tables_fit_the_terminal(tiny, width):
+def test_bar_and_tables_fit_the_terminal(tiny):
     """What is longer than a line is not erased again, and every refresh leaves some of it."""
     try:
         pid, terminal = pty.fork()
@@ -81,7 +89,7 @@ def test_bar_and_tables_fit_the_terminal(tiny, width):
         pytest.skip(f"no terminals here: {error}")
     if pid == 0:
         os.chdir(tiny.parent)
-        os.environ.update(ENVIRONMENT, COLUMNS=str(width), TERM="xterm")
+        os.environ.update(ENVIRONMENT, COLUMNS=str(COLUMNS), TERM="xterm")
         more = "--no-figures", "--set=mistuning.samples=30"
         os.execv(sys.executable, command(0, ROOT / "main.py", "tiny.yaml", *more))
     output = bytearray()
@@ -89,7 +97,7 @@ def test_bar_and_tables_fit_the_terminal(tiny, width):
         while part := os.read(terminal, 65536):
             output += part
     os.close(terminal)
-    lines = screen(output.decode(), width)
+    lines = screen(output.decode(), COLUMNS)
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0, "\n".join(lines)
     assert sum("━" in line for line in lines) == 2, "\n".join(lines)  # tuned disk, samples
     (bar,) = [line for line in lines if line.startswith("samples") and "━" in line]
@@ -97,5 +105,4 @@ def test_bar_and_tables_fit_the_terminal(tiny, width):
     assert bar.endswith("left)") or " A at ±4 %: " in bar
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
     told = [line for line in re.split(r"[\r\n]+", plain) if str(tiny.parent) not in line]
-    assert max(map(len, told)) <= width  # the name of a file may be longer
-    assert "…" not in plain or width < 80  # no column of a table is cut
+    assert max(map(len, told)) <= COLUMNS  # the name of a file may be longer

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from evidence.truth.disk import DAMPING_RATIO, LOAD, reference_disk, reference_reduced
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import Modes, mistune, mistuned_modes
 from hpcrub.response.linear import engine_order_response, linear_peak
-from tests.truth.disk import DAMPING_RATIO, LOAD, reference_disk, reference_reduced
 
 ANGLE = 2 * np.pi * np.arange(12) / 12
 TIPS = planar_interface(ANGLE, 0.5)
@@ -26,8 +26,8 @@ def deviation_of(sample):
 
 
 def sampled_load(n_diameters, n_times=64):
-    """Complex amplitude of F cos(n_d (theta - Omega t)), from its samples over a period."""
-    turned = 2 * np.pi * np.arange(n_times)[:, None] / n_times  # n_d Omega t
+    """Complex amplitude of F cos(n_d theta - w t), from its samples over a period."""
+    turned = 2 * np.pi * np.arange(n_times)[:, None] / n_times  # w t
     force = LOAD * np.cos(n_diameters * ANGLE - turned)
     return 2 / n_times * np.sum(force * np.exp(-1j * turned), axis=0)
 
@@ -41,7 +41,7 @@ def direct_response(disk, n_diameters, speed_hz, ratio=DAMPING_RATIO):
     force[disk.contact_dof[:, 0]] = sampled_load(n_diameters)
     responses = []
     for speed in speed_hz:
-        w = 2 * np.pi * n_diameters * speed
+        w = 2 * np.pi * abs(n_diameters) * speed
         u = np.linalg.solve(disk.stiffness - w**2 * disk.mass + 1j * w * C, force)
         responses.append(u[disk.contact_dof[:, 1]])
     return np.array(responses)
@@ -55,7 +55,7 @@ def peak(modes, n_diameters, damping_ratio=DAMPING_RATIO):
     return linear_peak(modes, damping_ratio, LOAD, n_diameters, TIPS, 12)
 
 
-@pytest.mark.parametrize("n_diameters", [1, 4, 6])
+@pytest.mark.parametrize("n_diameters", [1, 4, 6, -4])
 @pytest.mark.parametrize("mistuned", [False, True])
 def test_response_is_that_of_the_full_matrices(n_diameters, mistuned):
     deviation = deviation_of(0) * mistuned
@@ -201,7 +201,7 @@ def test_peak_is_proportional_to_the_load_and_falls_with_damping():
 @pytest.mark.parametrize(("damping_ratio", "n_diameters"), [(0.0, 4), (0.005, 0)])
 def test_no_peak_without_damping_or_diameters(damping_ratio, n_diameters):
     modes = mistuned_modes(reference_reduced(60), np.zeros(12))
-    with pytest.raises(ValueError, match="damping_ratio > 0 and engine_order > 0"):
+    with pytest.raises(ValueError, match="damping_ratio > 0 and an engine_order that is not"):
         peak(modes, n_diameters, damping_ratio)
 
 
@@ -252,3 +252,10 @@ def test_a_load_that_never_meets_the_disk_sees_its_frequencies_of_the_middle():
     assert linear_peak(modes, 0.01, LOAD, 1, points, 3) == linear_peak(
         fixed, 0.01, LOAD, 1, points, 3
     )
+
+
+def test_the_way_that_the_load_travels_matters_to_mistuned_disks_alone():
+    modes = (mistuned_modes(reference_reduced(), d) for d in (np.zeros(12), deviation_of(3)))
+    tuned, mistuned = ([peak(m, n)[0] for n in (4, -4)] for m in modes)
+    assert tuned[0] == pytest.approx(tuned[1], rel=1e-6)
+    assert abs(mistuned[0] / mistuned[1] - 1) > 0.01

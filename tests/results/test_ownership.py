@@ -6,13 +6,15 @@ import os
 import h5py
 import pytest
 
+from hpcrub import studies
+from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
 from hpcrub.results import ownership
-from hpcrub.studies import files
+from hpcrub.runs import result_files
 
 
 def check(path):
-    files.open_result(path).close()
+    studies.open_result(path).close()
 
 
 FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
@@ -35,11 +37,11 @@ def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, kind):
         path.symlink_to("nowhere/result.h5")
     before = path.lstat()
     if kind == "dangling":  # a link is followed, and what it names can be made
-        files.lay_out(path, tiny_config)
+        result_files.lay_out(path, studies.run_of(tiny_config))
         check(tmp_path / "nowhere" / "result.h5")
     else:
         with pytest.raises(InputError, match="is not a result file of hpcrub"):
-            files.lay_out(path, tiny_config)
+            result_files.lay_out(path, studies.run_of(tiny_config))
     assert [p.name for p in tmp_path.iterdir() if p.name != "nowhere"] == ["precious"]
     assert os.path.samestat(path.lstat(), before)
 
@@ -49,9 +51,19 @@ def test_our_own_and_empty_files_are_replaced(path, tiny_config):
     link.symlink_to(path)
     for content in (path.read_bytes(), b""):
         path.write_bytes(content)
-        files.lay_out(link, tiny_config)
+        result_files.lay_out(link, studies.run_of(tiny_config))
         check(path)
     assert link.is_symlink()
+
+
+@pytest.mark.parametrize("output", ["study.yaml", "a.png", "a.runs.jsonl", "", "study.yaml/a.h5"])
+def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, monkeypatch, capfd, output):
+    monkeypatch.chdir(tiny.parent)
+    tiny.rename("study.yaml")
+    before = os.listdir(), (tiny.parent / "study.yaml").read_bytes()
+    assert program(["run", "study.yaml", "--overwrite", "--output", output]) == 2
+    assert capfd.readouterr().err.count("\n") == 1
+    assert before == (os.listdir(), (tiny.parent / "study.yaml").read_bytes())
 
 
 def try_lock(path, queue):
@@ -94,16 +106,3 @@ def test_a_lock_releases_only_itself(tmp_path):
     lock.path.write_text("of another job")
     lock.release()
     assert lock.path.exists()
-
-
-@pytest.mark.parametrize("kind", ["fifo", "link"])
-def test_a_lock_that_is_no_file_is_refused_at_once(tmp_path, kind):
-    """A FIFO would keep the program waiting for its other end, for ever."""
-    name = tmp_path / "result.h5.hpcrub-lock"
-    if kind == "fifo":
-        os.mkfifo(name)
-    else:
-        name.symlink_to(tmp_path / "precious")
-    with pytest.raises(InputError, match=r"cannot write .*result\.h5: "):
-        ownership.Lock(tmp_path / "result.h5")
-    assert not (tmp_path / "precious").exists()

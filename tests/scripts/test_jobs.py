@@ -15,11 +15,7 @@ PROGRAM = """\
 #!/bin/bash
 echo "$@" >>"$LOG"
 case "$*" in
-*"hpcrub merge"*) touch "$LOG.merged"; exit ;;
-*--status*)
-    [ ! -e "$LOG.merged" ] || exit "$MERGED"
-    echo "$TOLD"
-    exit "$STATUS" ;;
+*--status*) exit "$STATUS" ;;
 esac
 trap 'echo told >>"$LOG"; until [ -e "$LOG.end" ]; do sleep 0.02; done; exit 75' USR1
 echo started >>"$LOG"
@@ -49,8 +45,6 @@ def job(tmp_path):
         "SLURM_JOB_ID": "7",
         "LOG": str(log),
         "STATUS": "75",
-        "MERGED": "0",  # of --status after a merge
-        "TOLD": "results/a.h5: 3 of 8 samples",
         "CODE": "",
     }
     environment.pop("HPCRUB", None)
@@ -69,7 +63,7 @@ def wait_for(log, text):
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("code", [0, 1, 2, 75, 138])
+@pytest.mark.parametrize("code", [0, 75])
 def test_a_job_ends_with_the_code_of_the_program(job, code):
     process, log = job("study.sbatch", "a.yaml", "--", "--set", "x=1 2", CODE=str(code))
     assert process.wait(timeout=30) == code
@@ -105,7 +99,7 @@ def test_what_is_finished_is_not_started(job):
     process, log = job("array.sbatch", "a.yaml", STATUS="0", PARTS="3", SLURM_ARRAY_TASK_ID="2")
     assert process.wait(timeout=30) == 0
     (line,) = log.read_text().splitlines()
-    assert line.endswith("main.py a.yaml --part 2/3 --part-by samples --status")
+    assert line.endswith("main.py a.yaml --part 2/3 --status")
 
 
 @pytest.mark.parametrize(
@@ -113,72 +107,10 @@ def test_what_is_finished_is_not_started(job):
     [(1, "a.yaml --part 1/3"), (3, "a.yaml --part 3/3"), (4, "b c.yaml --part 1/3"), (7, None)],
 )
 def test_tasks_of_an_array_are_the_parts_of_all_inputs(job, task, words):
-    variables = {"PARTS": "3", "PART_BY": "level", "SLURM_ARRAY_TASK_ID": str(task), "CODE": "0"}
+    variables = {"PARTS": "3", "SLURM_ARRAY_TASK_ID": str(task), "CODE": "0"}
     process, log = job("array.sbatch", "a.yaml", "b c.yaml", "--", "--set", "x=1", **variables)
     assert (process.wait(timeout=30) == 0) == (words is not None)
     lines = log.read_text().splitlines()
     assert [line.partition("main.py ")[2] for line in lines[:2]] == (
-        [f"{words} --part-by level --set x=1 {end}" for end in ("--status", "--resume")]
-        if words
-        else []
+        [f"{words} --set x=1 {end}" for end in ("--status", "--resume")] if words else []
     )
-
-
-@pytest.fixture
-def parts(tmp_path):
-    """Function that makes files of results, named as those of parts."""
-    (tmp_path / "results").mkdir()
-
-    def make(*names):
-        for name in names:
-            (tmp_path / f"results/{name}.h5").touch()
-
-    return make
-
-
-MERGE = "-m hpcrub merge results/{0}.h5 results/{0}.part-1-of-2.h5 results/{0}.part-2-of-2.h5"
-
-
-def merge_calls(log):
-    """What the merging job has the program do, without the program's folder."""
-    lines = [line for line in log.read_text().splitlines() if line != "started"]
-    return [line.rpartition("main.py ")[2] for line in lines]
-
-
-def test_parts_are_merged_and_the_study_ended(job, parts):
-    """All runs of an input; parts of another number of parts are not taken."""
-    runs = "a", "b"
-    parts(*(f"{run}.part-{i}-of-2" for run in runs for i in (1, 2)), "a.part-1-of-3")
-    told = "\n".join(f"results/{run}.h5: 3 of 8 samples" for run in runs)
-    words = "a.yaml", "--", "--set", "x=1"
-    process, log = job("merge.sbatch", *words, PARTS="2", TOLD=told, CODE="0")
-    assert process.wait(timeout=30) == 0
-    assert merge_calls(log) == [
-        "a.yaml --set x=1 --status",
-        *(f"{MERGE.format(run)} --overwrite" for run in runs),
-        "a.yaml --set x=1 --status",
-        "a.yaml --set x=1 --resume",
-    ]
-
-
-def test_what_is_merged_already_is_kept(job, parts):
-    parts("a", "a.part-1-of-2", "a.part-2-of-2")
-    process, log = job("merge.sbatch", "a.yaml", PARTS="2", CODE="0")
-    assert process.wait(timeout=30) == 0
-    assert merge_calls(log)[1] == f"{MERGE.format('a')} results/a.h5 --overwrite"
-
-
-@pytest.mark.parametrize(
-    ("variables", "code", "calls"),
-    [
-        ({"STATUS": "0", "CODE": "0"}, 0, ["--status", "--resume"]),  # complete: nothing to merge
-        ({"STATUS": "2"}, 2, ["--status"]),  # wrong input
-        ({"MERGED": "75"}, 75, ["--status", "--overwrite", "--status"]),  # parts that lack samples
-    ],
-)
-def test_a_merge_ends_with_the_code_of_the_program(job, parts, variables, code, calls):
-    parts("a.part-1-of-2", "a.part-2-of-2")
-    process, log = job("merge.sbatch", "a.yaml", "b.yaml", PARTS="2", **variables)
-    assert process.wait(timeout=30) == code
-    done = [line.split()[-1] for line in merge_calls(log)]
-    assert done == calls * (2 if code == 0 else 1)

@@ -50,11 +50,6 @@ def test_missing_packages_are_named_and_not_installed(tmp_path):
     assert not (tmp_path / ".venv").exists()
 
 
-def test_without_hdf5_dir_parallel_hdf5_is_looked_for(tmp_path):
-    done = set_up(tmp_path, hidden=[], APT="no", HDF5_DIR="")
-    assert "libhdf5-openmpi-dev (parallel HDF5; or set HDF5_DIR)" in done.stderr
-
-
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may install")
 def test_only_what_is_missing_is_installed(tmp_path):
     done = set_up(tmp_path, hidden=["mpirun"])
@@ -87,31 +82,3 @@ def test_what_pip_installs_runs_without_the_checkout(tmp_path):
     command = [sys.executable, "-c", show]
     done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)
     assert done.stdout.startswith(str(there)), done.stderr
-
-
-TWO_AT_ONCE = """\
-source <(sed '/^start=/,$d; /^cd /d' "$SCRIPT")
-VENV_PYTHON=/nonexistent
-toolchain() { echo the same; }
-pip() { :; }
-has_parallel_h5py() { [ -e ".venv-$1" ]; }
-build_h5py() { sleep 0.3; touch "$1/h5py-1.whl"; sleep 0.$RANDOM; }
-one() { (pip() { [ "$1" != install ] || [ "$2" != --force-reinstall ] || ls "$4"; }
-         has_parallel_h5py() { [ -e "built-$BASHPID" ] || { touch "built-$BASHPID"; false; }; }
-         install_h5py); }
-mkdir .venv
-one & first=$!
-one & second=$!
-wait $first && wait $second
-"""
-
-
-def test_two_first_set_ups_at_once_share_one_wheel(tmp_path):
-    """Each builds in a folder of its own, and the wheel of one of them is kept."""
-    environment = {"PATH": os.environ["PATH"], "HOME": str(tmp_path), "SCRIPT": str(SCRIPT)}
-    command = ["bash", "-c", TWO_AT_ONCE]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
-    wheels = tmp_path / ".cache" / "hpcrub" / "wheels"
-    (folder,) = wheels.iterdir()
-    assert sorted(p.name for p in folder.iterdir()) == ["h5py-1.whl", "made-with.txt"]

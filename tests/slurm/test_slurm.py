@@ -173,7 +173,7 @@ def works(cluster, cost, tmp_path_factory):
     work.write("nd4", 7)
     work.write("nd3", 7, bumps=3)
     work.site("srun")
-    words = "--parts", "2", "--part-by", "level", "nd4.yaml", "nd3.yaml"
+    words = "--parts", "2", "nd4.yaml", "nd3.yaml"
     found["cases"] = work, work.submit(*words)
     work = Work(cluster, base / "failing")
     work.write("study", 11)
@@ -342,7 +342,6 @@ def test_wrong_input_is_told_before_anything_is_queued(cluster, tmp_path):
     for words, message in (
         (["study.yaml", "--", "--set", "casing.n_bumpz=3"], "did you mean casing.n_bumps?"),
         (["--parts", "4", "study.yaml"], "3 samples cannot be cut into 4 parts"),
-        (["--parts", "3", "--part-by", "level", "study.yaml"], "no multiple of the 2 levels"),
         (["--parts", "x", "study.yaml"], "--parts: how many?"),
         (["--nonsense"], "unknown option --nonsense"),
         ([], "no input given"),

@@ -16,9 +16,8 @@ from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.studies import branches
-from hpcrub.studies.files import open_result
-from hpcrub.studies.problem import build_problem
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies import branches, open_result
 from tests.program import TINY
 
 

@@ -26,6 +26,7 @@ class SparseDisk(NamedTuple):
     contact_node: np.ndarray  # (C,)
     contact_blade: np.ndarray  # (C,)
     contact_clearance: np.ndarray  # (C,) [m]
+    contact_normal: np.ndarray  # (C, 3)
     surface: np.ndarray  # (F, 4) nodes of faces to draw
 
     @property
@@ -135,6 +136,7 @@ def assemble(model: NeutralModel) -> SparseDisk:
         contact_node=model.contact_node,
         contact_blade=model.contact_blade,
         contact_clearance=model.contact_clearance,
+        contact_normal=model.contact_normal,
         surface=model.surface,
     )
     if (row[model.contact_node, :2] < 0).any():
@@ -171,6 +173,7 @@ def _unfold(model):
         contact_node=(copies * n_nodes + model.contact_node).ravel(),
         contact_blade=np.repeat(np.arange(N), len(model.contact_node)),
         contact_clearance=np.tile(model.contact_clearance, N),
+        contact_normal=np.tile(model.contact_normal, (N, 1)),
         surface=_surface(model, copies * n_nodes),
     )
 

@@ -35,7 +35,7 @@ def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.nd
     Returns
     -------
     frequencies : (N, n_modes) [Hz]
-        Of every blade alone, its root held, at rest.
+        Natural frequencies of every blade alone, its root held, at rest.
     participation : (N, n_modes, m) [sqrt(kg)]
         Amplitude q of each mass-normalised cantilever mode per unit coordinate.
 

@@ -16,7 +16,7 @@ def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     part : (n,) int
-        Of every row.
+        Part that every row belongs to.
     touched : (n,) bool
         Whether a row has any stiffness.
     """

@@ -59,9 +59,12 @@ def check(model: NeutralModel) -> Findings:
     loaded = int((share > RIGID).sum())
     if loaded > UNBALANCED * len(share):
         raise InputError(
-            f"K: {loaded} of {len(share)} rows feel a rigid motion; the list of rows (dof), the "
-            "nodes or the frame is not that of the matrix"
+            f"K: a rigid motion causes forces at {loaded} of {len(share)} rows; the list of rows "
+            "(dof), the nodes or the frame is not that of the matrix"
         )
+    held = model.dof[model.fixed]
+    if lost := set(held[np.isin(held[:, 1], (1, 2)), 0]) & set(model.contact_node):
+        raise InputError(f"fixed: contact node {min(lost)} is held; the tips must move")
     return Findings(mass, float(np.median(share)), loaded, float(tip.max()), float(np.ptp(tip)))
 
 
@@ -107,7 +110,7 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
 
 
 def _mass(model, rigid):
-    """Of a translation along an axis that the model moves in [kg]."""
+    """Mass of the model [kg], that of a translation along an axis in which it can move."""
     masses = np.einsum("nk,nk->k", rigid[:, :3], model.mass @ rigid[:, :3])
     return float(masses.max()) * (model.n_sectors or 1)
 

@@ -5,9 +5,11 @@ from typing import Any
 import numpy as np
 import scipy.sparse.linalg as sla
 from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.spatial import cKDTree
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.assembly import SparseDisk
+from hpcrub.model import families
+from hpcrub.model.imported.assembly import PAIRING, SparseDisk
 from hpcrub.model.imported.neutral import stiffness_at
 
 AT_ONCE = 64  # columns solved for together
@@ -23,7 +25,7 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
     ----------
     disk : SparseDisk
     n_modes : int
-        Fixed-interface modes kept.
+        Fixed-interface modes kept; more where they are no whole families.
     speed : float
         Of rotation, that of the mode shapes [rad/s].
 
@@ -42,6 +44,7 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
     boundary = boundary_rows(disk)
     n = disk.mass.shape[0]
     inside = np.setdiff1d(np.arange(n), boundary)
+    n_modes = families.whole(n_modes, disk.n_blades)
     if not 0 <= n_modes < len(inside):
         raise InputError(f"reduction.n_modes: {n_modes} is not below the {len(inside)} inner dof")
     K = stiffness_at(disk.stiffness, speed).tocsc()
@@ -54,9 +57,42 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
         out[inside, columns] = -factor.solve(K_ib[:, columns].toarray())
     if n_modes:
         M_ii = disk.mass[inside][:, inside].tocsc()
-        modes = lowest_modes(K[inside][:, inside], M_ii, n_modes, factor)[1]
+        place = np.full(n + 1, -1)
+        place[inside] = np.arange(len(inside))
+        modes = _families(K[inside][:, inside], M_ii, n_modes, factor, place[like_rows(disk)])
         out[inside, len(boundary) :] = modes
     return out, boundary
+
+
+def like_rows(disk: SparseDisk) -> np.ndarray:
+    """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
+    N, a = disk.n_blades, 2 * np.pi / disk.n_blades
+    placed = np.flatnonzero(np.isfinite(disk.nodes).all(axis=1) & (disk.row >= 0).all(axis=1))
+    at = disk.nodes[placed]
+    tree, orbit = cKDTree(at), [np.arange(len(at))]
+    for sector in range(1, N):
+        c, s = np.cos(sector * a), np.sin(sector * a)
+        apart, found = tree.query(at @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+        if not len(at) or apart.max() > PAIRING * np.abs(at).max():
+            return np.zeros((N, 0), dtype=int)
+        orbit.append(found)
+    first = np.min(orbit, axis=0) == orbit[0]  # one node of each round of like ones
+    return disk.row[placed[np.array(orbit)[:, first]]].reshape(N, -1)
+
+
+def _families(K, M, n_modes, factor, like):
+    """Lowest modes by whole families; of a mesh that does not repeat itself the lowest of all."""
+    like = like[:, (like >= 0).all(axis=0)]
+    if not like.size:
+        return lowest_modes(K, M, n_modes, factor)[1]
+    n_tried = n_modes
+    while n_tried < K.shape[0]:
+        n_tried = min(n_tried + 2 * len(like), K.shape[0])
+        values, modes = lowest_modes(K, M, n_tried, factor)
+        chosen = families.choose(values, modes[like], n_modes // len(like), n_tried == K.shape[0])
+        if chosen is not None:
+            return modes @ chosen
+    raise InputError("K, M: the modes of the disk have no whole families of nodal diameters")
 
 
 def boundary_rows(disk: SparseDisk) -> np.ndarray:
@@ -101,11 +137,28 @@ def lowest_modes(
     -------
     eigenvalues : (n_modes,) increasing [rad2/s2]
     modes : (n, n_modes) mass-normalised
+
+    Raises
+    ------
+    InputError
+        There are none: the disk is not held, or M is no mass matrix.
     """
+    try:
+        values, modes = _lowest_modes(K, M, n_modes, factor)
+    except (ValueError, np.linalg.LinAlgError):  # not finite, not positive
+        values = np.zeros(0)
+    if len(values) < n_modes:
+        raise InputError(
+            "K, M: no modes can be found: the disk is not held (fixed), or the units are not "
+            "those of the file"
+        )
+    return values, modes
+
+
+def _lowest_modes(K, M, n_modes, factor):
     n = K.shape[0]
     if n < SMALLEST or n_modes > n // 6:
-        values, vectors = eigh(K.toarray(), M.toarray(), subset_by_index=[0, n_modes - 1])
-        return values, vectors
+        return eigh(K.toarray(), M.toarray(), subset_by_index=[0, n_modes - 1])
     factor = factor or factorised(K)
     draw = np.random.Generator(np.random.Philox(key=0)).random((n, BLOCK)) - 0.5
     V, _ = _orthonormal(draw.astype(K.dtype), M)

@@ -2,11 +2,16 @@
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import eigh
 
-from hpcrub.model.imported.assembly import disk_rows
-from hpcrub.model.imported.craig_bampton import lowest_modes
-from hpcrub.model.imported.frames import to_cylindrical
+from hpcrub.model.imported.assembly import assemble, disk_rows
+from hpcrub.model.imported.craig_bampton import boundary_rows, factorised, lowest_modes
+from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel, stiffness_at
+from hpcrub.model.imported.reduced import interface
+
+MODES_PER_DIAMETER = 3
+MODES_OF_DISK = 4  # for each blade
 
 
 def sector_frequencies(
@@ -30,14 +35,7 @@ def sector_frequencies(
         Every double frequency once.
     """
     model = to_cylindrical(model)
-    rows, own = disk_rows(model)
-    rows, n_own = rows[0], len(own)
-    turn = np.exp(2j * np.pi * n_diameters / model.n_sectors)
-    phase = np.where(rows < n_own, 1.0, turn)
-    held = np.unique(rows[model.fixed] % n_own)
-    free = np.setdiff1d(np.arange(n_own), held)
-    P = sp.csr_array((phase, (np.arange(len(rows)), rows % n_own)), shape=(len(rows), n_own))
-    P = P[:, free]
+    P = _wave(model, n_diameters)
     K, M = (
         (P.conj().T @ matrix @ P).tocsc()
         for matrix in (stiffness_at(model.stiffness, speed), model.mass)
@@ -46,6 +44,79 @@ def sector_frequencies(
         K, M = K.real.copy(), M.real.copy()
     values, _ = lowest_modes(K, M, n_modes)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+
+
+def _wave(model, n_diameters):
+    """Rows of a sector in cylindrical frames of its free own ones, in a motion of n_diameters."""
+    rows, own = disk_rows(model)
+    rows, n_own = rows[0], len(own)
+    turn = np.exp(2j * np.pi * n_diameters / model.n_sectors)
+    phase = np.where(rows < n_own, 1.0, turn)
+    held = np.unique(rows[model.fixed] % n_own)
+    free = np.setdiff1d(np.arange(n_own), held)
+    P = sp.csr_array((phase, (np.arange(len(rows)), rows % n_own)), shape=(len(rows), n_own))
+    return P[:, free]
+
+
+def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
+    """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
+
+    speed: of rotation [rad/s]. NaN where fewer are known.
+    """
+    n_diameters = model.n_blades // 2 + 1
+    if model.kind == "sector":
+        rows = (sector_frequencies(model, h, MODES_PER_DIAMETER, speed) for h in range(n_diameters))
+        return np.array(list(rows))
+    n_modes = MODES_OF_DISK * model.n_blades
+    if model.kind == "disk":
+        disk = assemble(model)
+        K, M = stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc()
+        values, vectors = lowest_modes(K, M, min(n_modes, M.shape[0]))
+        shapes = vectors[boundary_rows(disk)]
+        angle = node_angle(disk.nodes[disk.contact_node])
+    else:
+        face = interface(model)
+        values, vectors = eigh(stiffness_at(model.stiffness, speed), model.mass)
+        values, vectors = values[:n_modes], vectors[:, :n_modes]
+        shapes = np.concatenate(
+            [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
+        )
+        angle = face.angle
+    return _sorted_by_diameter(values, shapes, angle, model, n_diameters)
+
+
+def _sorted_by_diameter(values, shapes, angle, model, n_diameters):
+    """Table of `frequencies_by_diameter` for like contact points of all blades."""
+    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
+    diameters = diameters_of(shapes, model.contact_blade, angle)
+    table = np.full((n_diameters, MODES_PER_DIAMETER), np.nan)
+    frequency = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+    for h in range(n_diameters):
+        mine = frequency[diameters == h]
+        single = h == 0 or 2 * h == model.n_blades
+        mine = (mine if single else mine[::2])[:MODES_PER_DIAMETER]
+        table[h, : len(mine)] = mine
+    return table
+
+
+def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
+    """Outward motion of the tips for each unit of their way back, when friction acts on all alike.
+
+    Positive: friction presses them against the casing. speed: of rotation [rad/s].
+    """
+    model = to_cylindrical(model)
+    n = len(model.dof)
+    if model.kind == "sector":
+        P = _wave(model, 0).real
+    else:
+        P = sp.eye_array(n, format="csr")[:, np.setdiff1d(np.arange(n), model.fixed)]
+    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+    K = sp.csr_array(stiffness_at(model.stiffness, speed))
+    back = np.zeros(n)
+    back[rows[:, 1]] = -1.0
+    u = P @ factorised(P.T @ K @ P).solve(P.T @ back)
+    parts = u[np.maximum(rows, 0)] * (rows >= 0)
+    return float((parts * model.contact_normal).sum() / np.abs(parts[:, 1]).sum())
 
 
 def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
@@ -77,7 +148,7 @@ def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np
     shapes : (p, C, K)
         p displacements of each of C points in K modes.
     blade : (C,) int
-        Of each point, from 0. The first points of every blade are taken to be alike.
+        Number of each point's blade. The first points of all blades are taken to be alike.
     angle : (C,) [rad]
 
     Returns

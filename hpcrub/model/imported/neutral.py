@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from hpcrub.errors import InputError
 
 VERSION = 1
+MOST_BLADES = 200
 KINDS = "sector", "disk", "reduced"
 FRAMES = "cartesian", "cylindrical"
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}  # [m]
@@ -21,6 +22,7 @@ POLYNOMIAL = "K0", "K1", "K2"
 AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
 SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
 ROTATIONS = 4, 5, 6  # directions that are angles
+UNIT = 1e-6  # by which the length of a unit vector may be wrong
 _PARTS = "data", "indices", "indptr"  # of a sparse matrix
 
 
@@ -39,6 +41,7 @@ class NeutralModel(NamedTuple):
     contact_node: np.ndarray  # (C,) nodes that may touch the casing; of one sector, if it is one
     contact_blade: np.ndarray  # (C,) blade of each, from 0
     contact_clearance: np.ndarray  # (C,) beyond the casing's own [m]
+    contact_normal: np.ndarray  # (C, 3) outward unit normal of the casing there: r, theta (0), z
     fixed: np.ndarray  # rows that are held
     low: np.ndarray  # nodes of the sector's side at the smaller angle
     high: np.ndarray  # and at the larger angle
@@ -79,14 +82,17 @@ def from_arrays(arrays: dict) -> NeutralModel:
     kind = left.word("kind", KINDS)
     frame = left.word("frame", FRAMES, default=FRAMES[0])
     length, mass, time = _units(left.text("units", "m kg s"))
+    flip = _flip(left.number("turns", default=1))
     dof = left.integers("dof", 2)
     n = len(dof)
-    nodes = left.floats("nodes", 3) * length
+    nodes = left.floats("nodes", 3) * length * flip
     _check_dof(dof, len(nodes))
     scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
+    scale *= np.where(dof[:, 1] > 0, flip[(dof[:, 1] - 1) % 3], 1.0)
     work = mass * (length / time) ** 2  # one unit of work [J]
     contact_node = left.integers("contact_node")
     zeros = np.zeros(len(contact_node))
+    radial = np.tile([1.0, 0.0, 0.0], (len(contact_node), 1))
     model = NeutralModel(
         kind=kind,
         mass=_scaled(left.matrix("M", n), scale, work * time**2),
@@ -100,6 +106,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         contact_node=contact_node,
         contact_blade=left.integers("contact_blade", default=zeros.astype(int)),
         contact_clearance=left.floats("contact_clearance", default=zeros) * length,
+        contact_normal=_unit_normals(left.floats("contact_normal", 3, default=radial) * flip),
         fixed=left.integers("fixed", default=np.zeros(0, int)),
         low=left.integers("low", default=np.zeros(0, int)),
         high=left.integers("high", default=np.zeros(0, int)),
@@ -126,6 +133,8 @@ def to_arrays(model: NeutralModel) -> dict:
         arrays |= _stored(name, matrix)
     for name in ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance"):
         arrays[name] = getattr(model, name)
+    if (model.contact_normal[:, 0] != 1.0).any():
+        arrays["contact_normal"] = model.contact_normal
     if len(model.blade_frequencies):
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
@@ -177,7 +186,7 @@ def check_members(model: NeutralModel) -> None:
         raise InputError(f"fixed: there is no row {wrong}, rows run from 0 to {len(model.dof) - 1}")
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
-    for name in ("contact_blade", "contact_clearance"):
+    for name in ("contact_blade", "contact_clearance", "contact_normal"):
         if len(getattr(model, name)) != len(model.contact_node):
             raise InputError(
                 f"{name}: {len(getattr(model, name))} values for {len(model.contact_node)} "
@@ -190,8 +199,10 @@ def check_members(model: NeutralModel) -> None:
 
 
 def _check_sector(model):
-    if model.n_sectors < 2:
-        raise InputError(f"n_sectors: {model.n_sectors}; a sector needs their number, 2 or more")
+    if not 2 <= model.n_sectors <= MOST_BLADES:
+        raise InputError(
+            f"n_sectors: {model.n_sectors}; a sector needs their number, 2 to {MOST_BLADES}"
+        )
     if model.contact_blade.any():
         raise InputError("contact_blade: a sector has one blade, number 0")
     if not len(model.low) or len(model.low) != len(model.high):
@@ -203,9 +214,9 @@ def _check_sector(model):
 
 def _check_blades(model):
     blades, count = np.unique(model.contact_blade, return_counts=True)
-    missing = sorted(set(range(int(blades.max()) + 1)) - set(blades.tolist()))
-    if blades.min() < 0 or missing:
-        lost = missing[0] if missing else blades.min()
+    missing = np.flatnonzero(blades != np.arange(len(blades)))
+    if len(missing):
+        lost = missing[0] if blades[0] >= 0 else blades[0]
         raise InputError(f"contact_blade: blade {lost} has no contact nodes; blades count from 0")
     if model.kind == "reduced" and model.blade_stiffness is not None:
         n = len(model.blade_stiffness)
@@ -243,6 +254,26 @@ def _units(text):
             f'({", ".join(MASSES)}) and a time ({", ".join(TIMES)}), such as "mm t s"'
         )
     return LENGTHS[words[0]], MASSES[words[1]], TIMES[words[2]]
+
+
+def _flip(turns):
+    """Signs of x, y, z (of r, theta, z likewise) in axes about whose z the disk turns positively.
+
+    Half a turn about x, and no mirror: a disk that turns clockwise is seen from the other side.
+    """
+    if turns not in (1, -1):
+        raise InputError(f"turns: {turns} is neither 1 nor -1")
+    return np.array([1.0, turns, turns])
+
+
+def _unit_normals(normal):
+    wrong = ~((np.abs(np.linalg.norm(normal, axis=1) - 1.0) < UNIT) & (normal[:, 0] > 0.0))
+    if (wrong | (np.abs(normal[:, 1]) > UNIT)).any():
+        raise InputError(
+            "contact_normal: unit vectors of radial, tangential and axial parts are expected, "
+            "outward, without a tangential part: a casing is a surface of revolution"
+        )
+    return normal
 
 
 def _stiffness(left, n, time):
@@ -336,7 +367,10 @@ class _Arrays:
         return np.asarray(self.left.pop(name))
 
     def text(self, name, default=None):
-        value = self._take(name, None if default is None else np.array(default)).item()
+        value = self._take(name, None if default is None else np.array(default))
+        if value.size != 1:
+            raise InputError(f"{name}: one word is expected")
+        value = value.item()
         return value.decode() if isinstance(value, bytes) else str(value)
 
     def word(self, name, allowed, default=None):
@@ -394,6 +428,7 @@ class _Arrays:
 
     def stack(self, name, n):
         blades = self._take(name, None)
-        if blades.ndim != 3 or blades.shape[1:] != (n, n):
-            raise InputError(f"{name}: shape {blades.shape}, (blades, {n}, {n}) is expected")
+        if blades.ndim != 3 or blades.shape[1:] != (n, n) or blades.dtype.kind not in "fiu":
+            what = f"shape {blades.shape}, {blades.dtype}"
+            raise InputError(f"{name}: {what}; real numbers (blades, {n}, {n}) are expected")
         return [symmetric(name, blade.astype(float)) for blade in blades]

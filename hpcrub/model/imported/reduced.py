@@ -52,6 +52,7 @@ def reduce_disk(
         contact_node=np.arange(n_points),
         contact_blade=disk.contact_blade,
         contact_clearance=disk.contact_clearance,
+        contact_normal=disk.contact_normal,
         fixed=np.zeros(0, int),
         low=np.zeros(0, int),
         high=np.zeros(0, int),
@@ -94,15 +95,21 @@ def interface(model: NeutralModel) -> Interface:
         raise InputError("contact_node: some contact nodes have a row in z, and others none")
     one = np.eye(len(model.dof))
     at = model.nodes[model.contact_node]
+    normal, axial = one[rows[:, 0]], one[rows[axial, 2]]
+    outward, along = model.contact_normal[:, [0]], model.contact_normal[:, [2]]
+    if along.any():  # a cone: the normal, and the direction along its generator
+        if not len(axial):
+            raise InputError("contact_normal: a contact node that moves in x and y alone has none")
+        normal, axial = outward * normal + along * axial, outward * axial - along * normal
     return Interface(
         blade=model.contact_blade,
         angle=node_angle(at),
         radius=np.hypot(at[:, 0], at[:, 1]),
         axial_position=at[:, 2],
         clearance=model.contact_clearance,
-        normal=one[rows[:, 0]],
+        normal=normal,
         tangential=one[rows[:, 1]],
-        axial=one[rows[axial, 2]],
+        axial=axial,
         observed=one[rows[:, 1]],
         observed_blade=model.contact_blade,
     )

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from evidence.truth.disk import MATERIAL, disk_section
+from evidence.truth.planar import planar_arrays
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.results import model_file
-from tests.truth.disk import MATERIAL, disk_section
-from tests.truth.planar import planar_arrays
 
 N_MODES = 60
 

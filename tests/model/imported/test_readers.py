@@ -5,13 +5,13 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
+from evidence.truth.hexahedra import DENSITY, POISSON, SMALL, YOUNG, sector, sector_arrays
 from hpcrub.commands import import_model
 from hpcrub.errors import InputError
 from hpcrub.model.imported import checks, cyclic, neutral
 from hpcrub.model.imported.readers import calculix, deck, matrix_market, skin
 from hpcrub.model.imported.readers.rows import Lists
 from hpcrub.results import model_file
-from tests.truth.hexahedra import DENSITY, POISSON, SMALL, YOUNG, sector, sector_arrays
 
 LISTS = Lists("TIP", "LOW", "HIGH", SMALL.n_sectors, "BORE")
 
@@ -205,3 +205,54 @@ def test_import_command_stops_with_one_sentence(tmp_path, monkeypatch, capsys, a
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
+
+
+def command(*arguments):
+    return import_model.main([str(a) for a in arguments])
+
+
+def mirrored(arrays):
+    """The mirror image of a sector: y is -y, of places and of directions."""
+    sign = np.where(arrays["dof"][:, 1] == 2, -1.0, 1.0)
+    turned = dict(arrays, nodes=arrays["nodes"] * [1.0, -1.0, 1.0])
+    for name in ("K", "M", "K_blade"):
+        turned |= dict_of(
+            name, sp.diags_array(sign) @ matrix_of(arrays, name) @ sp.diags_array(sign)
+        )
+    return turned
+
+
+def dict_of(name, matrix):
+    matrix = sp.csr_array(matrix)
+    return {f"{name}/{part}": getattr(matrix, part) for part in ("data", "indices", "indptr")}
+
+
+def test_the_other_sense_of_rotation_is_that_of_the_mirror_image():
+    """Friction lifts the tips of one as it lowers those of the other; turns: -1 gives it back."""
+    exact, arrays = neutral.from_arrays(sector_arrays(lean=0.6)), mirrored(sector_arrays(lean=0.6))
+    image = neutral.from_arrays(arrays)
+    back = neutral.from_arrays(arrays | {"turns": np.array(-1)})
+    lift = cyclic.friction_lift(exact)
+    assert lift > 0.1  # the tips lie ahead, and rise when they are held back
+    assert cyclic.friction_lift(image) == pytest.approx(-lift, rel=1e-9)
+    assert cyclic.friction_lift(back) == pytest.approx(lift, rel=1e-9)
+    np.testing.assert_allclose(back.nodes, exact.nodes * [1.0, 1.0, -1.0], atol=1e-12)
+    f = (cyclic.sector_frequencies(m, 2, 3) for m in (back, exact))
+    np.testing.assert_allclose(next(f), next(f), rtol=1e-9)
+    with pytest.raises(InputError, match="turns: 2 is neither 1 nor -1"):
+        neutral.from_arrays(arrays | {"turns": np.array(2)})
+
+
+def test_import_says_which_way_the_disk_turns(tmp_path, capsys):
+    """Written once turned, the file is of a disk that turns counter-clockwise."""
+    model_file.write(tmp_path / "m.h5", sector_arrays(lean=0.6))
+    said = []
+    for file, options in (("m.h5", ()), ("m.h5", ("--turns", "-1", "--output", tmp_path / "n.h5")),
+                          ("n.h5", ())):  # fmt: skip
+        assert command("model", tmp_path / file, *options) == 0
+        said.append(capsys.readouterr().out)
+    assert ["warning: so friction presses" in text for text in said].count(True) == 1
+    assert "rotation: counter-clockwise, seen from +z\n" in said[0]
+    assert "whose axes are x, -y, -z here" in said[1]
+    lines = [[x for x in text.splitlines() if x.startswith("friction on")] for text in said]
+    assert lines[0] != lines[1] == lines[2]

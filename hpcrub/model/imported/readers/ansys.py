@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, regular_file
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
 
@@ -95,10 +95,6 @@ def _distinct(nodes):
 
 def _quietly(path, work):
     """What a reader returns, without its warnings on the screen."""
-    if not Path(path).is_file():
-        raise InputError(f"{path}: there is no such file")
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            return work()
-    except Exception as error:
-        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+    regular_file(path)
+    with reading(path), contextlib.redirect_stdout(io.StringIO()):
+        return work()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, regular_file
 from hpcrub.model.imported.readers import deck as decks
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
@@ -61,20 +61,19 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
     Raises InputError when it cannot be read.
     """
     name, rows = (Path(path).with_suffix(f".{ending}") for ending in (kind, "dof"))
-    try:
-        words = rows.read_text("ascii").split()
+    for file in (rows, name):
+        if not file.exists():
+            raise InputError(
+                f"{file}: there is no such file; ccx writes it in a step *FREQUENCY, "
+                "SOLVER=MATRIXSTORAGE"
+            )
+    with reading(name):
+        words = regular_file(rows).read_text("ascii").split()
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
-        i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
+        i, j, value = np.loadtxt(regular_file(name), unpack=True, ndmin=2)
         place = (i.astype(np.int64) - 1, j.astype(np.int64) - 1)
         shape = (len(dof), len(dof))
         return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))
-    except OSError as error:
-        raise InputError(
-            f"{error.filename or name}: cannot be read ({reason(error)}); ccx writes it in a step "
-            "*FREQUENCY, SOLVER=MATRIXSTORAGE"
-        ) from None
-    except ValueError as error:
-        raise InputError(f"{name}: no matrix of CalculiX ({reason(error)})") from None
 
 
 def _blade_matrix(path, deck):

@@ -5,7 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, regular_file
+
+MOST_NODES = 10**7  # of a set whose numbers are generated
+DEEPEST = 20  # decks included by decks that are included
 
 
 class Deck(NamedTuple):
@@ -41,8 +44,8 @@ def read(path: str | Path) -> Deck:
             raise InputError(f"{path}: *{keyword} holds a line that cannot be read") from None
     if not nodes:
         raise InputError(f"{path}: no nodes (*NODE)")
-    number = np.array(sorted(nodes))
-    unique = {name: np.unique(numbers) for name, numbers in sets.items()}
+    number = np.array(sorted(nodes), dtype=np.int64)
+    unique = {name: np.array(sorted(numbers)) for name, numbers in sets.items()}
     return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
 
 
@@ -71,14 +74,14 @@ def _blocks(path):
         yield keyword, options, lines
 
 
-def _lines(path):
-    try:
-        text = path.read_text("utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
+def _lines(path, depth=0):
+    if depth > DEEPEST:
+        raise InputError(f"{path}: included by {DEEPEST} decks, one in another")
+    with reading(path):
+        text = regular_file(path).read_text("utf-8", errors="replace")
     for line in map(str.strip, text.splitlines()):
         if line.upper().startswith("*INCLUDE"):
-            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'))
+            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'), depth + 1)
         elif line and not line.startswith("**"):
             yield line
 
@@ -96,16 +99,16 @@ def _set(lines, sets, generate):
     words = [word.strip() for line in lines for word in line.split(",") if word.strip()]
     if generate:
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
-        return [n for first, last, *step in rows for n in range(first, last + 1, *step)]
-    numbers = []
-    for word in words:
-        numbers += sets[word.upper()] if word.upper() in sets else [int(word)]
-    return numbers
+        runs = [range(first, last + 1, *step) for first, last, *step in rows]
+        if sum(map(len, runs)) > MOST_NODES:
+            raise InputError(f"*NSET, GENERATE: more than {MOST_NODES:,} nodes")
+        return set().union(*runs)
+    return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
 
 def _extend(sets, name, numbers):
     if name:
-        sets[name] = [*sets.get(name, []), *numbers]
+        sets.setdefault(name, set()).update(numbers)
 
 
 def _elements(kind, lines):

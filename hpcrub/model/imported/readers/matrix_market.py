@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import scipy.io
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, regular_file
 from hpcrub.model.imported.readers.rows import places, store
 
 MATRICES = ("K", "M", "K0", "K1", "K2", "K_at_1", "K_at_2", "K_at_3", "K_blade")
@@ -36,8 +35,12 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     folder = Path(folder)
     nodes = _table(folder / "nodes.csv", 4)
     nodes = nodes[np.argsort(nodes[:, 0])]
-    number = nodes[:, 0].astype(np.int64)
-    dof = _table(folder / "dof.csv", 2).astype(np.int64)
+    number = _whole(nodes[:, 0], "nodes.csv")
+    if (np.diff(number) == 0).any():
+        raise InputError(
+            f"nodes.csv: node {number[:-1][np.diff(number) == 0][0]} stands there twice"
+        )
+    dof = _whole(_table(folder / "dof.csv", 2), "dof.csv")
     place = np.where(dof[:, 1] > 0, places(_numbered(dof, number), number, "dof.csv"), -1)
     contact = _table(folder / "contact.csv")
     arrays = {
@@ -49,17 +52,18 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     }
     for name, column in (("contact_blade", 1), ("contact_clearance", 2)):
         if contact.shape[1] > column:
-            arrays[name] = contact[:, column].astype(np.int64 if column == 1 else float)
+            values = contact[:, column]
+            arrays[name] = _whole(values, "contact.csv") if column == 1 else values
     for name in MATRICES:
         if (path := folder / f"{name}.mtx").exists() or name == "M":
-            store(arrays, name, _matrix(path))
+            store(arrays, name, matrix(path, len(dof)))
     if n_sectors:
         arrays["n_sectors"] = np.array(n_sectors)
         for name in NODE_LISTS:
             listed = _table(folder / f"{name}.csv")[:, 0]
             arrays[name] = places(listed, number, f"{name}.csv")
     if (folder / "fixed.csv").exists():
-        arrays["fixed"] = _fixed(_table(folder / "fixed.csv").astype(np.int64), dof)
+        arrays["fixed"] = _fixed(_whole(_table(folder / "fixed.csv"), "fixed.csv"), dof)
     if (folder / "speeds_hz.csv").exists():
         arrays["speeds_hz"] = _table(folder / "speeds_hz.csv").ravel()
     return arrays
@@ -78,24 +82,49 @@ def _fixed(held, dof):
     return np.flatnonzero(both.any(axis=1))
 
 
-def _matrix(path):
-    try:
-        return sp.csr_array(scipy.io.mmread(path))
-    except (OSError, ValueError, StopIteration) as error:
-        raise InputError(
-            f"{path}: no MatrixMarket file that can be read ({reason(error)})"
-        ) from None
+def matrix(path: Path, n: int) -> sp.csr_array:
+    """A real matrix (n, n) of a MatrixMarket file, with exponents of C or of Fortran (D).
+
+    SciPy's own reader crashes on a file that was cut off. Raises InputError.
+    """
+    with reading(path):
+        text = regular_file(path).read_text("ascii").upper()
+        if not text.endswith("\n"):
+            raise ValueError("it ends in the middle of a line; was it cut off?")
+        head, *lines = text.splitlines()
+        size, *lines = (line for line in lines if line.strip() and not line.startswith("%"))
+        kind, field, symmetry = head.split()[2:]
+        symmetric = symmetry == "SYMMETRIC"
+        if field not in ("REAL", "INTEGER") or not (symmetric or symmetry == "GENERAL"):
+            raise ValueError(f"{field} {symmetry} is no real matrix".lower())
+        sparse, n_dense = kind == "COORDINATE", n * (n + 1) // 2 if symmetric else n**2
+        wanted = (n, n, len(lines)) if sparse else (n, n)
+        if tuple(map(int, size.split())) != wanted or not (sparse or len(lines) == n_dense):
+            raise ValueError(f"{size} in its head, but {n} rows of dof.csv and {len(lines)} lines")
+        values = np.loadtxt([line.replace("D", "E") for line in lines], ndmin=2)
+        if sparse:
+            i, j = _whole(values[:, :2], str(path)).T - 1
+        else:  # column after column
+            j, i = np.triu_indices(n) if symmetric else np.divmod(np.arange(n**2), n)
+        whole = sp.coo_array((values[:, -1], (i, j)), shape=(n, n)).tocsr()
+        return whole + sp.triu(whole.T, 1) if symmetric else whole
+
+
+def _whole(values, what):
+    """Numbers that must be whole, as int."""
+    whole = np.asarray(values).astype(np.int64)
+    if (whole != values).any():
+        raise InputError(f"{what}: {values[whole != values][0]:g} is no whole number")
+    return whole
 
 
 def _table(path, columns=0):
     """Numbers of a CSV file, after an optional line of names, (lines, columns)."""
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
+    with reading(path):
+        lines = regular_file(path).read_text("utf-8-sig").splitlines()
         first = lines[0].replace(",", " ").split() if lines else []
         skip = bool(first) and not _is_number(first[0])
         table = np.loadtxt(lines[skip:], delimiter=",", ndmin=2)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
     if not len(table) or (columns and table.shape[1] != columns):
         raise InputError(f"{path}: {columns or 'some'} numbers per line are expected")
     return table

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading, regular_file
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
 STIFFNESS, MASS = "KGG", "MGG"
@@ -48,10 +48,9 @@ def read(
         raise InputError(
             "reading Nastran's files needs the package pyNastran: pip install pyNastran"
         ) from None
-    try:
-        grid = read_bdf(str(mesh), validate=False, xref=True, punch=None, debug=None)
-    except Exception as error:
-        raise InputError(f"{mesh}: no bulk data that can be read ({reason(error)})") from None
+    with reading(mesh):
+        deck = str(regular_file(mesh))
+        grid = read_bdf(deck, validate=False, xref=True, punch=None, debug=None)
     number = np.array(sorted(grid.nodes))
     place = np.array([grid.nodes[k].get_position() for k in number])
     corners = [element.node_ids for element in grid.elements.values()]
@@ -74,12 +73,8 @@ def op4_matrices(path: str | Path) -> dict:
     """Matrices of an OP4 file by name, sparse. Raises InputError when it cannot be read."""
     from pyNastran.op4.op4 import read_op4
 
-    if not Path(path).is_file():
-        raise InputError(f"{path}: there is no such file")
-    try:
-        found = read_op4(str(path), debug=None)
-    except Exception as error:
-        raise InputError(f"{path}: no OP4 file that can be read ({reason(error)})") from None
+    with reading(path):
+        found = read_op4(str(regular_file(path)), debug=None)
     return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in found.items()}
 
 
@@ -96,7 +91,5 @@ def _rows(path, name, number, used):
 
 
 def _numbers(name):
-    try:
-        return np.loadtxt(name, delimiter=",", dtype=np.int64, ndmin=1).ravel()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{name}: no list of numbers ({reason(error)})") from None
+    with reading(name):
+        return np.loadtxt(regular_file(name), delimiter=",", dtype=np.int64, ndmin=1).ravel()

@@ -122,9 +122,9 @@ def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
 
 def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
     """Places of node numbers in the increasing list `nodes`. Raises InputError for a stranger."""
-    numbers = np.asarray(numbers, dtype=np.int64)
+    numbers = np.asarray(numbers)
     at = np.minimum(np.searchsorted(nodes, numbers), len(nodes) - 1)
     wrong = nodes[at] != numbers
     if wrong.any():
-        raise InputError(f"{what}: there is no node {numbers[wrong][0]}")
+        raise InputError(f"{what}: there is no node {numbers[wrong][0]:g}")
     return at

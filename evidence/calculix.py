@@ -1,0 +1,64 @@
+"""CalculiX: running it on a deck, and what it prints."""
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+CYCLIC = """\
+*SURFACE, NAME=SLOW, TYPE=NODE
+LOW
+*SURFACE, NAME=SHIGH, TYPE=NODE
+HIGH
+*TIE, NAME=SIDES, CYCLIC SYMMETRY
+SLOW, SHIGH
+*CYCLIC SYMMETRY MODEL, N={}, NGRAPH=1, TIE=SIDES
+0., 0., 0., 0., 0., 1.
+"""
+
+
+def run(path: Path) -> None:
+    """Run CalculiX on a deck. Raises SystemExit when it is missing or fails."""
+    if not shutil.which("ccx"):
+        raise SystemExit("CalculiX (ccx) is missing: apt-get install calculix-ccx")
+    print(f"ccx -i {path.stem}", flush=True)
+    command = ["ccx", "-i", path.stem]
+    done = subprocess.run(command, cwd=path.parent, capture_output=True, text=True)
+    if "Job finished" not in done.stdout:
+        raise SystemExit(f"ccx -i {path.stem} failed:\n{done.stdout[-1000:]}")
+
+
+def frequencies(path: Path, n_modes: int) -> np.ndarray:
+    """Frequencies of a .dat file (n_modes,) [Hz]."""
+    return np.array([row[3] for row in _rows(path) if len(row) == 5][:n_modes])
+
+
+def by_diameters(path: Path) -> dict:
+    """Frequencies [Hz] by nodal diameters of a .dat file of one sector; double ones once."""
+    printed: dict = {}
+    for row in _rows(path):
+        if len(row) == 6:
+            printed.setdefault(int(row[0]), []).append(row[4])
+    return {diameters: np.array(f)[::2] for diameters, f in printed.items()}
+
+
+def displacements(path: Path, n_nodes: int) -> np.ndarray:
+    """Displacements printed last in a .dat file (n_nodes, 3) [mm]."""
+    moved = np.zeros((n_nodes, 3))
+    for row in _rows(path):
+        if len(row) == 4:
+            moved[int(row[0]) - 1] = row[1:]
+    return moved
+
+
+def _rows(path: Path) -> Iterator[list[float]]:
+    """Lines of a .dat file that are numbers, the first one whole."""
+    for line in path.read_text("ascii").splitlines():
+        words = line.split()
+        if words and words[0].isdigit():
+            try:
+                yield [float(word) for word in words]
+            except ValueError:
+                continue

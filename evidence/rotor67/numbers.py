@@ -1,0 +1,76 @@
+"""The benchmark's numbers as a CSV file, and how another program's compare.
+
+`python -m evidence.rotor67.numbers YOURS.csv` compares a file of the same columns; it may hold some
+of the rows only, and needs neither `low` nor `high`.
+"""
+
+import csv
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+TABLE = Path("inputs/rotor67/numbers.csv")
+NONE = float("nan")
+
+
+class Number(NamedTuple):
+    """One number of the benchmark; low and high bound what repeats or intervals say of it."""
+
+    quantity: str
+    at: str
+    value: float
+    unit: str
+    low: float = NONE
+    high: float = NONE
+
+
+def read(path: Path) -> dict:
+    """Numbers of a CSV file by (quantity, at)."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [_number(row) for row in csv.DictReader(file)]
+    return {row[:2]: row for row in rows}
+
+
+def _number(row):
+    bounds = (float(row.get(name) or NONE) for name in ("low", "high"))
+    return Number(row["quantity"], row["at"], float(row["value"]), row.get("unit", ""), *bounds)
+
+
+def write(path: Path, numbers: list[Number], keep: bool = True) -> None:
+    """Write numbers; those of other (quantity, at) that the file has are kept."""
+    found = read(path) if keep and path.exists() else {}
+    found |= {number[:2]: number for number in numbers}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Number._fields)
+        for row in found.values():
+            writer.writerow([*row[:2], *(_text(x) for x in row[2:3]), row.unit,
+                             *(_text(x) for x in row[4:])])  # fmt: skip
+
+
+def _text(x):
+    return "" if x != x else f"{x:.6g}"
+
+
+def compare(theirs: dict, ours: dict) -> list[tuple]:
+    """Rows (quantity, at, theirs, ours, difference in %, within our bounds) of common numbers."""
+    rows = []
+    for key, number in theirs.items():
+        if key in ours:
+            mine = ours[key]
+            within = "" if mine.low != mine.low else mine.low <= number.value <= mine.high
+            off = 100 * (number.value / mine.value - 1) if mine.value else NONE
+            rows.append((*key, number.value, mine.value, off, within))
+    return rows
+
+
+def show(rows: list[tuple]) -> None:
+    """Print what `compare` found."""
+    for quantity, at, value, mine, off, within in rows:
+        verdict = {"": "", True: "  within", False: "  outside"}[within]
+        print(f"{quantity}, {at}: {value:.6g} beside {mine:.6g}, {off:+.2f} %{verdict}")
+
+
+if __name__ == "__main__":
+    show(compare(read(Path(sys.argv[1])), read(TABLE)))

@@ -1,0 +1,79 @@
+"""The tables of docs/rotor67.md, from the benchmark's numbers."""
+
+from evidence import page
+
+PAGE = page.DOCS / "rotor67.md"
+
+
+def write(found: dict) -> None:
+    """Write the tables anew; found: Number by (quantity, at)."""
+    page.replace(
+        PAGE,
+        mesh=_meshes(found),
+        tip=_tip(found),
+        families=_families(found),
+        crossings=_crossings(found),
+        percentiles=_percentiles(found),
+    )
+
+
+def _rows(found, quantity):
+    return [number for number in found.values() if number.quantity == quantity]
+
+
+def _meshes(found):
+    table: dict = {}
+    for number in _rows(found, "frequency of the blade alone"):
+        _, mesh = number.at.split(", ")
+        table.setdefault(mesh, []).append(f"{number.value:.1f}")
+    finest = list(table.values())[-1]
+    heads = ["chord x span x thickness", *(f"mode {k + 1} [Hz]" for k in range(len(finest)))]
+    return page.table(
+        heads, [[mesh.removesuffix(" elements"), *row] for mesh, row in table.items()]
+    )
+
+
+def _tip(found):
+    table: dict = {}
+    for quantity in ("clearance of the tip, normal to the casing", "motion of the tip by rotation"):
+        for number in _rows(found, quantity):
+            table.setdefault(number.at.split(", ")[0], []).append(f"{number.value:.2f}")
+    heads = [f"{what}, {edge} edge [mm]" for what in ("clearance", "motion")
+             for edge in ("leading", "trailing")]  # fmt: skip
+    return page.table(["speed", *heads], [[speed, *row] for speed, row in table.items()])
+
+
+def _families(found):
+    table: dict = {}
+    for number in _rows(found, "natural frequency"):
+        where, family, diameters = number.at.split(", ")
+        place = int(diameters.split()[0]), where
+        table.setdefault(place, []).append(f"{number.value:.1f}")
+    rows = [[h, *table[h, "at rest"], *table[h, where]] for h, where in table if where != "at rest"]
+    heads = [f"{k} {where}" for where in ("at rest", "at speed") for k in range(1, 5)]
+    return page.table(["diameters", *heads], rows)
+
+
+def _crossings(found):
+    rows = []
+    for number in _rows(found, "speed of a crossing"):
+        order, family, diameters = (words.split() for words in number.at.split(", "))
+        rows.append([order[-1], family[-1], diameters[0], f"{number.value:.1f}",
+                     f"{100 * number.value / (16_043 / 60):.1f} %"])  # fmt: skip
+    heads = ["engine order", "family", "nodal diameters", "speed [Hz]", "of the design speed"]
+    return page.table(heads, rows)
+
+
+def _percentiles(found):
+    table: dict = {}
+    for kind in ("A_nl", "A_lin"):
+        for number in _rows(found, f"amplification {kind}"):
+            percentile, blades = number.at.split(", ")
+            text = f"{number.value:.3f} ({_end(number.low)} to {_end(number.high)})"
+            table.setdefault((blades, percentile.split()[1]), []).append(text)
+    rows = [[*key, *values] for key, values in table.items()]
+    return page.table(["blades", "percentile", "A_nl", "A_lin"], rows)
+
+
+def _end(value):
+    return "?" if value != value else f"{value:.3f}"

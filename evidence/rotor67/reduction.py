@@ -1,0 +1,136 @@
+"""The fan reduced by cyclic symmetry at its design speed, with frequencies of other speeds.
+
+A fan blade untwists by degrees. Its stiffness matrices at two speeds differ by more than any
+polynomial between them tells, and the mode shapes of one speed stretch the blade of another. So
+the shapes of the model are those of the design speed, and what is interpolated between speeds are
+the eigenvalues of its modes, followed from speed to speed by their shapes.
+
+Coordinates belong to sectors: displacements of its contact nodes, and as many modal ones for each
+number of nodal diameters, so that no family is cut and the reduced fan is cyclic to rounding.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import eigh
+from scipy.optimize import linear_sum_assignment
+
+from hpcrub.model.imported.assembly import disk_rows
+from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
+from hpcrub.model.imported.frames import row_table, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel
+
+
+class Part(NamedTuple):
+    """The reduced fan's motions with one number of nodal diameters, m coordinates of a sector."""
+
+    mass: np.ndarray  # (m, m), Hermitian
+    stiffness: np.ndarray  # (m, m) at the design speed
+    basis: np.ndarray  # (n, m) on the rows of the sector
+
+
+class Cyclic:
+    """A free sector whose neighbours move alike, turned by one number of nodal diameters."""
+
+    def __init__(self, model: NeutralModel, diameters: int):
+        rows, own = disk_rows(model)
+        turn = np.exp(2j * np.pi * diameters / model.n_sectors)
+        if diameters in (0, model.n_sectors / 2):
+            turn = turn.real
+        own_row = rows[0] % len(own)  # of a sector's rows among those that it owns
+        value = np.where(rows[0] < len(own), 1.0, turn)
+        n = len(own_row)
+        phases = sp.csr_array((value, (np.arange(n), own_row)), shape=(n, len(own)))
+        free = np.setdiff1d(np.arange(len(own)), own_row[model.fixed])
+        self.phases = phases[:, free]
+        self.K, self.M = (
+            (self.phases.conj().T @ a @ self.phases).tocsc()
+            for a in (model.stiffness[0], model.mass)
+        )
+        contact = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+        # node by node, three directions
+        self.boundary = np.searchsorted(free, own_row[contact.ravel()])
+
+    def modes(self, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest eigenvalues [rad2/s2] and mass-normalised modes."""
+        return lowest_modes(self.K, self.M, n_modes)
+
+    def reduced(self, n_modes: int) -> Part:
+        """Craig-Bampton: contact nodes, then fixed-interface modes."""
+        inside = np.setdiff1d(np.arange(self.K.shape[0]), self.boundary)
+        inner = self.K[inside][:, inside]
+        factor = factorised(inner)
+        n_static = len(self.boundary)
+        V = np.zeros((self.K.shape[0], n_static + n_modes), dtype=self.K.dtype)
+        V[self.boundary, np.arange(n_static)] = 1.0
+        V[inside, :n_static] = -factor.solve(self.K[inside][:, self.boundary].toarray())
+        V[inside, n_static:] = lowest_modes(inner, self.M[inside][:, inside], n_modes, factor)[1]
+        mass, stiffness = (V.conj().T @ (a @ V) for a in (self.M, self.K))
+        return Part(_hermitian(mass), _hermitian(stiffness), self.phases @ V)
+
+
+def reduce(
+    sectors: list[NeutralModel], design: int, n_modes: int, n_followed: int
+) -> tuple[list[Part], list[np.ndarray]]:
+    """The fan at its design speed, and its stiffness at all speeds, by nodal diameters.
+
+    Parameters
+    ----------
+    sectors : free sectors at several speeds, with the same rows and contact nodes
+    design : number of that at the design speed
+    n_modes : fixed-interface modes for each number of nodal diameters
+    n_followed : modes for each number of nodal diameters whose eigenvalues depend on the speed
+
+    Returns
+    -------
+    parts : one for each number of nodal diameters
+    stiffness : likewise, each (speeds, m, m)
+    """
+    models = [to_cylindrical(sector) for sector in sectors]
+    parts, stiffness = [], []
+    for diameters in range(models[0].n_sectors // 2 + 1):
+        own = Cyclic(models[design], diameters)
+        part = own.reduced(n_modes)
+        squares, shapes = own.modes(n_followed)
+        followed = own.M @ shapes
+        values, modes = eigh(part.stiffness, part.mass)
+        momentum = part.mass @ modes[:, :n_followed]
+        at_speeds = []
+        for model in models:
+            there, others = Cyclic(model, diameters).modes(2 * n_followed)
+            found = there[_like(followed, others)]
+            change = values[:n_followed] * (found / squares - 1.0)
+            at_speeds.append(part.stiffness + _hermitian((momentum * change) @ momentum.conj().T))
+        parts.append(part)
+        stiffness.append(np.array(at_speeds))
+    return parts, stiffness
+
+
+def _like(momentum, others):
+    """Which of the other modes each of some is most like, no one twice."""
+    likeness = np.abs(momentum.conj().T @ others)
+    return linear_sum_assignment(likeness, maximize=True)[1]
+
+
+def _hermitian(a):
+    return (a + a.conj().T) / 2
+
+
+def blocks(parts: list[np.ndarray], n_sectors: int) -> np.ndarray:
+    """Blocks (n_sectors, p, m) of a real cyclic matrix from its parts (p, m) by nodal diameters.
+
+    Block d is that between the rows of sector j + d and the columns of sector j.
+    """
+    out = np.zeros((n_sectors, *parts[0].shape))
+    sector = np.arange(n_sectors)[:, None, None]
+    for diameters, part in enumerate(parts):
+        twice = 1.0 if diameters in (0, n_sectors / 2) else 2.0
+        out += twice / n_sectors * (np.exp(2j * np.pi * diameters * sector / n_sectors) * part).real
+    return out
+
+
+def whole(parts: list[np.ndarray], n_sectors: int) -> np.ndarray:
+    """The real cyclic matrix (N, p, N, m) of its parts (p, m) by nodal diameters."""
+    n = np.arange(n_sectors)
+    return blocks(parts, n_sectors)[(n[:, None] - n) % n_sectors].transpose(0, 2, 1, 3)

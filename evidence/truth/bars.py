@@ -1,0 +1,158 @@
+"""Event-driven reference of one mass against a wall that gives: exact motion from event to event.
+
+    m ü + c u̇ + s u = −N,   N = K p + D ṗ − C,   p = u − gap
+
+with K, D, C of the line of forces that holds between two events: the coating untouched (p < w), its
+elastic line, its plastic line, each with the casing behind it or without. Every piece is linear, so
+a matrix exponential solves it; events are located to rounding. Only NumPy and SciPy: nothing is
+shared with the kernel.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+UNTOUCHED, ELASTIC, PLASTIC = range(3)  # coating
+AWAY, PRESSED, DETACHED = range(3)  # casing: DETACHED pulls off a damper that would pull it
+
+
+class Mass(NamedTuple):
+    """A mass on a spring and a damper."""
+
+    mass: float
+    damper: float
+    spring: float
+
+
+class Bar(NamedTuple):
+    """One bar of coating; without one, a wall of thickness 0."""
+
+    thickness: float = 0.0
+    young: float = 0.0
+    yield_stress: float = 0.0
+    hardening: float = 0.0
+    area: float = 0.0
+
+
+class Motion(NamedTuple):
+    """State at the times 0, dt, 2 dt, ..."""
+
+    place: np.ndarray  # u (n + 1,) [m]
+    velocity: np.ndarray  # (n + 1,) [m/s]
+    worn: np.ndarray  # w (n + 1,) [m]
+    highest: float  # largest u, between these times, too [m]
+    events: list  # times [s]
+
+
+class Reference:
+    """One mass, one wall."""
+
+    def __init__(self, mass, bar, gap, stiffness=0.0, damping=0.0):
+        """stiffness, damping: of the casing behind the bar."""
+        self.mass, self.bar, self.gap = mass, bar, gap
+        self.k, self.d = stiffness, damping
+        t, E, H = bar.thickness, bar.young, bar.hardening
+        self.k1 = E * bar.area / t if t else 0.0
+        self.k2 = self.k1 * H / (E + H) if t else 0.0
+        self.c0 = bar.area * E * bar.yield_stress / (E + H) if t else 0.0
+
+    def _flow(self, regime, w, dt):
+        """Matrix that takes (u, u̇, 1) a time dt further."""
+        coat, casing = regime
+        K = (0.0, self.k1, self.k2)[coat]
+        C = (0.0, self.k1 * w, -self.c0)[coat]
+        D = 0.0
+        if casing == PRESSED:
+            K, D, C = K + self.k, self.d, C + self.k * self.bar.thickness
+        m, c, s = self.mass
+        A = np.zeros((3, 3))
+        A[0, 1] = 1.0
+        A[1] = np.array([-(s + K), -(c + D), K * self.gap + C]) / m
+        return expm(A * dt)
+
+    def _guards(self, regime, y, w):
+        """What is positive as long as a regime holds, and the regime that follows each."""
+        (coat, casing), p, v = regime, y[0] - self.gap, y[1]
+        t = self.bar.thickness
+        if self.k1 and coat == UNTOUCHED:
+            yield w - p, (ELASTIC, casing)
+        elif coat == ELASTIC:
+            yield p - w, (UNTOUCHED, casing)
+            yield self.k2 * p + self.c0 - self.k1 * (p - w), (PLASTIC, casing)
+        elif coat == PLASTIC and w < t:
+            yield v, (ELASTIC, casing)
+        elif coat == PLASTIC:  # worn through: both lines stand still
+            yield self.k1 * (p - t) - self.k2 * p - self.c0, (ELASTIC, casing)
+        push = self.k * (p - t) + self.d * v
+        if self.k and casing == AWAY:
+            yield t - p, (coat, PRESSED)
+        elif casing == PRESSED:
+            yield push, (coat, DETACHED if self.d else AWAY)
+        elif casing == DETACHED:
+            yield -push, (coat, PRESSED)
+            yield p - t, (coat, AWAY)
+
+    def _worn(self, y, w, regime):
+        """Worn depth at a state: on the plastic line, where the elastic one meets it."""
+        if regime[0] != PLASTIC:
+            return w
+        p = y[0] - self.gap
+        return max(w, min(p - (self.k2 * p + self.c0) / self.k1, self.bar.thickness))
+
+    def run(self, velocity, dt, n_steps):
+        """Motion from u = 0 with a velocity; two events must be further apart than dt."""
+        y, w, regime = np.array([0.0, velocity, 1.0]), 0.0, (UNTOUCHED, AWAY)
+        out, worn, events, highest = [y], [w], [], 0.0
+        whole = self._flow(regime, w, dt)
+        for n in range(n_steps):
+            t, end = n * dt, (n + 1) * dt
+            while t < end:
+                matrix = whole if t == n * dt else self._flow(regime, w, end - t)
+                new = matrix @ y
+                turned = y[1] > 0.0 >= new[1]
+                broken = [
+                    after
+                    for (value, after), (before, _) in zip(
+                        self._guards(regime, new, w), self._guards(regime, y, w), strict=True
+                    )
+                    if value < 0.0 and (before > 0.0 or value < before)
+                ]
+                s, after = end - t, None
+                for follower in broken:
+                    at = self._root(regime, y, w, end - t, follower)
+                    if at < s or after is None:
+                        s, after = at, follower
+                if turned:
+                    rest, there = self._rest(regime, y, w, end - t)
+                    highest = max(highest, there) if rest <= s else highest
+                if after is None:
+                    y, t = new, end
+                    w = self._worn(y, w, regime)
+                    continue
+                y, t = self._flow(regime, w, s) @ y, t + s
+                w = self._worn(y, w, regime)
+                regime = after
+                events.append(t)
+                whole = self._flow(regime, w, dt)
+            out.append(y)
+            worn.append(w)
+        out = np.array(out)
+        return Motion(out[:, 0], out[:, 1], np.array(worn), highest, events)
+
+    def _rest(self, regime, y, w, left):
+        """Time at which the mass turns round, and its place then."""
+        rest = brentq(lambda s: (self._flow(regime, w, s) @ y)[1], 0.0, left, xtol=1e-18)
+        return rest, (self._flow(regime, w, rest) @ y)[0]
+
+    def _root(self, regime, y, w, left, follower):
+        """Time at which the guard of a following regime turns negative."""
+
+        def value(s):
+            there = self._flow(regime, w, s) @ y
+            return next(g for g, after in self._guards(regime, there, w) if after == follower)
+
+        if value(0.0) <= 0.0:
+            return 0.0
+        return brentq(value, 0.0, left, xtol=1e-18, rtol=8.9e-16)

@@ -1,0 +1,88 @@
+"""A small bladed disk of solid elements for tests: trilinear hexahedra, integrated here."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from evidence.blisk.mesh import CORNERS, Shape, sector, whole_disk
+
+YOUNG, POISSON, DENSITY = 113.8e9, 0.33, 4430.0  # titanium
+SMALL = Shape(
+    n_sectors=5, radial=1, around=4, axial=1, span=3, through=2, thickness=14.0, width=30.0
+)
+_SIGN = 2.0 * np.array(CORNERS) - 1.0
+
+
+def matrices(nodes, elements):
+    """K and M of trilinear hexahedra; nodes (n, 3) [m]. Returns two (3n, 3n) sparse arrays."""
+    a = YOUNG / (1 + POISSON) / (1 - 2 * POISSON)
+    D = np.zeros((6, 6))
+    D[:3, :3] = a * POISSON
+    D[range(6), range(6)] = a * np.array([1 - POISSON] * 3 + [0.5 - POISSON] * 3)
+    K, M = (np.zeros((len(elements), 24, 24)) for _ in "KM")
+    for point in _SIGN / np.sqrt(3):
+        factors = 1 + _SIGN * point  # (8, 3)
+        shape = factors.prod(axis=1) / 8
+        others = np.stack([factors[:, [1, 2]], factors[:, [0, 2]], factors[:, [0, 1]]], axis=1)
+        slope = _SIGN * others.prod(axis=2) / 8  # (8, 3)
+        J = np.einsum("ai,eaj->eij", slope, nodes[elements])
+        size = np.linalg.det(J)
+        assert (size > 0).all()
+        g = np.einsum("eij,aj->eai", np.linalg.inv(J), slope)
+        B = np.zeros((len(elements), 6, 8, 3))
+        for i in range(3):
+            B[:, i, :, i] = g[:, :, i]
+        for row, (i, j) in zip((3, 4, 5), ((0, 1), (1, 2), (0, 2)), strict=True):
+            B[:, row, :, i], B[:, row, :, j] = g[:, :, j], g[:, :, i]
+        B = B.reshape(len(elements), 6, 24)
+        K += size[:, None, None] * (B.transpose(0, 2, 1) @ D @ B)
+        N = np.kron(shape, np.eye(3))
+        M += DENSITY * size[:, None, None] * (N.T @ N)
+    rows = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
+    i, j = (np.broadcast_to(x, K.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
+    n = 3 * len(nodes)
+    return tuple(sp.coo_array((A.ravel(), (i, j)), shape=(n, n)).tocsr() for A in (K, M))
+
+
+def leaning(mesh, lean):
+    """The mesh with nodes turned about z the further the larger their radius, up to lean [rad]."""
+    x, y, z = mesh.nodes.T
+    r = np.hypot(x, y)
+    angle = np.arctan2(y, x) + lean * (r / r.max()) ** 2
+    return mesh._replace(nodes=np.column_stack([r * np.cos(angle), r * np.sin(angle), z]))
+
+
+def sector_arrays(shape=SMALL, lean=0.0):
+    """Arrays of a model file of one sector."""
+    return _arrays(leaning(sector(shape), lean), "sector") | {
+        "n_sectors": np.array(shape.n_sectors),
+        "low": sector(shape).sets["low"],
+        "high": sector(shape).sets["high"],
+    }
+
+
+def disk_arrays(shape=SMALL, lean=0.0):
+    """Arrays of a model file of the whole disk."""
+    mesh = leaning(whole_disk(sector(shape), shape.n_sectors), lean)
+    blade = np.repeat(np.arange(shape.n_sectors), len(mesh.sets["tip"]) // shape.n_sectors)
+    return _arrays(mesh, "disk") | {"contact_blade": blade}
+
+
+def _arrays(mesh, kind):
+    nodes = mesh.nodes / 1e3
+    K, M = matrices(nodes, mesh.elements)
+    K_blade, _ = matrices(nodes, mesh.elements[mesh.blade_elements])
+    node, direction = np.divmod(np.arange(3 * len(nodes)), 3)
+    arrays = {
+        "hpcrub_model": np.array(1),
+        "kind": np.array(kind),
+        "nodes": nodes,
+        "dof": np.column_stack([node, direction + 1]),
+        "fixed": (3 * mesh.sets["bore"][:, None] + np.arange(3)).ravel(),
+        "contact_node": mesh.sets["tip"],
+    }
+    for name, matrix in (("K", K), ("M", M), ("K_blade", K_blade)):
+        arrays |= {f"{name}/{part}": getattr(matrix, part) for part in PARTS}
+    return arrays
+
+
+PARTS = "data", "indices", "indptr"

@@ -1,0 +1,32 @@
+"""Contact laws: which forces the casing exerts on the tips. One law, one module, one class.
+
+A law is a NamedTuple of arrays, its state in a `bank.Bank`. Its type chooses the code when the
+kernel is compiled, so that no scene compiles or pays for another law. `rigid.Rigid` is the law of
+planar disks, `solid.Solid` that of disks that move in three dimensions; `elastic.Elastic` and
+`abradable.Abradable` are those of planar disks before a casing that gives or wears. Another one
+needs:
+
+``per_lane()``
+    Static method: names of its arrays whose last axis are the lanes. They are zero in an idle lane,
+    which must then get no force.
+``allocate(modes, scene, grid, width)``
+    Class method: its state for idle lanes.
+``loads(modes, scene)``
+    Class method: modal forces of unit multipliers (K, F), columns in the order of
+    ``State.multiplier``, without its last row.
+``fill(bank, lane, modes, scene)``
+    Give a lane what depends on its speed and step; its arrays are zero before.
+``forces_on_points(multiplier, scene)``
+    Normal, tangential and axial forces of recorded multipliers (R, F, L).
+``steps_touched(lane)``
+    Steps in which every blade carried a force, (0,) if the law does not count them.
+``predict(lanes, bank, step, n_active)``
+    Static method, compiled: corrector of the step before, predictor and penetrations of this one;
+    returns the deepest penetration. `passes.predict_all` serves most laws.
+``forces(lanes, bank, step, deepest)``
+    Static method, compiled: multipliers of a step in which something penetrates. It lists the rows
+    of ``State.multiplier`` that the corrector has to apply in ``State.active``, followed by
+    `lanes.TILE` times the number of the last row, which is always zero; returns how many they are.
+
+A law may stand anywhere, in a notebook for example: `response.sweep.Scene.law` takes the class.
+"""

@@ -1,0 +1,239 @@
+"""The multipliers of blades with several contact points: the problem of a group is solved exactly.
+
+The contact points of one blade are coupled so stiffly that Gauss–Seidel from point to point takes
+up to hundreds of sweeps at small steps. So blades form groups of at most `solid.GROUP` points,
+whose problem `groups` solves exactly, from the points that carried a force in the step before.
+Sweeps go from group to group where there are several. What does not converge goes to Lemke's
+method.
+
+Only blades that penetrate are looked at, or nearly do. The forces found bound what they can push
+others in, and blades that this bound reaches join. A lane is never changed by what the other lanes
+need.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from hpcrub.contact.arrays import SWEEPS, UNSOLVED, Scheme, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    any_lane,
+    below,
+    fma,
+    larger,
+    load,
+    positive_part,
+    select,
+    splat,
+    store,
+)
+from hpcrub.contact.laws.friction import turn, turn_penetrating
+from hpcrub.contact.laws.groups import solve_group
+from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
+from hpcrub.contact.lcp.pivoting import solve_by_pivoting
+
+MOST_SWEEPS = 100  # from group to group; three or so are usual
+NEAR = 0.5  # distance at which blades are looked at from the begin, of the deepest penetration
+
+
+@compiled(inner=True)
+def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> int:
+    """List the points of blades that penetrate more than a threshold in any lane (state.active).
+
+    Parameters
+    ----------
+    lanes, law
+        As in `integrate.integrate`; ``groups`` and ``deepest`` are modified.
+    state : State
+        Modified.
+    threshold : ndarray (L,)
+        Negative for blades that are near [m].
+
+    Returns
+    -------
+    int
+        Groups with points in the list; ``law.groups`` says where each begins.
+    """
+    n_groups = n_active = 0
+    law.groups[0] = 0
+    for group in range(len(law.starts) - 1):
+        first = law.starts[group]
+        while first < law.starts[group + 1]:
+            blade, end = law.blade[law.points[first]], first
+            deepest = splat(lanes, -np.inf)
+            while end < len(law.points) and law.blade[law.points[end]] == blade:
+                deepest = larger(load(lanes, state.penetration, law.points[end]), deepest)
+                end += 1
+            store(law.deepest, blade, deepest)
+            if any_lane(below(threshold, deepest)):
+                for place in range(first, end):
+                    state.active[n_active] = law.points[place]
+                    n_active += 1
+            first = end
+        if n_active > law.groups[n_groups]:
+            n_groups += 1
+            law.groups[n_groups] = n_active
+    return n_groups
+
+
+@compiled(inner=True)
+def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
+    """Points that carry a force, from those of the step before (state, law are modified).
+
+    A point that penetrates does, unless others have held it out in the step before.
+
+    Parameters
+    ----------
+    deepest : ndarray (L,)
+        Deepest penetration of the step [m]; lanes without contact keep their guess.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    contact = below(zero, deepest)
+    for i in law.points:
+        before = load(lanes, law.touching, i)
+        penetrates = below(zero, load(lanes, state.penetration, i))
+        new = select(penetrates, select(below(before, zero), zero, one), zero)
+        store(law.touching, i, select(contact, new, before))
+        store(state.multiplier, i, zero)
+
+
+@compiled(inner=True)
+def solve_blades(
+    lanes: tuple,
+    scheme: Scheme,
+    state: State,
+    law: Any,
+    deepest: np.ndarray,
+) -> int:
+    """Multipliers of all points that may carry a force (state, law are modified).
+
+    Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
+
+    Returns
+    -------
+    int
+        Entries of `State.active` that count.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
+    threshold = zero - positive_part(deepest) * splat(lanes, NEAR)
+    n_groups = list_near(lanes, state, law, threshold)
+    guess(lanes, state, law, deepest)
+    turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
+    changing, trials, stuck = below(zero, deepest), zero, zero
+    for _ in range(MOST_SWEEPS):
+        change, most, stuck = zero, zero, zero
+        for g in range(n_groups):
+            left_by_others(lanes, state, law, n_groups, g)
+            tried, unfinished = solve_group(
+                lanes, scheme, state, law, n_groups, g, threshold, limit, changing
+            )
+            most, stuck = larger(tried, most), larger(unfinished, stuck)
+            for a in range(law.groups[g], law.groups[g + 1]):
+                moved = load(lanes, state.multiplier, state.active[a])
+                moved = moved - load(lanes, law.wrong, a - law.groups[g])
+                change = larger(larger(moved, zero - moved), change)
+        trials = trials + select(below(limit, change), most, zero)
+        unsettled = select(below(limit, select(changing, change, zero)), one, zero)
+        if n_groups == 1:
+            unsettled = zero
+        felt = reach_of_forces(lanes, state, law, law.groups[n_groups])
+        if any_lane(below(felt, threshold)):
+            more = count_between(lanes, law, felt, threshold)
+            threshold = select(below(felt, threshold), felt, threshold)
+            if any_lane(below(zero, more)):
+                n_groups = list_near(lanes, state, law, threshold)
+                turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
+                unsettled = larger(more, unsettled)
+        changing = below(zero, unsettled)
+        if not any_lane(changing):
+            break
+    stuck = larger(stuck, select(changing, one, zero))
+    store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
+    if any_lane(below(zero, stuck)):
+        n_groups = list_near(lanes, state, law, splat(lanes, -np.inf))
+        turn_all(lanes, scheme, state, law, law.groups[n_groups])
+        store(law.right, 0, stuck)
+        solve_stuck(state, law, law.groups[n_groups])
+    return law.groups[n_groups]
+
+
+@compiled(inner=True)
+def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.ndarray:
+    """Minus the depth (L,) that the forces can push points of other blades in, a bound [m]."""
+    total = splat(lanes, 0.0)
+    for a in range(n_active):
+        if law.turned[a]:
+            i = state.active[a]
+            total = fma(load(lanes, state.multiplier, i), load(lanes, law.stiffness, i), total)
+    return splat(lanes, 0.0) - total * load(lanes, law.across, 0)
+
+
+@compiled(inner=True)
+def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
+    zero, one, count = splat(lanes, 0.0), splat(lanes, 1.0), splat(lanes, 0.0)
+    for blade in range(law.deepest.shape[0]):
+        depth = load(lanes, law.deepest, blade)
+        count = count + select(below(high, depth), zero, select(below(low, depth), one, zero))
+    return count
+
+
+@compiled(inner=True)
+def turn_all(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int) -> None:
+    """Columns of all listed points; as `turn_penetrating`."""
+    for a in range(n_active):
+        law.fresh[a] = a
+    turn(lanes, scheme, state, law, n_active, n_active)
+
+
+@compiled(inner=True)
+def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: int) -> None:
+    """Penetrations of a group that the forces on the other groups leave (state.depth, modified).
+
+    Parameters
+    ----------
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    """
+    n_rows = state.penetration.shape[0]
+    start, end = law.groups[group], law.groups[group + 1]
+    for a in range(start, end):
+        store(state.depth, a, load(lanes, state.penetration, state.active[a]))
+    for b in range(law.groups[n_groups]):
+        if law.turned[b] and not start <= b < end:
+            less = splat(lanes, 0.0) - load(lanes, state.multiplier, state.active[b])
+            for a in range(start, end):
+                effect = load(lanes, law.coupling, b * n_rows + a)
+                store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
+
+
+@compiled
+def solve_stuck(state: State, law: Any, n_active: int) -> None:
+    """Multipliers of the lanes marked in ``law.right`` by pivoting (state is modified).
+
+    Parameters
+    ----------
+    state, law
+        As in `integrate.integrate`.
+    n_active : int
+        Entries of `State.active`: all points, with their columns.
+    """
+    n_rows = state.penetration.shape[0]
+    rows = state.active[:n_active].copy()
+    M = np.empty((n_active, n_active))
+    x = np.zeros(n_active)
+    for lane in range(state.report.shape[1]):
+        if law.right[0, lane] == 0.0:
+            continue
+        for b in range(n_active):
+            for a in range(n_active):
+                M[a, b] = law.coupling[b * n_rows + a, lane]
+        x[:] = 0.0
+        if not solve_by_pivoting(M, state.penetration[:, lane][rows], x):
+            state.report[UNSOLVED, lane] = 1.0
+        for a, i in enumerate(rows):
+            state.multiplier[i, lane] = x[a]

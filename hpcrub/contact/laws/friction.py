@@ -1,0 +1,145 @@
+"""Friction that turns with the slip velocity, and the Delassus operator that goes with it.
+
+Friction opposes the slip velocity of a contact point, which has a part along the casing's
+circumference, RΩ + u̇_t, and an axial part u̇_a. Its direction (cos β, sin β) is that of the step
+before, so the multipliers of a step still solve a linear problem, whose operator changes with β:
+
+    W = N·gain·[N + μ (T cos β + A sin β)]ᵀ.
+
+Both are needed only of points that may carry a force: the column of a point is computed when the
+solver of `blades` asks for it.
+"""
+
+from typing import Any
+
+from hpcrub.contact.arrays import FLAW, Scheme, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    any_lane,
+    below,
+    fma,
+    indices,
+    inverse,
+    larger,
+    length,
+    load,
+    select,
+    splat,
+    store,
+    tile_add_at,
+    tile_scatter,
+    tile_splat,
+)
+from hpcrub.contact.passes import FEW, MANY, SOME
+from hpcrub.contact.status import JAMMING
+
+
+@compiled(inner=True)
+def turn_penetrating(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int) -> None:
+    """Columns of all listed points that penetrate or touch (law is modified)."""
+    zero, n = splat(lanes, 0.0), 0
+    for a in range(n_active):
+        i = state.active[a]
+        law.turned[a] = False
+        near = larger(load(lanes, state.penetration, i), load(lanes, law.touching, i))
+        if any_lane(below(zero, near)):
+            law.fresh[n] = a
+            n += 1
+    turn(lanes, scheme, state, law, n, n_active)
+
+
+@compiled(inner=True)
+def turn(
+    lanes: tuple,
+    scheme: Scheme,
+    state: State,
+    law: Any,
+    n_fresh: int,
+    n_active: int,
+) -> None:
+    """Directions and columns of the points in ``law.fresh`` (law is modified).
+
+    Parameters
+    ----------
+    n_fresh : int
+        Entries of ``law.fresh`` that count, places in `State.active`.
+    n_active : int
+        Entries of `State.active` that count: rows of a column.
+    """
+    for a in range(n_fresh, n_fresh + TILE):
+        law.fresh[a] = law.fresh[0]
+    for first in range(0, n_fresh, TILE):
+        if n_fresh - first <= len(FEW):
+            slip(lanes, FEW, scheme, state, law, first)
+        elif n_fresh - first <= len(SOME):
+            slip(lanes, SOME, scheme, state, law, first)
+        else:
+            slip(lanes, MANY, scheme, state, law, first)
+    for b in range(n_fresh):
+        fill_column(lanes, state, law, law.fresh[b], n_active)
+
+
+@compiled(inner=True)
+def slip(lanes: tuple, slots: tuple, scheme: Scheme, state: State, law: Any, first: int) -> None:
+    """Directions of slip of a few points in the step before (law is modified).
+
+    Parameters
+    ----------
+    slots : tuple
+        As many zeros as there are points.
+    first : int
+        Place of the first one in ``law.fresh``.
+    """
+    for a in range(len(slots)):
+        law.slipping[a] = state.active[law.fresh[first + a]]
+    points = indices(slots, law.slipping, 0)
+    way = tile_splat(slots, splat(lanes, 0.0))
+    for k in range(law.before.shape[0]):
+        way = tile_add_at(way, law.tangential, k, points, load(lanes, law.before, k))
+    tile_scatter(law.cosine, points, way)
+    way = tile_splat(slots, splat(lanes, 0.0))
+    for k in range(law.before.shape[0]):
+        way = tile_add_at(way, law.axial, k, points, load(lanes, law.before, k))
+    tile_scatter(law.sine, points, way)
+
+
+@compiled(inner=True)
+def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> None:
+    """Column of the Delassus operator of one point (state and law are modified).
+
+    Parameters
+    ----------
+    b : int
+        Place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.
+    n_active : int
+        Rows of the column.
+    """
+    n_rows = state.penetration.shape[0]
+    j = state.active[b]
+    along = splat(lanes, law.way[j]) + load(lanes, law.cosine, j)
+    across = load(lanes, law.sine, j)
+    unit = inverse(length(along, across))
+    along, across = along * unit, across * unit
+    store(law.cosine, j, along)
+    store(law.sine, j, across)
+    mu = splat(lanes, law.friction)
+    along, across = mu * along, mu * across
+    first = 3 * j * (n_rows - 1)
+    own = load(lanes, law.compliance, first + 3 * j)
+    own = fma(along, load(lanes, law.compliance, first + 3 * j + 1), own)
+    own = fma(across, load(lanes, law.compliance, first + 3 * j + 2), own)
+    # where the point penetrates: a force there would pull its blade further in
+    near = below(splat(lanes, 0.0), load(lanes, state.penetration, j))
+    jamming = below(select(near, own, splat(lanes, 1.0)), splat(lanes, 1e-300))
+    code = select(jamming, splat(lanes, float(JAMMING)), load(lanes, state.report, FLAW))
+    store(state.report, FLAW, code)
+    scale = inverse(own)
+    store(law.stiffness, j, scale)
+    for a in range(n_active):
+        at = first + 3 * state.active[a]
+        w = load(lanes, law.compliance, at)
+        w = fma(along, load(lanes, law.compliance, at + 1), w)
+        w = fma(across, load(lanes, law.compliance, at + 2), w)
+        store(law.coupling, b * n_rows + a, w * scale)
+    law.turned[b] = True

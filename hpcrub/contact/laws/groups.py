@@ -1,0 +1,258 @@
+"""The multipliers of one group of blades, whose problem is solved exactly.
+
+The set of points that carry a force is guessed, the linear equations of the set are solved, and
+points of the wrong sign change sides: principal pivoting (Júdice and Pires 1994), in all lanes at
+once.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from hpcrub.contact.arrays import Scheme, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    any_lane,
+    below,
+    fma,
+    inverse,
+    load,
+    positive_part,
+    select,
+    splat,
+    store,
+)
+from hpcrub.contact.laws.friction import turn
+
+MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
+ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign change sides
+
+
+@compiled(inner=True)
+def choose(
+    lanes: tuple,
+    scheme: Scheme,
+    state: State,
+    law: Any,
+    n_groups: int,
+    group: int,
+    solving: np.ndarray,
+) -> int:
+    """Points of a group that touch in the guess of any lane (law is modified).
+
+    Parameters
+    ----------
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    solving : ndarray (L,) bool
+        Lanes that count.
+
+    Returns
+    -------
+    int
+        Points whose places ``law.chosen`` holds, in order.
+    """
+    zero, n, n_fresh = splat(lanes, 0.0), 0, 0
+    for a in range(law.groups[group], law.groups[group + 1]):
+        touches = select(solving, load(lanes, law.touching, state.active[a]), zero)
+        if any_lane(below(zero, touches)):
+            law.chosen[n] = a
+            n += 1
+            if not law.turned[a]:
+                law.fresh[n_fresh] = a
+                n_fresh += 1
+    if n_fresh > 0:
+        turn(lanes, scheme, state, law, n_fresh, law.groups[n_groups])
+    return n
+
+
+@compiled(inner=True)
+def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
+    """Forces of the chosen points that leave no gap at those that touch (law.right, modified).
+
+    Parameters
+    ----------
+    n : int
+        Chosen points, the first of ``law.chosen``.
+
+    Notes
+    -----
+    Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
+    matrix, and its force 0.
+    """
+    n_rows, zero, one = state.penetration.shape[0], splat(lanes, 0.0), splat(lanes, 1.0)
+    for r in range(n):
+        a = law.chosen[r]
+        touches = positive_part(load(lanes, law.touching, state.active[a]))
+        store(law.right, r, touches * load(lanes, state.depth, a))
+        for c in range(n):
+            b = law.chosen[c]
+            both = touches * positive_part(load(lanes, law.touching, state.active[b]))
+            value = both * load(lanes, law.coupling, b * n_rows + a)
+            if r == c:
+                value = value + (one - touches)
+            store(law.factor, r * n + c, value)
+    for p in range(n):
+        scale = inverse(load(lanes, law.factor, p * n + p))
+        store(law.factor, p * n + p, scale)
+        known = load(lanes, law.right, p)
+        for r in range(p + 1, n):
+            less = zero - load(lanes, law.factor, r * n + p) * scale
+            store(law.right, r, fma(less, known, load(lanes, law.right, r)))
+            for c in range(p + 1, n):
+                at = r * n + c
+                pivot = load(lanes, law.factor, p * n + c)
+                store(law.factor, at, fma(less, pivot, load(lanes, law.factor, at)))
+    for back in range(n):
+        p = n - 1 - back
+        less = zero
+        for c in range(p + 1, n):
+            factor = load(lanes, law.factor, p * n + c)
+            less = fma(factor, load(lanes, law.right, c), less)
+        x = load(lanes, law.right, p) - less
+        store(law.right, p, x * load(lanes, law.factor, p * n + p))
+
+
+@compiled(inner=True)
+def find_wrong(
+    lanes: tuple,
+    state: State,
+    law: Any,
+    start: int,
+    end: int,
+    n: int,
+    threshold: np.ndarray,
+    limit: np.ndarray,
+    trying: np.ndarray,
+) -> np.ndarray:
+    """Mark the points whose force pulls, or that penetrate without one (law.wrong, modified).
+
+    Parameters
+    ----------
+    start, end : int
+        Places in `State.active` of the first point of the group and after the last.
+    n : int
+        Chosen points, the first of ``law.chosen``.
+    threshold : ndarray (L,)
+        Penetration from which on a blade counts in a lane [m].
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    trying : ndarray (L,) bool
+        Lanes whose set is not found yet; the others have no wrong points.
+
+    Returns
+    -------
+    ndarray (L,)
+        How many there are in each lane.
+    """
+    n_rows = state.penetration.shape[0]
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    count, own = zero, 0
+    for a in range(start, end):
+        i = state.active[a]
+        less, force = zero, zero
+        for r in range(n):
+            effect = load(lanes, law.coupling, law.chosen[r] * n_rows + a)
+            less = fma(effect, load(lanes, law.right, r), less)
+        depth = load(lanes, state.depth, a) - less
+        if own < n and law.chosen[own] == a:
+            force = load(lanes, law.right, own)
+            own += 1
+        near = below(threshold, load(lanes, law.deepest, law.blade[i]))
+        pulls = select(below(force, zero), one, zero)
+        penetrates = select(below(limit, depth), select(near, one, zero), zero)
+        touches = below(zero, load(lanes, law.touching, i))
+        wrong = select(trying, select(touches, pulls, penetrates), zero)
+        store(law.wrong, a - start, wrong)
+        count = count + wrong
+    return count
+
+
+@compiled(inner=True)
+def change_sides(
+    lanes: tuple, state: State, law: Any, start: int, end: int, all_at_once: bool
+) -> None:
+    """Let points of the wrong sign change sides (law.touching, modified).
+
+    Parameters
+    ----------
+    start, end : int
+        Places in `State.active` of the first point of the group and after the last.
+    all_at_once : bool
+        Whether all change sides, or only the last.
+    """
+    one, free = splat(lanes, 1.0), splat(lanes, 1.0)
+    for back in range(end - start):
+        a = end - 1 - back
+        i = state.active[a]
+        wrong = load(lanes, law.wrong, a - start)
+        if not all_at_once:
+            wrong, free = wrong * free, free * (one - wrong)
+        touches = load(lanes, law.touching, i)
+        store(law.touching, i, touches + wrong * (one - touches - touches))
+
+
+@compiled(inner=True)
+def solve_group(
+    lanes: tuple,
+    scheme: Scheme,
+    state: State,
+    law: Any,
+    n_groups: int,
+    group: int,
+    threshold: np.ndarray,
+    limit: np.ndarray,
+    solving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of one group (state.multiplier, law are modified).
+
+    Parameters
+    ----------
+    state : State
+        On entry ``depth`` holds what the other groups leave of the penetrations [m].
+    n_groups : int
+        Groups with listed points.
+    group : int
+        One of them.
+    threshold : ndarray (L,)
+        Penetration from which on a blade counts in a lane [m].
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    solving : ndarray (L,) bool
+        Lanes to solve; the others keep their multipliers.
+
+    Returns
+    -------
+    tried : ndarray (L,)
+        Sets that were tried.
+    unfinished : ndarray (L,)
+        1 for lanes in which none was right, else 0.
+
+    Notes
+    -----
+    On return ``law.wrong`` holds the multipliers from before.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    start, end = law.groups[group], law.groups[group + 1]
+    n, trying, tried = 0, solving, zero
+    for trial in range(MOST_TRIALS):
+        n = choose(lanes, scheme, state, law, n_groups, group, solving)
+        solve_set(lanes, state, law, n)
+        count = find_wrong(lanes, state, law, start, end, n, threshold, limit, trying)
+        tried = tried + select(trying, one, zero)
+        trying = below(zero, count)
+        if not any_lane(trying):
+            break
+        change_sides(lanes, state, law, start, end, trial < ALL_AT_ONCE)
+    own = 0
+    for a in range(start, end):
+        i = state.active[a]
+        old, force = load(lanes, state.multiplier, i), zero
+        if own < n and law.chosen[own] == a:
+            force = positive_part(load(lanes, law.right, own))
+            own += 1
+        store(law.wrong, a - start, old)
+        store(state.multiplier, i, select(solving, force, old))
+    return tried, select(trying, one, zero)

@@ -1,0 +1,215 @@
+"""The rigid casing of a disk that moves in three dimensions.
+
+Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
+(`blades`, `groups`), and there are many modes and points (`blocks`).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.arrays import FLAW, Bank, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    aligned_zeros,
+    any_lane,
+    below,
+    larger,
+    load,
+    select,
+    splat,
+    store,
+)
+from hpcrub.contact.laws.blades import solve_blades
+from hpcrub.contact.laws.blocks import predict_blocks
+from hpcrub.contact.lcp import pivoting
+from hpcrub.contact.status import NONE, UNPROVEN
+from hpcrub.contact.tables import by_columns, columns, delassus, spread
+from hpcrub.model.reduction import Modes
+
+GROUP = 48  # contact points of neighbouring blades whose forces are found at once
+
+
+@compiled(inner=True)
+def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
+    """Count this step for the blades that carry a force (law.touched, modified).
+
+    Parameters
+    ----------
+    n_active : int
+        Entries of `State.active` that count, blade by blade.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    force = zero
+    for a in range(n_active):
+        force = larger(force, load(lanes, state.multiplier, state.active[a]))
+        blade = law.blade[state.active[a]]
+        if a + 1 == n_active or law.blade[state.active[a + 1]] != blade:
+            touched = select(below(zero, force), one, zero)
+            touched = touched + load(lanes, law.touched, blade)
+            store(law.touched, blade, touched)
+            force = zero
+
+
+@compiled(inner=True)
+def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
+    """Normal, circumferential and axial forces of the multipliers (state, law are modified).
+
+    Returns
+    -------
+    int
+        Rows of ``state.multiplier`` that count, without those of no force in any lane.
+    """
+    n_points = state.penetration.shape[0] - 1
+    zero, mu, n = splat(lanes, 0.0), splat(lanes, law.friction), 0
+    for a in range(n_active):
+        i = state.active[a]
+        force = load(lanes, state.multiplier, i)
+        touches = load(lanes, law.touching, i)
+        held = select(below(zero, load(lanes, state.penetration, i)), splat(lanes, -1.0), zero)
+        store(law.touching, i, select(below(zero, touches), touches, held))
+        if any_lane(below(zero, force)):
+            force = force * load(lanes, law.stiffness, i)
+            store(state.multiplier, i, force)
+            friction = mu * force
+            store(state.multiplier, n_points + i, friction * load(lanes, law.cosine, i))
+            store(state.multiplier, 2 * n_points + i, friction * load(lanes, law.sine, i))
+            state.active[n] = i
+            n += 1
+    for a in range(n):
+        state.active[n + a] = n_points + state.active[a]
+        state.active[2 * n + a] = 2 * n_points + state.active[a]
+    for a in range(3 * n, 3 * n + TILE):
+        state.active[a] = 3 * n_points
+    return 3 * n
+
+
+class Solid(NamedTuple):
+    """N blades in G groups of at most P points, C points (padded), L lanes."""
+
+    coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
+    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
+    across: np.ndarray  # largest motion of a point by a unit force on another blade (1, L) [m/N]
+    points: np.ndarray  # contact points, blade by blade (n,) int
+    blade: np.ndarray  # of every contact point (n,) int
+    starts: np.ndarray  # place in ``points`` of the first one of every group of blades (G + 1,) int
+    way: np.ndarray  # of a point along the casing in a step, R 2π/n (C,) [m]
+    friction: float
+    tangential: np.ndarray  # T (K, C) [1/√kg]
+    axial: np.ndarray  # A (K, C) [1/√kg]
+    compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
+    before: np.ndarray  # increment d at the end of the step before (K, L) (modified)
+    cosine: np.ndarray  # cos β (C, L) (modified)
+    sine: np.ndarray  # sin β (C, L) (modified)
+    # (C, L): 1 where a point carried a force in its lane's last contact, -1 where others kept it
+    # from the casing, else 0 (modified)
+    touching: np.ndarray
+    groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
+    turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
+    deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
+    fresh: np.ndarray  # work space of `friction.turn`: (C + TILE,) int
+    slipping: np.ndarray  # (TILE,) int
+    chosen: np.ndarray  # work space of `groups.solve_group`: (P,) int
+    factor: np.ndarray  # (P·P, L)
+    right: np.ndarray  # (P, L)
+    wrong: np.ndarray  # (P, L)
+    touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+        """Corrector, predictor and penetrations; see ``laws``."""
+        return predict_blocks(lanes, bank, step, n_active)
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
+        """Contact forces of a step (bank is modified); see ``laws``."""
+        n_active = solve_blades(lanes, bank.scheme, bank.state, bank.law, deepest)
+        count_contacts(lanes, bank.state, bank.law, n_active)
+        return turned_forces(lanes, bank.state, bank.law, n_active)
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Arrays whose last axis are the lanes."""
+        return (
+            "coupling", "stiffness", "across", "compliance", "before", "cosine", "sine",
+            "touching", "deepest", "factor", "right", "wrong", "touched",
+        )  # fmt: skip
+
+    @classmethod
+    def allocate(cls, modes: Modes, scene: Any, grid: Any, width: int) -> "Solid":
+        """State of idle lanes; see ``laws``."""
+        interface, axial = scene.interface, columns(modes.axial)
+        n_modes, n_points = axial.shape
+        starts = group_starts(interface.points_per_blade)
+        most = int(np.diff(starts).max())
+        way = np.zeros(n_points)
+        way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
+        return cls(
+            coupling=aligned_zeros(((n_points + 1) ** 2, width)),
+            stiffness=aligned_zeros((n_points, width)),
+            across=aligned_zeros((1, width)),
+            points=np.argsort(interface.blade, kind="stable"),
+            blade=interface.blade,
+            starts=starts,
+            way=way,
+            friction=scene.friction,
+            tangential=by_columns(columns(modes.tangential)),
+            axial=by_columns(axial),
+            compliance=aligned_zeros((3 * n_points**2, width)),
+            before=aligned_zeros((n_modes, width)),
+            cosine=aligned_zeros((n_points, width)),
+            sine=aligned_zeros((n_points, width)),
+            touching=aligned_zeros((n_points, width)),
+            groups=np.zeros(len(starts), dtype=np.int64),
+            turned=np.zeros(n_points, dtype=np.bool_),
+            deepest=aligned_zeros((interface.n_blades, width)),
+            fresh=np.zeros(n_points + TILE, dtype=np.int64),
+            slipping=np.zeros(TILE, dtype=np.int64),
+            chosen=np.zeros(most, dtype=np.int64),
+            factor=aligned_zeros((most**2, width)),
+            right=aligned_zeros((most, width)),
+            wrong=aligned_zeros((most, width)),
+            touched=aligned_zeros((interface.n_blades, width)),
+        )
+
+    @classmethod
+    def loads(cls, modes: Modes, scene: Any) -> np.ndarray:
+        """Modal forces of unit multipliers (K, 3C): normal, along the casing, axial."""
+        return -np.hstack([columns(rows) for rows in (modes.normal, modes.tangential, modes.axial)])
+
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
+        """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
+        gain, friction = bank.scheme.gain[:, lane], scene.friction
+        forces = modes.normal, modes.tangential, modes.axial
+        W = np.stack([delassus(modes.normal.T, by.T, gain) for by in forces])
+        bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
+        if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches
+            return
+        table = self.compliance.reshape(-1, 3, self.compliance.shape[1])
+        spread(np.moveaxis(table, 1, 0), lane, np.swapaxes(W, 1, 2))
+        most = np.abs(W[0]) + friction * np.hypot(W[1], W[2])
+        self.across[0, lane] = (most * (self.blade[:, None] != self.blade)).max()
+
+    def forces_on_points(
+        self, multiplier: np.ndarray, scene: Any
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
+        n_points, n_padded = len(scene.interface.angle), len(self.stiffness)
+        normal, tangential, axial = (multiplier[:, k * n_padded :][:, :n_points] for k in range(3))
+        return normal, tangential, axial
+
+    def steps_touched(self, lane: int) -> np.ndarray:
+        """Steps in which every blade carried a force since its lane was filled (N,)."""
+        return self.touched[:, lane].copy()
+
+
+def group_starts(points_per_blade: np.ndarray) -> np.ndarray:
+    """Starts (G + 1,) of groups of neighbouring blades, as few as hold at most GROUP points."""
+    starts, ends = [0], np.cumsum(points_per_blade)
+    for begin, end in zip(ends[:-1], ends[1:], strict=True):
+        if end - starts[-1] > GROUP:
+            starts.append(int(begin))
+    return np.array([*starts, int(ends[-1])])

@@ -1,0 +1,251 @@
+"""Projected Gauss–Seidel for the contact forces: λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0.
+
+A law that calls it has the arrays ``coupling``, ``stiffness`` and ``bound`` of `laws.rigid.Rigid`
+and its `respond`.
+
+Sweeps go in registers; what does not converge is solved by pivoting. A lane that has
+converged is frozen, sums run in the order of the contact points, and points that are active in
+another lane only add exact zeros: no lane sees another.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    any_lane,
+    below,
+    fma,
+    indices,
+    larger,
+    load,
+    positive_part,
+    select,
+    splat,
+    store,
+    tile_gather,
+    tile_relax,
+    tile_scatter,
+    tile_splat,
+)
+from hpcrub.contact.lcp.pivoting import solve_by_pivoting
+from hpcrub.contact.passes import FEW, MANY, SOME
+
+MAX_SWEEPS = 200  # before pivoting; five or so are usual
+# What has once changed by so many tolerances has not converged, however it looks: numbers that
+# overflow end as NaN, which changes no more.
+RUNAWAY = 1e112
+TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
+
+
+@compiled(inline=True, inner=True)
+def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
+    """List the points that may carry a force in any lane (state.active, modified).
+
+    Returns
+    -------
+    int
+        Points in the list.
+
+    Notes
+    -----
+    Others can gain a point in by at most ``bound`` times the deepest penetration: with ρ < 1 the
+    largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so the
+    bound is ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
+    changes no bit.
+    """
+    last = state.penetration.shape[0] - 1
+    threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, law.bound, 0)
+    n = 0
+    for i in range(last):
+        if any_lane(below(threshold, load(lanes, state.penetration, i))):
+            state.active[n] = i
+            n += 1
+    for i in range(n, n + TILE):
+        state.active[i] = last
+    return n
+
+
+@compiled(inline=True, inner=True)
+def unsettled(
+    lanes: tuple, limit: np.ndarray, change: np.ndarray, largest: np.ndarray
+) -> np.ndarray:
+    """Lanes (L,) that did not converge, by the change of the last sweep and the largest [m]."""
+    # the tolerance of a denormal penetration is 0
+    far = larger(splat(lanes, RUNAWAY) * limit, splat(lanes, RUNAWAY * TOLERANCE))
+    ran_away = below(far, largest)
+    return below(limit, select(ran_away, largest, change))
+
+
+@compiled(inline=True, inner=True)
+def solve_few(
+    lanes: tuple,
+    slots: tuple,
+    law: Any,
+    state: State,
+    limit: np.ndarray,
+    changing: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of a few active points, all in registers; see `solve`.
+
+    Parameters
+    ----------
+    slots : tuple
+        As many zeros as there is room for points, no fewer than are active.
+    limit : ndarray (L,)
+        Tolerance of a multiplier or penetration [m].
+    changing : ndarray (L,) bool
+        Lanes in which anything penetrates.
+
+    Returns
+    -------
+    unsettled : ndarray (L,) bool
+        Lanes that did not converge.
+    sweeps : ndarray (L,)
+        Sweeps that each lane took.
+    """
+    sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
+    rows = indices(slots, state.active, 0)
+    depth = tile_gather(lanes, state.penetration, rows)
+    x = tile_splat(slots, splat(lanes, 0.0))
+    n_rows = state.penetration.shape[0]
+    for _ in range(MAX_SWEEPS):
+        depth, x, change = tile_relax(law.coupling, n_rows, rows, depth, x, changing)
+        sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
+        changing, largest = below(limit, change), larger(change, largest)
+        if not any_lane(changing):
+            break
+    tile_scatter(state.multiplier, rows, x)
+    return unsettled(lanes, limit, change, largest), sweeps
+
+
+@compiled(inner=True)
+def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndarray) -> np.ndarray:
+    """One sweep over the active points (state is modified).
+
+    Parameters
+    ----------
+    changing : ndarray (L,) bool
+        Lanes to relax; the others stay as they are.
+
+    Returns
+    -------
+    ndarray (L,)
+        Largest change of any x [m].
+    """
+    n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
+    change = zero
+    for a in range(n_active):
+        j = state.active[a]
+        old = load(lanes, state.multiplier, j)
+        new = law.respond(lanes, law, j, load(lanes, state.depth, j))
+        new = select(changing, new, old)
+        less = old - new
+        moved = larger(new - old, less)
+        if not any_lane(below(zero, moved)):
+            continue
+        change = larger(moved, change)
+        store(state.multiplier, j, new)
+        for b in range(n_active):
+            i = state.active[b]
+            if i != j:
+                effect = load(lanes, law.coupling, i * n_rows + j)
+                store(state.depth, i, fma(effect, less, load(lanes, state.depth, i)))
+    return change
+
+
+@compiled(inner=True)
+def solve_many(
+    lanes: tuple,
+    law: Any,
+    state: State,
+    n_active: int,
+    limit: np.ndarray,
+    changing: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Depths x of any number of active points; of a rigid casing bit for bit as `solve_few`.
+
+    ``law.respond`` says which depth the force of a point undoes, of that which the others leave.
+    On return ``state.depth`` holds these.
+
+    Parameters and returns as of `solve_few`.
+    """
+    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    sweeps, change, largest = zero, zero, zero
+    for a in range(n_active):
+        i = state.active[a]
+        store(state.depth, i, load(lanes, state.penetration, i))
+        store(state.multiplier, i, zero)
+    for _ in range(MAX_SWEEPS):
+        change = relax(lanes, law, state, n_active, changing)
+        sweeps = select(changing, sweeps + one, sweeps)
+        changing, largest = below(limit, change), larger(change, largest)
+        if not any_lane(changing):
+            break
+    return unsettled(lanes, limit, change, largest), sweeps
+
+
+@compiled
+def solve_stuck(law: Any, state: State, n_active: int) -> None:
+    """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
+
+    Only points within the lane's own bound take part: others' would change its rounding.
+    """
+    n_rows = state.penetration.shape[0]
+    for lane in range(state.report.shape[1]):
+        if state.report[STUCK, lane] == 0.0:
+            continue
+        deepest = state.penetration[0, lane]
+        for depth in state.penetration[:, lane]:
+            if depth > deepest or depth != depth:  # a number that is none stays
+                deepest = depth
+        nearest = -law.bound[0, lane] * deepest
+        rows, n = np.empty(n_active, np.int64), 0
+        for i in state.active[:n_active]:
+            state.multiplier[i, lane] = 0.0
+            if state.penetration[i, lane] > nearest:
+                rows[n] = i
+                n += 1
+        M, p, x = np.empty((n, n)), np.empty(n), np.empty(n)
+        for a in range(n):
+            p[a] = state.penetration[rows[a], lane]
+            for b in range(n):
+                M[a, b] = law.coupling[rows[a] * n_rows + rows[b], lane]
+            M[a, a] += 1.0
+        if not solve_by_pivoting(M, p, x):
+            state.report[UNSOLVED, lane] = 1.0
+        for a in range(n):
+            state.multiplier[rows[a], lane] = x[a]
+
+
+@compiled(inline=True, inner=True)
+def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: int) -> None:
+    """Contact forces of the active points by projected Gauss–Seidel (state is modified).
+
+    Notes
+    -----
+    Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged is
+    frozen, so that its result does not depend on how long the others take; one that has not after
+    MAX_SWEEPS is solved by pivoting.
+    """
+    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
+    changing = below(splat(lanes, 0.0), deepest)
+    if n_active <= len(FEW):
+        stuck, sweeps = solve_few(lanes, FEW, law, state, limit, changing)
+    elif n_active <= len(SOME):
+        stuck, sweeps = solve_few(lanes, SOME, law, state, limit, changing)
+    elif n_active <= len(MANY):
+        stuck, sweeps = solve_few(lanes, MANY, law, state, limit, changing)
+    else:
+        stuck, sweeps = solve_many(lanes, law, state, n_active, limit, changing)
+    store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
+    if any_lane(stuck):
+        store(state.report, STUCK, select(stuck, splat(lanes, 1.0), splat(lanes, 0.0)))
+        solve_stuck(law, state, n_active)
+    for a in range(n_active):
+        i = state.active[a]
+        force = load(lanes, state.multiplier, i) * load(lanes, law.stiffness, i)
+        store(state.multiplier, i, force)

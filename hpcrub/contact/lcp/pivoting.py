@@ -1,0 +1,233 @@
+"""The linear complementarity problem of the contact forces: λ ≥ 0, w = Wλ − p ≥ 0, λ·w = 0.
+
+It has exactly one solution for every p if and only if W is a P-matrix: all its principal minors
+are positive. Without friction W is positive definite. Friction on a leaned blade takes from the
+diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (jamming), and before
+that other minors may have changed sign.
+Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters 3 and 4.
+"""
+
+import numpy as np
+
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.status import JAMMING, NONE, NOT_FINITE, NOT_UNIQUE, UNPROVEN
+
+MOST_MINORS = 14  # points up to which all principal minors are looked at: 2^14 of them
+PIVOTS = 20  # allowed to `pivot` per row; one or two are usual
+SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest penetration
+
+
+def flaw(W: np.ndarray) -> int:
+    """What keeps the contact forces from being unique.
+
+    Parameters
+    ----------
+    W : ndarray (n, n)
+        Delassus operator [m/N].
+
+    Returns
+    -------
+    int
+        Code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many points to
+        decide, NOT_FINITE.
+    """
+    if not np.isfinite(W).all():
+        return NOT_FINITE
+    diagonal = np.diag(W)
+    if not (diagonal > 0.0).all():
+        return JAMMING
+    coupling = np.abs(W / diagonal)
+    np.fill_diagonal(coupling, 0.0)
+    if coupling.sum(axis=1).max() < 1.0:
+        return NONE  # diagonally dominant
+    if np.linalg.eigvalsh(W + W.T)[0] > 0.0:
+        return NONE  # positive definite
+    if len(W) > MOST_MINORS:
+        return UNPROVEN
+    return NONE if is_p_matrix(W) else NOT_UNIQUE
+
+
+def is_p_matrix(W: np.ndarray) -> bool:
+    """Whether all principal minors are positive.
+
+    Parameters
+    ----------
+    W : ndarray (n, n)
+        Any square matrix, as the Delassus operator [m/N].
+
+    Returns
+    -------
+    bool
+        Whether W is a P-matrix.
+
+    Notes
+    -----
+    By the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and both
+    W without row and column 0, and its Schur complement with respect to W_00, are P-matrices.
+    """
+    stack = np.asarray(W, dtype=float)[None]
+    while stack.shape[-1] > 0:
+        pivot = stack[:, 0, 0]
+        if not (pivot > 0.0).all():
+            return False
+        rest = stack[:, 1:, 1:]
+        schur = rest - stack[:, 1:, :1] * stack[:, :1, 1:] / pivot[:, None, None]
+        stack = np.concatenate([rest, schur])
+    return True
+
+
+@compiled
+def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
+    """Bring a column into the basis in place of that of a row (tableau, basis modified).
+
+    Parameters
+    ----------
+    tableau : ndarray (n, 2n + 2)
+        Columns of w, x, the artificial variable and the right-hand side.
+    basis : ndarray (n,) int
+        Column that is basic in each row.
+    row : int
+        Row whose variable leaves the basis.
+    column : int
+        Column that enters the basis.
+    """
+    n, scale = tableau.shape[1], tableau[row, column]
+    for k in range(n):
+        tableau[row, k] /= scale
+    for i in range(len(basis)):
+        factor = tableau[i, column]
+        if i != row:
+            for k in range(n):
+                tableau[i, k] -= factor * tableau[row, k]
+    basis[row] = column
+
+
+@compiled
+def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
+    """Row of the smallest ratio, the artificial variable first.
+
+    Parameters
+    ----------
+    tableau : ndarray (n, 2n + 2)
+        Columns of w, x, the artificial variable and the right-hand side.
+    basis : ndarray (n,) int
+        Column that is basic in each row.
+    column : int
+        Column that enters the basis.
+
+    Returns
+    -------
+    int
+        Row; −1 for an unbounded ray.
+
+    Notes
+    -----
+    Equal ratios, as of equal penetrations, are compared as if the right-hand sides were different
+    by ever smaller amounts (lexicographically): else the method runs in circles.
+    """
+    n = len(basis)
+    best, row, largest = np.inf, -1, 0.0
+    for i in range(n):
+        size = abs(tableau[i, column])
+        if size > largest or size != size:  # a number that is none stays
+            largest = size
+    smallest = 1e-11 * largest
+    for i in range(n):
+        if tableau[i, column] > smallest:
+            ratio = tableau[i, 2 * n + 1] / tableau[i, column]
+            if ratio < best or (ratio == best and comes_first(tableau, basis, column, i, row)):
+                best, row = ratio, i
+    return row
+
+
+@compiled
+def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: int) -> bool:
+    """Whether row i goes before row j of the same ratio; the rest as in `leaving_row`."""
+    n = len(basis)
+    if basis[i] == 2 * n or basis[j] == 2 * n:
+        return basis[i] == 2 * n
+    for k in range(n):
+        own, other = tableau[i, k] / tableau[i, column], tableau[j, k] / tableau[j, column]
+        if own != other:
+            return own < other
+    return False
+
+
+@compiled
+def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) -> int:
+    """Row of the largest penetration, the last of equal ones (tableau, basis are modified).
+
+    Parameters
+    ----------
+    tableau : ndarray (n, 2n + 2)
+        Set to the columns of w, x, the artificial variable and the right-hand side.
+    basis : ndarray (n,) int
+        Set to those of w.
+    M, p : ndarray
+        As in `solve_by_pivoting`.
+    """
+    n, row = len(p), 0
+    for i in range(n):
+        basis[i] = i
+        for j in range(n):
+            tableau[i, j] = 0.0
+            tableau[i, n + j] = -M[i, j]
+        tableau[i, i] = 1.0
+        tableau[i, 2 * n] = -1.0
+        tableau[i, 2 * n + 1] = -p[i]
+        row = i if p[i] >= p[row] else row
+    return row
+
+
+@compiled
+def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
+    """Solve x ≥ 0, w = Mx − p ≥ 0, x·w = 0 with some p > 0 by Lemke's method (x is modified).
+
+    Parameters
+    ----------
+    M : ndarray (n, n)
+        Delassus operator, its columns scaled at will.
+    p : ndarray (n,)
+        Penetrations [m].
+    x : ndarray (n,)
+        Result, in p over the unit of M; zero when none is found.
+
+    Returns
+    -------
+    bool
+        Whether it is solved. Lemke's method solves every problem with a P-matrix.
+
+    Notes
+    -----
+    Cottle, Pang, Stone (1992), chapter 4.
+    """
+    n = len(p)
+    if n == 0:  # penetrations that are not finite leave no point to look at
+        return False
+    tableau, basis = np.empty((n, 2 * n + 2)), np.empty(n, np.int64)
+    row, column = begin(tableau, basis, M, p), 2 * n
+    for _ in range(PIVOTS * n):
+        left = basis[row]
+        pivot(tableau, basis, row, column)
+        if left == 2 * n:
+            break
+        column = left + n if left < n else left - n
+        row = leaving_row(tableau, basis, column)
+        if row < 0:
+            break
+    worst = 0.0
+    for i in range(n):
+        x[i] = 0.0
+        worst = max(worst, SLACK * p[i])
+    for i in range(n):
+        if n <= basis[i] < 2 * n:
+            x[basis[i] - n] = max(tableau[i, 2 * n + 1], 0.0)
+    for i in range(n):
+        w = -p[i]
+        for j in range(n):
+            w += M[i, j] * x[j]
+        if not (w >= -worst and (x[i] <= 0.0 or w <= worst)):
+            for j in range(n):
+                x[j] = 0.0
+            return False
+    return True

@@ -1,0 +1,114 @@
+"""Observers: what is kept of the steps that `integrate.integrate` takes.
+
+An observer is a NamedTuple with a compiled static method
+``observe(lanes, bank, observer, block, step, n_active)``. It is called after the multipliers of
+every step are found and before they are applied, and returns how many active points are left to
+correct: 0 if it has applied the corrector itself, as it must to see displacements.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.arrays import Bank
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    TIPS,
+    aligned_zeros,
+    larger,
+    load,
+    splat,
+    store,
+    tile_add,
+    tile_splat,
+    tile_store,
+)
+from hpcrub.contact.passes import FEW, MANY, NONE, SOME, correct, settle
+
+
+@compiled(inner=True)
+def record_displacements(
+    lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
+    n_active: int,
+) -> None:  # fmt: skip
+    """Apply the corrector and record all observed displacements (bank and arrays are modified).
+
+    Parameters
+    ----------
+    history, peak : ndarray
+        As in `Record`.
+    row : int
+        Place of the record in the ring, in records.
+    block : int
+        Place of its block in the ring.
+    """
+    scheme, state = bank.scheme, bank.state
+    n_observed = scheme.observed.shape[1]
+    if n_active > len(MANY):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        seen = settle(lanes, NONE, scheme, state)
+    elif n_active <= len(FEW):
+        seen = settle(lanes, FEW, scheme, state)
+    elif n_active <= len(SOME):
+        seen = settle(lanes, SOME, scheme, state)
+    else:
+        seen = settle(lanes, MANY, scheme, state)
+    tile_store(history, row * n_observed, seen)
+    for first in range(TILE, n_observed, TILE):
+        seen = tile_splat(TIPS, splat(lanes, 0.0))
+        for k in range(state.position.shape[0]):
+            seen = tile_add(seen, scheme.observed, k, first, load(lanes, state.position, k))
+        tile_store(history, row * n_observed + first, seen)
+    for i in range(n_observed):
+        u = load(lanes, history, row * n_observed + i)
+        size = larger(u, splat(lanes, 0.0) - u)
+        at = block * n_observed + i
+        store(peak, at, larger(size, load(lanes, peak, at)))
+
+
+class Record(NamedTuple):
+    """Observed displacements u: a ring of B blocks of M records, and the peaks of all steps."""
+
+    history: np.ndarray  # of every ``stride``-th step (B·M·O, L) [m]
+    peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
+    begin: int  # place in the ring of the first block; negative to record nothing
+    stride: int  # steps from one record to the next
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def observe(
+        lanes: tuple, bank: Bank, record: "Record", block: int, step: int, n_active: int
+    ) -> int:
+        """Record a step; every ``stride``-th replaces those before it; see ``observers``."""
+        if record.begin < 0:
+            return n_active
+        n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
+        place = (record.begin + block) % (record.peak.shape[0] // n_observed)
+        if step == 0:
+            record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
+        row = place * (n_steps // record.stride) + step // record.stride
+        record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
+        return 0
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Arrays whose last axis are the lanes."""
+        return "history", "peak"
+
+    @classmethod
+    def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
+        """A ring of some blocks of a bank, to be filled from its first one on."""
+        n_records = len(bank.scheme.bump) // stride
+        n_observed = bank.scheme.observed.shape[1]
+        return cls(
+            history=aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
+            peak=aligned_zeros((n_blocks * n_observed, bank.width)),
+            begin=0,
+            stride=stride,
+        )
+
+
+NOTHING = Record(np.zeros((0, 1)), np.zeros((0, 1)), begin=-1, stride=1)

@@ -1,0 +1,183 @@
+"""Passes over the modes: corrector, predictor, penetrations and recorded displacements.
+
+With d = q_n − q_{n−1} all schemes are the same lines (``docs/theory.md`` derives them):
+
+    corrector   d ← d + gain·Gλ,  q ← q + gain·Gλ        forces of the step before
+    predictor   d ← decay·d − ω² gain·q,  q ← q + d      no contact force
+    gap         p = R q + s b − clearance                penetrations, positive inside
+
+decay and gain are numbers per mode and lane (`recurrence.coefficients`); R holds the normal
+displacement of every contact point per unit modal coordinate, G the modal forces of multipliers.
+The corrector of a step is applied on the way through the next predictor, so that each step reads
+and writes the modal state once.
+"""
+
+import numpy as np
+
+from hpcrub.contact.arrays import Bank, Scheme, State
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    TIPS,
+    indices,
+    larger,
+    load,
+    per_lane,
+    splat,
+    store,
+    tile_add,
+    tile_dot,
+    tile_gather,
+    tile_largest,
+    tile_splat,
+    tile_store,
+)
+
+# Points whose forces are found or applied in one pass: the fewer, the faster.
+NONE = ()
+FEW = (0,) * 4
+SOME = (0,) * 8
+MANY = (0,) * TILE
+
+
+@compiled(inline=True, inner=True)
+def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) -> tuple:
+    """Penetrations of TILE contact points of a disk that does not move, s b − clearance [m].
+
+    Parameters
+    ----------
+    first : int
+        First contact point.
+    """
+    depth = tile_splat(TIPS, splat(lanes, 0.0))
+    depth = tile_add(depth, scheme.clearance, 0, first, splat(lanes, -1.0))
+    return tile_add(depth, scheme.bump, step, first, load(lanes, state.ramp, 0))
+
+
+@compiled(inline=True, inner=True)
+def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int) -> np.ndarray:
+    """Corrector of the step before, predictor of this one (state is modified).
+
+    Parameters
+    ----------
+    contacts : tuple
+        As many zeros as there are first active points to correct.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest penetration of the first TILE contact points [m].
+    """
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    depth = open_gap(lanes, scheme, state, step, 0)
+    loaded = scheme.external.shape[0] > 0
+    for k in range(state.position.shape[0]):
+        gain = load(lanes, scheme.gain, k)
+        q = load(lanes, state.position, k)
+        d = load(lanes, state.increment, k)
+        if len(contacts) > 0:
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
+            q = q + kick
+            d = d + kick
+        d = load(lanes, scheme.decay, k) * d - (gain * per_lane(lanes, scheme.squared, k)) * q
+        if loaded:
+            d = d + splat(lanes, scheme.external[step, k]) * gain
+        q = q + d
+        store(state.increment, k, d)
+        store(state.position, k, q)
+        depth = tile_add(depth, scheme.normal, k, 0, q)
+    tile_store(state.penetration, 0, depth)
+    return tile_largest(depth)
+
+
+@compiled(inner=True)
+def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: int) -> np.ndarray:
+    """Penetrations of one more tile of contact points (state is modified).
+
+    Parameters
+    ----------
+    first : int
+        First contact point of the tile.
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest of these penetrations [m].
+    """
+    depth = open_gap(lanes, scheme, state, step, first)
+    for k in range(state.position.shape[0]):
+        depth = tile_add(depth, scheme.normal, k, first, load(lanes, state.position, k))
+    tile_store(state.penetration, first, depth)
+    return tile_largest(depth)
+
+
+@compiled(inline=True, inner=True)
+def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+    """The narrowest pass that holds the active points, then the other tiles (state is modified).
+
+    Returns
+    -------
+    ndarray (L,)
+        Deepest penetration of all contact points [m].
+    """
+    scheme, state = bank.scheme, bank.state
+    if n_active > len(MANY):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        deepest = predict(lanes, NONE, scheme, state, step)
+    elif n_active <= len(FEW):
+        deepest = predict(lanes, FEW, scheme, state, step)
+    elif n_active <= len(SOME):
+        deepest = predict(lanes, SOME, scheme, state, step)
+    else:
+        deepest = predict(lanes, MANY, scheme, state, step)
+    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
+        deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
+    return deepest
+
+
+@compiled(inner=True)
+def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+    """Corrector by itself, for any number of active points (state is modified)."""
+    if n_active == 0:
+        return
+    for k in range(state.position.shape[0]):
+        kick = splat(lanes, 0.0)
+        for first in range(0, n_active, TILE):
+            columns = indices(MANY, state.active, first)
+            forces = tile_gather(lanes, state.multiplier, columns)
+            kick = tile_dot(scheme.load, k, columns, forces, kick)
+        kick = kick * load(lanes, scheme.gain, k)
+        store(state.position, k, load(lanes, state.position, k) + kick)
+        store(state.increment, k, load(lanes, state.increment, k) + kick)
+
+
+@compiled(inline=True, inner=True)
+def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple:
+    """Corrector by itself, for a few active points (state is modified).
+
+    Parameters
+    ----------
+    contacts : tuple
+        As many zeros as there are first active points to correct.
+
+    Returns
+    -------
+    tuple of ndarray (L,)
+        First TILE observed displacements [m].
+    """
+    columns = indices(contacts, state.active, 0)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    seen = tile_splat(TIPS, splat(lanes, 0.0))
+    for k in range(state.position.shape[0]):
+        q = load(lanes, state.position, k)
+        if len(contacts) > 0:
+            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
+            kick = kick * load(lanes, scheme.gain, k)
+            q = q + kick
+            store(state.position, k, q)
+            store(state.increment, k, load(lanes, state.increment, k) + kick)
+        seen = tile_add(seen, scheme.observed, k, 0, q)
+    return seen

@@ -1,0 +1,62 @@
+"""Tables that a bank is filled with: padded columns, Delassus operators and their bounds."""
+
+import math
+
+import numpy as np
+
+from hpcrub.contact.lanes import TILE, aligned
+
+
+def columns(rows: np.ndarray) -> np.ndarray:
+    """Rows (n, K) as columns of a table, padded with zeros to whole tiles (K, n_padded)."""
+    return np.pad(rows.T, ((0, 0), (0, -len(rows) % TILE)))
+
+
+def by_columns(table: np.ndarray) -> np.ndarray:
+    """A copy whose columns lie in memory one after the other: of many, a few are read."""
+    return aligned(table.T).T
+
+
+def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """Displacement of every contact point per unit force on every other in one step.
+
+    Parameters
+    ----------
+    motion : ndarray (K, C)
+        Displacement of the points per unit modal coordinate [1/√kg].
+    load : ndarray (K, C)
+        Modal force of a unit force on each point [1/√kg].
+    gain : ndarray (K,)
+        Factor of a modal force in the scheme [s²].
+
+    Returns
+    -------
+    ndarray (C, C)
+        [m/N].
+    """
+    return (motion * gain[:, None]).T @ load
+
+
+def spread(table: np.ndarray, lane: int, values: np.ndarray) -> None:
+    """Write values (..., n, n) to the lane's padded rows of a table (..., C·C, L) (modified)."""
+    n_points = math.isqrt(table.shape[-2])
+    n = values.shape[-1]
+    rows = (np.arange(n)[:, None] * n_points + np.arange(n)[None, :]).ravel()
+    table[..., rows, lane] = values.reshape(*values.shape[:-2], n * n)
+
+
+def row_bound(coupling: np.ndarray) -> float:
+    """How far in others push a point at most, over the deepest penetration.
+
+    Parameters
+    ----------
+    coupling : ndarray (n, n)
+        W_ij/W_jj of zero diagonal [-].
+
+    Returns
+    -------
+    float
+        ρ/(1 − ρ), ρ the largest row sum of |coupling|; infinite from ρ = 1 on [-].
+    """
+    rho = np.abs(coupling).sum(axis=1).max()
+    return rho / (1.0 - rho) if rho < 1.0 else np.inf

@@ -1,0 +1,53 @@
+"""What gives way at the blade tips: a casing that is elastic, a coating on it that wears."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class ElasticCasing(NamedTuple):
+    """Spring and damper at every contact point: N = k p + d ṗ ≥ 0, p the penetration."""
+
+    stiffness: float  # k [N/m]
+    damping: float = 0.0  # d [N s/m]
+
+
+class Coating(NamedTuple):
+    """Abradable coating: bars of an elastic plastic material that carry pressure only.
+
+    The plastic strain of a bar is what has been worn away. Legrand, Batailly, Magnain, Cartraud,
+    Pierre (2012), section 2.3, and Batailly, Agrapart, Millecamps, Brunel (2016).
+    """
+
+    thickness: float  # t [m]
+    young: float  # E [Pa]
+    yield_stress: float  # σ_Y [Pa]
+    hardening: float  # H [Pa]
+    area: float  # of a blade's tip, shared by its contact points [m²]
+    width: float = 0.0  # of the coating, in the axial direction [m]
+
+    @property
+    def kept(self) -> float:
+        """Part of a penetration beyond yield that is worn away, E/(E + H) [-]."""
+        return self.young / (self.young + self.hardening)
+
+    @property
+    def depth_at_yield(self) -> float:
+        """Penetration at which the new coating begins to wear, σ_Y t/E [m]."""
+        return self.yield_stress * self.thickness / self.young
+
+    def energy(self, worn: np.ndarray) -> np.ndarray:
+        """Energy per area [J/m²] that has gone into worn depths of any shape [m]."""
+        return (self.yield_stress + self.hardening * worn / (2.0 * self.thickness)) * worn
+
+    def stiffnesses(self, area: float) -> tuple[float, float, float]:
+        """Of one bar: before yield and beyond it [N/m], and the force of this second line at p = 0.
+
+        Parameters
+        ----------
+        area : float
+            Cross section of the bar [m²].
+        """
+        before = self.young * area / self.thickness
+        start = before * self.depth_at_yield * self.kept
+        return before, before * self.hardening / (self.young + self.hardening), start

@@ -1,0 +1,122 @@
+"""Modes by whole families: as many of every number of nodal diameters, no double mode cut in two.
+
+The lowest modes of all would keep some diameters of a family and leave out others. The tuned disk
+would then be stiffer for some travelling waves than for others, which is a coupling of the blades
+that it does not have.
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg import LinAlgError, eigh
+
+CLOSE = 1e-6  # relative difference of eigenvalues that an eigensolver may mix
+
+
+def whole(n_modes: int, n_blades: int) -> int:
+    """Modes of as many whole families as hold ``n_modes``: the next multiple of the blades."""
+    return -(-n_modes // n_blades) * n_blades
+
+
+def choose(
+    values: np.ndarray, sectors: np.ndarray, n_families: int, are_all: bool = False
+) -> np.ndarray | None:
+    """Combinations of modes that are the lowest families.
+
+    Parameters
+    ----------
+    values : (K,)
+        Eigenvalues of the lowest modes, increasing.
+    sectors : (N, p, K)
+        Displacements of p like points of N sectors in these modes, in frames that turn with them.
+    n_families : int
+    are_all : bool
+        Whether no higher mode may be one of a group of nearly the same eigenvalue with the last.
+
+    Returns
+    -------
+    (K, n_families N)
+        Orthonormal columns by increasing eigenvalue; None where the modes are too few.
+    """
+    n, n_modes = len(sectors), len(values)
+    power = np.fft.fft(sectors, axis=0)
+    left = np.full(n // 2 + 1, 2 * n_families)
+    left[0] = n_families
+    if n % 2 == 0:
+        left[-1] = n_families
+    chosen = []
+    starts = np.flatnonzero(np.diff(values, prepend=-np.inf) > CLOSE * np.abs(values))
+    if not left.any():
+        return np.zeros((n_modes, 0))
+    for first, end in zip(starts, [*starts[1:], n_modes if are_all else 0], strict=True):
+        if not end:
+            break
+        mixed, diameters = _separated(power[:, :, first:end])
+        kept = []
+        for column, h in enumerate(diameters):
+            if left[h]:
+                left[h] -= 1
+                kept.append(column)
+        part = np.zeros((n_modes, len(kept)))
+        part[first:end] = np.eye(end - first) if len(kept) == end - first else mixed[:, kept]
+        chosen.append(part)
+        if not left.any():
+            return np.hstack(chosen)
+    return None
+
+
+def _separated(power):
+    """Orthogonal combinations (c, c) of c modes that have one number of diameters, and these (c,).
+
+    power: (N, p, c), Fourier coefficients over the sectors.
+    """
+    n = len(power)
+    parts = np.einsum("hpi,hpj->hij", power.conj(), power).real
+    h = np.minimum(np.arange(n), n - np.arange(n))
+    try:
+        _, mixed = eigh(np.tensordot(h, parts, axes=1), parts.sum(axis=0))
+    except LinAlgError:  # points that do not move
+        mixed = np.eye(power.shape[2])
+    mixed, _ = np.linalg.qr(mixed)
+    size = np.einsum("hij,ia,ja->ha", parts, mixed, mixed)
+    folded = np.zeros((n // 2 + 1, size.shape[1]))
+    np.add.at(folded, h, size)
+    return mixed, folded.argmax(axis=0)
+
+
+def share(reduced: Any) -> float:
+    """Part of the blades' stiffness in that of the first family of a ReducedModel [-]."""
+    n = len(reduced.modal_blade_stiffness)
+    stiffness = reduced.modal_blade_stiffness.sum(axis=0).diagonal()[:n]
+    return float(np.mean(stiffness / reduced.tuned_eigenvalues[:n]))
+
+
+def sentence(
+    full_hz: np.ndarray, reduced_hz: np.ndarray, share: float, half_range: float, damping: float
+) -> str:
+    """Which of coupling, mistuning and damping rules the first family.
+
+    Parameters
+    ----------
+    full_hz, reduced_hz : (N,)
+        Frequencies of the first family of the tuned disk, full and reduced; one may be (0,) [Hz].
+    share : float
+        Part of the blades' stiffness in that of the family's modes [-].
+    half_range : float
+        Largest deviation of a blade's stiffness [-].
+    damping : float
+        Damping ratio [-].
+    """
+    spreads = [
+        (name, np.ptp(found) / found.mean())
+        for name, found in (("full", full_hz), ("reduced", reduced_hz))
+        if len(found)
+    ]
+    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads)
+    widths = {"coupling": spreads[-1][1], "mistuning": half_range * share, "damping": 2 * damping}
+    return (
+        f"first family: coupling spreads it by {found}; blades of ±{100 * half_range:g} % "
+        f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are "
+        f"{200 * damping:.3g} % wide: "
+        f"{max(widths, key=widths.__getitem__)} rules"
+    )

@@ -1,0 +1,141 @@
+"""When a motion is followed no longer, and what its amplitude is.
+
+Rubbing is hardly ever periodic. The largest displacement of a few revolutions is then one draw of
+many: it repeats to several per cent, and the largest of many speeds is too high. So a motion is
+watched window by window, from the first check on:
+
+- *steady*: three windows in succession are alike. By how much they may differ follows from the
+  damping: what a transient still has to go is its last change over the part of it that decays in a
+  window, and this must be below the change allowed.
+- *irregular*: it does not repeat itself, but the mean of its windows' largest displacements has a
+  standard error below `max_error`, and they show no trend. Their mean is the amplitude. Windows
+  that follow one another are correlated, so that fewer count as independent ones.
+- *not steady*: neither is true when the time is over.
+
+Only the later half of the windows counts, five at least, and no motion is irregular before
+transients of the free disk have decayed. `evidence.stress.ensembles` measures what this gains.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
+
+ALIKE = 3  # windows in succession of a steady motion
+FEWEST = 5  # windows that a mean is made of
+SETTLED = 2.0  # time constants of the slowest mode before a motion counts as irregular
+TREND = 3.0  # standard errors of a slope that is not chance
+MEMORY = 0.65  # time constants of the slowest mode that separate independent windows, measured
+
+Signals = Callable[[int], tuple[np.ndarray, np.ndarray]]
+
+
+class Verdict(NamedTuple):
+    """What is said of a motion in the end."""
+
+    status: int
+    largest: np.ndarray  # of every observed displacement (O,) [m]
+    amplitude: float  # [m]
+    error: float  # standard error of the amplitude [m]; NaN: unknown
+    scatter: float  # standard deviation of the windows' amplitudes [m]; NaN: unknown
+
+
+class LastWindow:
+    """The paper's rule: two windows are compared, and the last one tells the amplitude."""
+
+    def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
+        """As `Windows`."""
+        self.criteria, self.passed = criteria, 0
+
+    def look(
+        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
+    ) -> Verdict | None:
+        """As `Windows.look`."""
+        tip = int(np.argmax(last))
+        passes = is_constant(before[tip], last[tip], self.criteria)
+        passes = passes and is_repeated(*signals(tip), self.criteria)
+        self.passed = self.passed + 1 if passes else 0
+        if self.passed < self.criteria.confirmations and not over:
+            return None
+        status = STEADY if self.passed >= self.criteria.confirmations else NOT_STEADY
+        return Verdict(status, last, float(last.max()), math.nan, math.nan)
+
+
+class Windows:
+    """What the windows of one speed have shown so far."""
+
+    def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
+        """None yet.
+
+        Parameters
+        ----------
+        criteria : SteadyCriteria
+        decay : float
+            Rate of the slowest transient of the free disk [1/s].
+        window : float
+            Length of a window [s].
+        """
+        self.criteria, self.decay = criteria, decay
+        self.part = -math.expm1(-decay * window)  # of a transient, that a window takes
+        self.independent = min(1.0, decay * window / MEMORY)  # of the windows, that count as such
+        change = criteria.max_amplitude_change * self.part
+        self.strict = criteria._replace(max_amplitude_change=change)
+        self.alike, self.sizes = 1, list[np.ndarray]()
+
+    def look(
+        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
+    ) -> Verdict | None:
+        """Take note of a window.
+
+        Parameters
+        ----------
+        before, last : ndarray (O,)
+            Largest magnitudes of all observed displacements in the window before, and in the last
+            one [m].
+        signals : callable
+            Gives the history of one observed displacement in both.
+        time : float
+            Since the start [s].
+        over : bool
+            Whether there is no time for another window.
+
+        Returns
+        -------
+        Verdict
+            None: go on.
+        """
+        self.sizes += [last] if self.sizes else [before, last]
+        tip = int(np.argmax(last))
+        same = is_constant(before[tip], last[tip], self.strict)
+        self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
+        if self.alike >= ALIKE:
+            return self._verdict(STEADY, ALIKE)
+        n = max(FEWEST, math.ceil(len(self.sizes) / 2))
+        found = self._verdict(NOT_STEADY, min(n, len(self.sizes)))
+        if len(self.sizes) < FEWEST or self.decay * time < SETTLED:
+            return found if over else None
+        known = found.error <= self.criteria.max_error * found.amplitude
+        if known and not self._goes_on(n, found.amplitude):
+            return found._replace(status=IRREGULAR)
+        return found if over else None
+
+    def _verdict(self, status, n):
+        last = np.array(self.sizes[-n:])
+        amplitudes = last.max(axis=1)
+        scatter = amplitudes.std(ddof=1)
+        error = scatter / math.sqrt(n * self.independent)
+        return Verdict(status, last.mean(axis=0), amplitudes.mean(), error, scatter)
+
+    def _goes_on(self, n, mean):
+        """Whether the last n amplitudes show a trend that leads away from their mean."""
+        amplitudes = np.array(self.sizes[-n:]).max(axis=1)
+        t = np.arange(n) - (n - 1) / 2.0
+        slope = t @ amplitudes / (t @ t)
+        rest = amplitudes - mean - slope * t
+        error = math.sqrt(rest @ rest / (n - 2) / (t @ t) / self.independent)
+        to_go = abs(slope) / self.part
+        return abs(slope) > TREND * error and to_go > self.criteria.max_error * mean

@@ -1,0 +1,74 @@
+"""How a revolution is cut into time steps, blocks and records: from the speed alone.
+
+Speeds share lanes only where they take the same number of steps per revolution. So the speeds are
+cut into *rungs* of a fixed ladder, and a speed takes the steps that the slowest speed of its rung
+needs. What is computed at a speed then depends on no other speed of the study. It costs up to BAND
+more steps than the speed needs, half of that on average.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+BAND = 1.08  # ratio of the fastest to the slowest speed of a rung
+ANCHOR = 36.0  # a rung ends here [Hz]: the interval 33.5 to 35.5 Hz of the paper lies within one
+TINY = 1e-12  # [Hz]
+MIN_BLOCK = 64  # steps
+
+
+class Grid(NamedTuple):
+    """How the revolutions of a rung are cut."""
+
+    steps_per_revolution: int
+    blocks_per_revolution: int
+    stride: int  # steps from one record to the next
+
+    @property
+    def steps_per_block(self) -> int:
+        """Time steps of a block."""
+        return self.steps_per_revolution // self.blocks_per_revolution
+
+
+def rung(speed_hz: float) -> int:
+    """Number of the rung of a speed [Hz], which begins at `slowest`."""
+    speed_hz = max(speed_hz, TINY)  # decimals that are rounded may leave nothing of a speed
+    return math.floor(math.log(speed_hz / ANCHOR) / math.log(BAND))
+
+
+def slowest(number: int) -> float:
+    """Lowest speed of a rung [Hz]."""
+    return ANCHOR * BAND**number
+
+
+def speed_bands(speeds_hz: np.ndarray) -> list[np.ndarray]:
+    """Split speeds (S,) [Hz] into index arrays, one for each rung, slowest first."""
+    order = np.argsort(speeds_hz, kind="stable")
+    rungs = [rung(speed) for speed in speeds_hz[order]]
+    starts = [i for i in range(1, len(rungs)) if rungs[i] != rungs[i - 1]]
+    return np.split(order, starts) if len(order) else []
+
+
+def cut_revolution(speed_hz: float, scene: Any) -> Grid:
+    """Whole steps per block and blocks per revolution, no step longer than asked.
+
+    A block turns the disk by a whole number of bump pitches, or periods of what the tips meet.
+
+    Parameters
+    ----------
+    speed_hz : float
+        Any speed of a rung [Hz]; the slowest of the rung counts.
+    scene : Scene
+        Its `step` and `least_steps`, `record_interval`, `repeats` and `divisor`.
+    """
+    lowest = slowest(rung(speed_hz))
+    n_steps = math.ceil(max(1.0 / (lowest * scene.step), scene.least_steps) * (1.0 - 1e-12))
+    stride = int(scene.record_interval * lowest * n_steps * (1.0 + 1e-12))
+    stride = max(1, min(stride, n_steps // scene.repeats))
+    divisors = [d for d in range(1, scene.repeats + 1) if scene.repeats % d == 0]
+    blocks = max(d for d in divisors if d == 1 or n_steps >= d * MIN_BLOCK)
+    least = max(blocks * stride, n_steps // 16)
+    while stride > 1 and math.lcm(blocks * stride, scene.divisor) > least:
+        stride -= 1
+    unit = math.lcm(blocks * stride, scene.divisor)
+    return Grid(math.ceil(n_steps / unit) * unit, blocks, stride)

@@ -1,0 +1,56 @@
+"""Whether a contact point that slides along the casing is stable, from the free disk alone.
+
+A point that is held at the casing, u_n = 0, carries a normal force λ and the friction μλ. The disk
+is linear, so that λ = -u_n / c(μ) for a displacement u_n that the casing takes back, with the
+compliance of the point under both forces,
+
+    c(μ) = sum_k R_k (R_k + μ T_k) / ω_k²,
+
+R and T its normal and tangential displacement per unit modal coordinate. Where c(μ) < 0 the force
+presses the point further into the casing: it *locks itself*, and no sliding contact lasts. Stick
+between blade and casing, wear and large displacements, which bound such a motion, are not in the
+model. Reference: Hoffmann, Gaul, A sufficient criterion for the onset of sprag-slip oscillations,
+Archive of Applied Mechanics 73 (2004).
+"""
+
+import numpy as np
+
+from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.reduction import Modes
+
+
+def critical_friction(modes: Modes) -> float:
+    """Smallest coefficient of friction at which a contact point locks itself; inf: none does."""
+    normal, tangential = _compliances(modes)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        critical = np.where(tangential < 0.0, -normal / tangential, np.inf)
+    return float(critical.min())
+
+
+def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -> float:
+    """How fast a displacement grows at the contact point that slides least stably [1/s].
+
+    The largest real part of the eigenvalues of the disk with this point held at the casing,
+    q'' = -(1 - G (R G)⁻¹ R) (2ξω q' + ω² q), G = -(R + μT)ᵀ. Zero when it is stable.
+    """
+    normal, tangential = _compliances(modes)
+    point = int(np.argmin((normal + friction * tangential) / normal))
+    R, T, n = modes.normal[point], modes.tangential[point], len(modes.omega)
+    G = R + friction * T
+    held = np.eye(n) - np.outer(G, R) / (R @ G)
+    xi = ratios(damping_ratio, modes.omega)
+    state = np.block(
+        [
+            [np.zeros((n, n)), np.eye(n)],
+            [-held * modes.omega**2, -held * (2.0 * xi * modes.omega)],
+        ]
+    )
+    # the constraint makes two eigenvalues zero, which rounding moves a little
+    rate = float(np.linalg.eigvals(state).real.max())
+    return rate if rate > 1e-3 * modes.omega.min() else 0.0
+
+
+def _compliances(modes):
+    """Normal displacement of every point under a unit normal and tangential force (C,) [m/N]."""
+    flexible = modes.normal / modes.omega**2
+    return (flexible * modes.normal).sum(axis=1), (flexible * modes.tangential).sum(axis=1)

@@ -1,0 +1,111 @@
+"""What a rub does to a coating: how deep, how much, in how many lobes, and whether it goes on.
+
+The coating only ever wears, so that a motion ends for good when neither it nor the worn depth
+changes any more. Until then amplitudes are those of a casing that is being cut.
+"""
+
+import numpy as np
+
+from hpcrub.model.coating import Coating
+
+REVOLUTIONS = 10  # in which the growth of the worn depth is looked at
+ENDED = 1e-3  # growth in these revolutions of wear that has ended, over the largest depth
+AT_REST = 0.01  # amplitude of a motion that has died away, over the largest before
+FAINT = 1e-3  # order of the worn depth that is no lobe, over the mean depth
+N_ANGLES = 360  # of a worn depth that is kept for every speed
+
+
+class Follower:
+    """Follows the coating of one lane."""
+
+    def __init__(self) -> None:
+        """Nothing is worn yet."""
+        self.largest, self.time = 0.0, 0.0
+        self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
+
+    def see(self, amplitude: float, time: float) -> None:
+        """Take note of the largest displacement of a block [m], and of its end since the start [s].
+
+        Blocks are seen in order.
+        """
+        if amplitude > self.largest:
+            self.largest, self.time = amplitude, time
+
+    def keep(self, revolutions: int, worn: np.ndarray) -> None:
+        """Keep the worn depth of every bar [m] after some revolutions since the start."""
+        self.depths.append((revolutions, worn))
+        while len(self.depths) > 1 and self.depths[1][0] + REVOLUTIONS <= revolutions:
+            self.depths.pop(0)
+
+    @property
+    def growth(self) -> float:
+        """Largest growth of a worn depth in the last REVOLUTIONS, or since the start [m]."""
+        now, before = self.depths[-1][1], self.depths[0]
+        young = before[0] + REVOLUTIONS > self.depths[-1][0]
+        return float((now if young else now - before[1]).max())
+
+    def has_ended(self, steady: bool, amplitude: float) -> bool:
+        """Whether nothing wears any more and the motion is steady, or has died away.
+
+        Parameters
+        ----------
+        steady : bool
+            Whether the motion has passed the test of a steady state.
+        amplitude : float
+            Of the last window [m].
+        """
+        if self.growth > ENDED * float(self.depths[-1][1].max()):
+            return False
+        return steady or amplitude <= AT_REST * self.largest
+
+
+def element_area(worn: np.ndarray, coating: Coating, radius: float) -> float:
+    """Area of a bar of worn depths (Z, S): a step of the radius by the width of a strip [m²]."""
+    n_strips, n_bars = worn.shape
+    return coating.width / n_strips * 2.0 * np.pi * radius / n_bars
+
+
+def volume(worn: np.ndarray, coating: Coating, radius: float) -> float:
+    """Volume worn away [m³]; worn depths (Z, S) [m], radius of the casing [m]."""
+    return float(worn.sum() * element_area(worn, coating, radius))
+
+
+def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
+    """Energy that has gone into the wear [J]; as `volume`."""
+    return float(coating.energy(worn).sum() * element_area(worn, coating, radius))
+
+
+def lobes(worn: np.ndarray, repeats: int) -> int:
+    """Lobes of worn depths around the casing.
+
+    Parameters
+    ----------
+    worn : ndarray (Z, S)
+        Worn depths [m].
+    repeats : int
+        Times that the casing and the load repeat themselves in a turn.
+
+    Returns
+    -------
+    int
+        Strongest order that is not a multiple of ``repeats``, which are those of the casing; where
+        there is none, or casing and load have all orders, the strongest of all. 0: no wear.
+    """
+    size = np.abs(np.fft.rfft(worn.mean(axis=0)))
+    if not size[0] > 0.0:
+        return 0
+    size, mean = size[1:], size[0]
+    order = np.arange(1, len(size) + 1)
+    own = np.where(order % repeats == 0, 0.0, size) if repeats > 1 else size
+    if own.max() <= FAINT * mean:
+        own = size
+    return int(order[own.argmax()])
+
+
+def around(worn: np.ndarray) -> np.ndarray:
+    """Largest worn depth of any strip in N_ANGLES equal parts of a turn (N_ANGLES,) [m]."""
+    n_bars = worn.shape[1]
+    part = np.arange(n_bars) * N_ANGLES // n_bars
+    found = np.zeros(N_ANGLES)
+    np.maximum.at(found, part, worn.max(axis=0))
+    return found

@@ -1,0 +1,121 @@
+"""What a study will take, from a trial of a small part of it on this machine."""
+
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.model.reduction import Modes
+from hpcrub.response import history, sweep
+from hpcrub.response.linear import linear_peak
+from hpcrub.response.sweep import Scene, SweepResult
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import Problem
+
+# of the sweep that measures the cost: a step of a planar disk costs the same at any length [s]
+MEASURED_STEP = 2e-5
+MEASURED_SPEEDS = 41
+MEASURED_TIME = 0.05  # [s] simulated by the history that measures the cost
+LONGEST = 60.0  # [s] that a trial takes, about
+
+
+class Cost(NamedTuple):
+    """What all tasks of a study do together, on any machine."""
+
+    sweeps: float = 0.0  # [s] simulated until points are steady
+    histories: float = 0.0  # [s] simulated while the motion is kept, idle lanes included
+    disks: int = 0  # eigenproblems, each with linear responses
+
+
+class Trial(NamedTuple):
+    """What a small part of a study took."""
+
+    seconds_per_disk: float
+    until_steady: float = 0.0  # [s] simulated by a point, on average
+    steps_per_second: float = np.inf  # of points on their way to the steady state
+    history_steps_per_second: float = np.inf  # while the motion is kept
+    result: SweepResult | None = None  # of the mistuned disk that was tried
+
+    def seconds(self, cost: Cost, step: float) -> float:
+        """Time on one core [s] of a Cost, at a time step [s]."""
+        kept = cost.histories / step / self.history_steps_per_second
+        sought = cost.sweeps / step / self.steps_per_second
+        return sought + kept + cost.disks * self.seconds_per_disk
+
+
+def trial(
+    config: Config,
+    problem: Problem,
+    loads: tuple[int, ...] = (1,),
+    integrates: bool = True,
+    histories: bool = False,
+    poll: Callable[[], Any] | None = None,
+) -> Trial:
+    """Compute the last level's first disk at some speeds, and measure.
+
+    Parameters
+    ----------
+    loads
+        Periods around the disk of the loads whose linear responses the study computes.
+    integrates, histories
+        Whether it integrates in time, and whether it keeps the motion, too.
+    poll
+        As for `sweep.run_sweep`.
+    """
+    started = time.perf_counter()
+    modes = modes_of(config, problem, deviation(config, len(config.levels) - 1, 0))
+    for n_diameters in loads:
+        load = config.forcing.amplitude, n_diameters, problem.scene.interface
+        linear_peak(modes, problem.scene.damping_ratio, *load, config.disk.n_blades)
+    seconds_per_disk = time.perf_counter() - started
+    if not integrates:
+        return Trial(seconds_per_disk)
+    solid = len(modes.axial) > 0  # its contacts are the harder to solve the longer a step is
+    step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
+    scene = problem.scene._replace(scheme="exact_modal", step=step)
+    speeds, scene = _within_reason(modes, scene, _speeds(config, solid), poll)
+    started = time.perf_counter()
+    rest = sweep.Motion.at_rest(len(speeds), len(modes.omega))  # integrated even if nothing touches
+    result = sweep.run_sweep(modes, scene, speeds, poll, motion=rest)
+    rate = result.n_steps / (time.perf_counter() - started)
+    until_steady = result.time.mean() if sweep.can_touch(problem.scene) else 0.0
+    kept = _history_rate(modes, problem.scene, config, poll) if histories else np.inf
+    return Trial(seconds_per_disk, until_steady, rate, kept, result)
+
+
+def _speeds(config, solid):
+    """Some speeds of a configuration [Hz]: of a planar disk enough for all lanes, if few."""
+    speeds, most = config.speeds.values_hz, sweep.WIDTH if solid else MEASURED_SPEEDS
+    some = np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)
+    few = speeds[some]
+    return few if solid else np.resize(few, max(len(few), 2 * sweep.WIDTH))
+
+
+def _within_reason(modes, scene, speeds, poll):
+    """Scene and speeds that take at most LONGEST: fewer speeds, and then less time of each."""
+    steady, some = scene.steady, speeds[:: -(-len(speeds) // sweep.WIDTH)]
+    short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)
+    rest = sweep.Motion.at_rest(len(some), len(modes.omega))
+    started = time.perf_counter()
+    found = sweep.run_sweep(modes, scene._replace(steady=short), some, poll, motion=rest)
+    steps = LONGEST * found.n_steps / (time.perf_counter() - started)
+    points = steps / found.n_steps * found.time.sum() / steady.max_time
+    if points >= len(speeds):
+        return speeds, scene
+    few = speeds[:: max(1, len(speeds) // max(sweep.NARROWEST, int(points)))]
+    longest = max(steady.max_time * min(1.0, points / len(few)), MEASURED_TIME)
+    first = min(steady.first_check, longest)
+    return few, scene._replace(steady=steady._replace(first_check=first, max_time=longest))
+
+
+def _history_rate(modes: Modes, scene: Scene, config: Config, poll: Any) -> float:
+    """Time steps per second of all lanes together while the motion is kept."""
+    speeds = config.speeds.values_hz
+    group = speeds[history.groups(speeds)[0]]
+    started, duration = time.perf_counter(), min(MEASURED_TIME, config.history.duration_s)
+    for _ in history.integrate(modes, scene, group, duration, poll=poll):
+        pass
+    n_steps = len(history.LANES) * duration / scene.step
+    return n_steps / (time.perf_counter() - started)

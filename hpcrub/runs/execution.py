@@ -1,0 +1,212 @@
+"""One run, from its configuration to its result file, on all ranks."""
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hpcrub import __version__
+from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
+from hpcrub.ranks import progress
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.runlog import RunLog, Work
+from hpcrub.results import ownership, storage
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import memory, result_files
+from hpcrub.runs.study import Job, Run
+from hpcrub.setup import plausibility
+
+
+class Existing(NamedTuple):
+    """What to do with a result file that is there already; refuse it when neither is wanted."""
+
+    resume: bool = False
+    overwrite: bool = False
+    allow_mixed: bool = False  # go on with what another state of the program has begun
+
+
+class Examined(NamedTuple):
+    """A run in which nothing is wrong, before any work."""
+
+    prepared: Any  # what its study computes with
+    warnings: list[str]  # what is not resolved, a line each
+
+
+class Finished(NamedTuple):
+    """A run that has ended well."""
+
+    seconds: float  # wall time
+    n_ranks: int
+
+
+def examine_all(runs: list[Run], existing: Existing) -> None:
+    """Raises InputError for what is wrong with any of several runs, before all work (rank 0)."""
+    made: set[str] = set()
+    for run in runs:
+        path = os.path.realpath(run.config.output)
+        if path in made:
+            raise InputError(f"runs: two runs have the output {run.config.output}")
+        if made.isdisjoint(map(os.path.realpath, run.config.sources)):  # else not there yet
+            examine(run, existing)
+        made.add(path)
+
+
+def examine(run: Run, existing: Existing) -> Examined:
+    """What is known before work. Raises InputError for all that is wrong (rank 0)."""
+    check_output(run, existing)
+    memory.check(run)
+    prepared = run.prepare()
+    if not run.study.integrates:
+        return Examined(prepared, [])
+    problem = run.study.problem_of(prepared)
+    return Examined(prepared, list(plausibility.warnings(run.config, problem)))
+
+
+def check_output(run: Run, existing: Existing) -> bool:
+    """Whether to go on with a sound result file, and not to make one. Raises InputError."""
+    path = Path(run.config.output)
+    if os.path.isdir(path):
+        raise InputError(f"output: {path} is a folder")
+    if os.path.realpath(path) in map(os.path.realpath, run.config.sources):
+        raise InputError(f"output: {path} is one of the sources")
+    if not os.path.lexists(path):
+        return False
+    if not (existing.resume or existing.overwrite):
+        raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
+    if existing.resume:
+        result_files.check_resumable(path, run, existing.allow_mixed)
+    else:
+        storage.refuse_foreign(path)
+    return existing.resume
+
+
+def claim(
+    run: Run, existing: Existing, warnings: list[str], stack: contextlib.ExitStack
+) -> tuple[str, float]:
+    """Make sure that a sound result file is there, and nobody else's (rank 0).
+
+    Returns what that was, and its seconds.
+    """
+    path = run.config.output
+    lock = ownership.Lock(path)  # first: another job may just have finished it
+    stack.callback(lock.release)
+    began = time.monotonic()
+    if check_output(run, existing):
+        return "check", time.monotonic() - began
+    result_files.lay_out(path, run, {"warnings": "\n".join(warnings)} if warnings else None)
+    return "lay-out", time.monotonic() - began
+
+
+def execute(
+    team: Team, run: Run, existing: Existing, draw: Callable[[list[str]], None] | None = None
+) -> Finished:
+    """One run from its configuration to its figures, on all ranks.
+
+    Parameters
+    ----------
+    team
+        All ranks.
+    run
+        Study and configuration.
+    existing
+        What to do with a result file that is there.
+    draw
+        Draws the figures of result files (rank 0); None: there are none to draw.
+
+    Raises
+    ------
+    InputError
+        Something is wrong with the input; no work has begun.
+    Interrupted
+        A stop signal came; what is finished is in the file.
+    HpcrubError
+        Every sample has failed, or the file cannot be written.
+    """
+    began = time.monotonic()
+    path = run.config.output
+    examined = team.on_root(lambda: examine(run, existing))
+    team.stop_if_asked(path)
+    with contextlib.ExitStack() as stack:
+        earlier = team.on_root(lambda: claim(run, existing, examined.warnings, stack))
+        with Accounting(path, team, earlier) as log:
+            _compute(team, run, examined, log)
+            if draw and not run.config.is_part:
+                log.phase("figures")
+                team.on_root(partial(draw, [path]))
+    return Finished(time.monotonic() - began, team.size)
+
+
+class Accounting:
+    """Writes the log of a run on rank 0, however the run ends."""
+
+    def __init__(self, path: str, team: Team, earlier: tuple[str, float]) -> None:
+        """earlier: name and seconds of what came before the log could be written."""
+        self.job: Job | None = None
+        self.log = RunLog(path, team.size, *earlier) if team.rank == 0 else None
+
+    def phase(self, name: str) -> None:
+        """The phase `name` begins."""
+        if self.log:
+            self.log.phase(name)
+
+    def __enter__(self) -> "Accounting":
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        if self.log:
+            code = getattr(error, "exit_code", 1) if error else 0
+            done = self.job.work if self.job else Work()
+            self.log.end(done, code, str(error or "").partition("\n")[0])
+
+
+def _compute(team, run, examined, log):
+    """Compute what the result file lacks, then print the summary."""
+    file = team.together(lambda: ResultFile(run.config.output, team.comm, "r+"))
+    team.on_root(lambda: result_files.register(file))
+    try:
+        _fill(team, run, examined, file, log)
+    except HpcrubError as error:
+        # an error of one rank, or of the disk, ends the job, closed or not
+        if getattr(error, "shared", False) and not isinstance(error, WriteError):
+            file.close()
+        raise
+    log.phase("close")
+    file.close()
+    team.on_root(lambda: storage.require_kept(file.path))
+
+
+def _fill(team, run, examined, file, log):
+    """Compute what an open result file lacks, then print the summary."""
+    began = time.monotonic()
+    bar = progress.Progress(run.config) if team.rank == 0 else None
+    job = log.job = run.study.job(run, team, examined.prepared, file, bar, log.phase)
+    team.on_root(lambda: announce(bar, run, team.size, examined.warnings))
+    try:
+        job.run()
+    except Interrupted as error:
+        n_done, n_all = team.on_root(lambda: _stop(bar, job))
+        error.args = (
+            f"{error} came; {n_done} of {n_all} {job.what} are in {run.config.output}, and the "
+            "same command with --resume computes the others, on any number of ranks",
+        )
+        raise
+    log.phase("summary")
+    team.on_root(lambda: _stop(bar, job))
+    team.on_root(lambda: job.summary(time.monotonic() - began))
+    team.on_root(job.require_results)
+
+
+def _stop(bar, job):
+    bar.stop()
+    return job.n_done()
+
+
+def announce(bar: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
+    """Say what will be computed."""
+    ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
+    bar.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
+    for line in warnings:
+        bar.say(f"warning: {line}")

@@ -1,0 +1,72 @@
+"""What a run takes of this machine's memory, and refusal of one that is too large.
+
+The place on the disk is taken when the result file is laid out.
+"""
+
+import os
+
+from hpcrub.errors import InputError
+from hpcrub.response import history
+from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.sweep import WIDTH
+from hpcrub.runs.study import Run
+from hpcrub.setup import imported
+from hpcrub.setup.problem import time_grid
+
+DENSE = 8  # matrices of the full model in memory at once
+SAMPLE = 64  # bytes of rank 0 for every sample
+NUMBER = 8  # bytes
+# of a process before it does anything, and of one that compiles, measured [bytes]
+INTERPRETER, COMPILING = 160_000_000, 350_000_000
+
+
+def estimate(run: Run) -> int:
+    """Memory of the rank that needs most [bytes], estimated without any work.
+
+    Raises InputError for numbers of steps that overflow.
+    """
+    try:
+        return _estimate(run)
+    except OverflowError:
+        config = run.config
+        raise InputError(
+            f"time.step_s: {config.time.step_s:g} is too short for a revolution at "
+            f"{config.speeds.from_hz:g} Hz: no memory would suffice"
+        ) from None
+
+
+def check(run: Run) -> None:
+    """Refuse a run that this machine's memory cannot hold. Raises InputError."""
+    needed = estimate(run)
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > there:
+        raise InputError(
+            f"not enough memory: this study needs {_amount(needed / 1e9)} GB "
+            f"({_amount(there / 1e9)} GB are there)"
+        )
+
+
+def _amount(x):
+    return f"{x:,.0f}" if 100 <= x < 1e15 else f"{x:.3g}"
+
+
+def _estimate(run):
+    study, config = run
+    model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
+    n_samples = len(config.levels) * len(config.samples)
+    rows = NUMBER * run.n_tasks if study.compute else SAMPLE * n_samples
+    integration = 0
+    if study.integrates:
+        grid = cut_revolution(config.speeds.from_hz, time_grid(config))
+        per_revolution = grid.steps_per_revolution // grid.stride
+        records = per_revolution * config.steady_state.window_revolutions
+        n_points = config.disk.n_points
+        integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
+        if config.disk.model is not None:  # of every point on every other, in each direction
+            integration += NUMBER * 4 * n_points**2 * WIDTH
+    if study.histories:
+        records = history.n_records(
+            config.speeds.from_hz, config.history.duration_s, time_grid(config)
+        )
+        integration += NUMBER * records * config.n_coordinates * len(history.LANES)
+    return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)

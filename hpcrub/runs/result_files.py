@@ -1,0 +1,177 @@
+"""Result files of runs: laid out, checked, and gone on with, by what their study says it needs."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.schema import Config, differences
+from hpcrub.errors import InputError
+from hpcrub.results import provenance, storage
+from hpcrub.results.layout import MOST_PROGRAMS, NUMBER, PENDING, PROGRAMS, Plan, index_scale
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Run
+
+
+def plan(
+    run: Run, attributes: dict[str, Any] | None = None, programs: Sequence[str] | None = None
+) -> Plan:
+    """All that is known of a result file before anything is computed.
+
+    Parameters
+    ----------
+    run
+        Study and configuration.
+    attributes
+        Attributes of the root, beside those that every file has.
+    programs
+        That have computed what it will hold; this one if left out.
+
+    Returns
+    -------
+    Plan
+        For `storage.lay_out`.
+
+    Raises
+    ------
+    InputError
+        A source of the study cannot be used, or there are too many programs.
+    """
+    lengths = run.sizes()
+    values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(run)}
+    if "percentile" in values:
+        values["percentile"] = run.config.convergence.percentiles
+    values |= run.study.constants(run.config)
+    values["programs"] = _rows(programs or [provenance.program()])
+    attributes = dict(attributes or {})
+    if run.study.integrates:
+        attributes["time_step_s"] = run.config.step
+    if found := run.fingerprints():
+        attributes["sources_sha256"] = " ".join(found.values())
+    return Plan(run.config, _lines(run), lengths, run.scales(), values, attributes)
+
+
+def _indices(run):
+    """Dimensions whose scale is no dataset of the study: just numbers."""
+    there = {line.name for line in run.datasets()}
+    return [name for name in run.scales().values() if "{" not in name and name not in there]
+
+
+def _lines(run):
+    """All datasets of the result file."""
+    return (*map(index_scale, _indices(run)), *run.datasets())
+
+
+def _rows(programs):
+    """The dataset `programs`, empty rows at its end."""
+    if len(programs) > MOST_PROGRAMS:
+        raise InputError(f"more than {MOST_PROGRAMS} programs cannot share a result file")
+    rows = np.zeros(MOST_PROGRAMS, PROGRAMS.dtype)
+    rows[: len(programs)] = [program.encode() for program in programs]
+    return rows
+
+
+def file_size(run: Run) -> int:
+    """Bytes that the result file of a run takes."""
+    return storage.file_size(_lines(run), run.sizes())
+
+
+def lay_out(
+    path: str | Path,
+    run: Run,
+    attributes: dict[str, Any] | None = None,
+    programs: Sequence[str] | None = None,
+) -> None:
+    """Create the result file of a run, as `storage.lay_out`; the others as for `plan`."""
+    storage.lay_out(path, plan(run, attributes, programs))
+
+
+def check(file: ResultFile, run: Run) -> None:
+    """Refuse an open file that lacks what a run writes. Raises InputError."""
+    # another program may have cut an older file's times and tasks in another way
+    length = run.known_sizes() if file.layout == NUMBER else {}
+    for line in run.datasets():
+        if line.since > file.layout:
+            continue
+        shape, dtype = file.shape(line.name), file.dtype(line.name)
+        # what the configuration does not tell is the same in all datasets
+        length = dict(zip(line.dimensions, shape or (), strict=False)) | length
+        wanted = tuple(length.get(d) for d in line.dimensions)
+        if shape != wanted or dtype != np.dtype(line.dtype):
+            raise InputError(
+                f"{file.path} was written by {file.written_by()}: {line.name} is "
+                f"{dtype}{list(shape or ())}, not {np.dtype(line.dtype)}{list(wanted)}"
+            )
+
+
+def check_config(file: ResultFile, config: Config) -> None:
+    """Refuse an open file of another configuration. Raises InputError, which says what differs."""
+    found = differences(file.config, config)
+    if found:
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        n_samples = config.mistuning.samples
+        if len(found) == 1 and file.config.mistuning.samples < n_samples:
+            program = f"python -m hpcrub merge --samples {n_samples}"
+            more = f"; {program} NEW.h5 {file.path} makes room for them"
+        raise InputError(f"{file.path} has another configuration: {found[0]}{more}")
+
+
+def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
+    """Refuse to go on with a file that was not begun by the same program for the same run.
+
+    Parameters
+    ----------
+    path
+        Result file.
+    run
+        What is asked for.
+    allow_mixed
+        Go on with what another program text has begun.
+
+    Raises
+    ------
+    InputError
+        Says what differs: configuration, layout, program text, or a source.
+    """
+    with ResultFile(path) as file:
+        check_config(file, run.config)
+        check(file, run)
+        if file.layout != NUMBER:
+            raise InputError(
+                f"{path} has layout {file.layout} of {file.written_by()}: it can be read and "
+                "plotted; --overwrite begins anew"
+            )
+        if not allow_mixed and (file.status() == PENDING).any():
+            _require_this_program(file)
+        stored = str(file.attributes().get("sources_sha256", "")).split()
+    found = run.fingerprints()
+    for source, before in itertools.zip_longest(found, stored):
+        if before != found.get(source):
+            raise InputError(
+                f"sources: {source} has changed since {path} was begun; --overwrite begins anew"
+            )
+
+
+def _require_this_program(file):
+    if not _knows_this_program(file):
+        last = file.programs()[-1]
+        raise InputError(
+            f"{file.path} was computed by another program ({last}); this is {provenance.program()}:"
+            " --allow-mixed goes on and names both in the file, --overwrite begins anew"
+        )
+
+
+def _knows_this_program(file):
+    """Whether the program text that runs is among a file's `programs`."""
+    return provenance.program_text() in [program.split()[0] for program in file.programs()]
+
+
+def register(file: ResultFile) -> None:
+    """Note in an open file that this program computes the rest of it; one rank.
+
+    Raises InputError when too many programs have done so.
+    """
+    if not _knows_this_program(file):
+        file.write({"programs": _rows([*file.programs(), provenance.program()])}, ())

@@ -1,0 +1,253 @@
+"""What a study is, what one run of it is, and how the ranks compute independent tasks.
+
+A study is a module that ends with `STUDY = Study(...)`, and one line in `hpcrub.studies.STUDIES`.
+"""
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.progress import Progress, console, print_line
+from hpcrub.ranks.runlog import Work
+from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup import imported
+from hpcrub.setup.problem import Problem
+
+STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
+Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
+Values = tuple[str, Any, Any]  # dataset, where in it, values
+Counts = dict[str, int]
+
+
+class Job(Protocol):
+    """A run on its way: some results may already be in its file."""
+
+    what: str  # it is made of
+    work: Work  # done so far, on rank 0
+
+    def run(self) -> None:
+        """Compute what is missing and write it; on all ranks."""
+
+    def n_done(self) -> tuple[int, int]:
+        """Finished parts of the job, and all (rank 0)."""
+
+    def require_results(self) -> None:
+        """Raise HpcrubError when all of the job has failed (rank 0)."""
+
+    def summary(self, seconds: float) -> None:
+        """Print what was found (rank 0)."""
+
+
+def _nothing(config: Config) -> dict[str, Any]:
+    return {}
+
+
+@dataclass(frozen=True)
+class Study:
+    """One kind of study: what its result file holds, and what computes it.
+
+    `layout`, `sizes` and `constants` together say what the file is before anything is computed.
+    A study of tasks gives `n_tasks` and `compute`; one whose parts are no independent tasks gives
+    a `job` of its own, as `contact` does.
+    """
+
+    name: str
+    what: str
+    layout: Callable[[Config], tuple[Dataset, ...]]
+    scales: dict[str, str]  # dimension: the dataset with the values along it
+    sizes: Callable[[Config], Counts]  # of every dimension, as far as the input tells it
+    prepare: Callable[[Config], Any]  # what every rank needs; raises InputError (rank 0)
+    figures: str = ""  # of the paper
+    sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
+    mistunes: bool = True  # draws the blades of its disks; one that does not takes a pattern alone
+    # periods around the disk of the loads whose linear responses it computes
+    loads: Callable[[Config], tuple[int, ...]] = lambda config: (config.engine_order or 1,)
+    report: Callable[[ResultFile], Iterable[str]] = lambda file: ()  # lines about the results
+    headline: Callable[[ResultFile], str] | None = None  # its one line in a table of several runs
+    # pieces of one task, from what `prepare` returned: (dataset, where in it, values)
+    compute: Callable[[Config, Any, int, Poll], Iterator[Values]] | None = None
+    n_tasks: Callable[[Config], int] = lambda config: 1
+    constants: Callable[[Config], dict[str, Any]] = _nothing  # datasets known without computing
+    source_sizes: Callable[[Config], Counts] = _nothing  # dimensions that only files tell
+    problems: Callable[[Config], Iterable[str]] = lambda config: ()  # keys that do not fit it
+    # what all tasks do together, when a point takes so many seconds until it is steady
+    cost: Callable[[Config, float], Cost] = lambda config, until_steady: Cost()
+    unit: str = "tasks"  # of the job
+    # whether a file that lacks some of its parts is complete nevertheless
+    is_enough: Callable[[ResultFile], bool] = lambda file: False
+    n_sources: int = 0  # result files of contact studies that it starts from
+    fingerprint: Callable[[str], str] = lambda path: ""  # of what it has from one of them
+    integrates: bool = False  # in time, with the contact kernel
+    # of a study that integrates: the Problem in what `prepare` returned
+    problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
+    histories: bool = False  # keeps the motion itself, and not only its amplitudes
+    has_parts: bool = False  # can be computed in parts, each in a file of its own
+    job: Callable[..., Job] = field(default=lambda *arguments: Tasks(*arguments))
+
+    def one_line(self, file: ResultFile) -> str:
+        """The result in one line, for a table of several runs."""
+        return self.headline(file) if self.headline else next(iter(self.report(file)), "")
+
+
+class Run(NamedTuple):
+    """One study of one configuration."""
+
+    study: Study
+    config: Config
+
+    @property
+    def n_tasks(self) -> int:
+        """Independent tasks; 0 of a study with a job of its own."""
+        return self.study.n_tasks(self.config) if self.study.compute else 0
+
+    def datasets(self) -> tuple[Dataset, ...]:
+        """Datasets of the result file, the index scales of its dimensions aside."""
+        own = self.study.layout(self.config)
+        if self.study.compute:
+            own = (*own, STATUS)
+        return (*own, PROGRAMS)
+
+    def scales(self) -> dict[str, str]:
+        """{dimension: name of its scale}; {group}: a scale of its own in every group."""
+        found = {d for line in self.datasets() for d in line.dimensions}
+        return {d: self.study.scales.get(d, d) for d in found}
+
+    def known_sizes(self) -> Counts:
+        """Length of every dimension that the configuration alone tells."""
+        tasks = {"task": self.n_tasks} if self.study.compute else {}
+        return self.study.sizes(self.config) | tasks | {"program": MOST_PROGRAMS}
+
+    def sizes(self) -> Counts:
+        """Length of every dimension; for this it may have to look into other files."""
+        return self.known_sizes() | self.study.source_sizes(self.config)
+
+    def problems(self) -> Iterator[str]:
+        """Lines about keys that do not fit the study."""
+        study, config = self
+        if len(config.sources) != study.n_sources and study.n_sources:
+            n_given = len(config.sources)
+            yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
+        if config.is_part and not study.has_parts:
+            yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
+        yield from study.problems(config)
+
+    def checked(self) -> "Run":
+        """Itself, if its keys fit the study. Raises InputError."""
+        found = list(self.problems())
+        if found:
+            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+            raise InputError(found[0] + more)
+        return self
+
+    def prepare(self) -> Any:
+        """What every rank needs (rank 0). Raises InputError."""
+        imported.require_blade_stiffness(self.config, self.study.mistunes)
+        return self.study.prepare(self.config)
+
+    def fingerprints(self) -> dict[str, str]:
+        """{path: hexadecimal digits} of what the study has from its sources."""
+        paths = self.config.sources if self.study.n_sources else ()
+        return {path: self.study.fingerprint(path) for path in paths}
+
+    def amount(self) -> str:
+        """How much there is to compute, in words."""
+        config = self.config
+        if self.study.compute:
+            return f"{self.study.name}, {self.n_tasks:,} task{'s'[: self.n_tasks > 1]}"
+        levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
+        what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
+        if config.is_part:
+            what += f" (samples {samples[0]} to {samples[-1]})"
+        return f"{self.study.name}, {what}"
+
+
+class Tasks:
+    """The job of independent tasks."""
+
+    what = "tasks"
+
+    def __init__(
+        self,
+        run: Run,
+        team: Team,
+        prepared: Any,
+        file: ResultFile,
+        progress: Progress | None = None,
+        phase: Callable[[str], None] = lambda name: None,
+    ) -> None:
+        """A job that has not begun.
+
+        Parameters
+        ----------
+        run
+            What is computed.
+        team
+            All ranks.
+        prepared
+            What the study's `prepare` returned.
+        file
+            Open to write on all ranks.
+        progress
+            On rank 0, None elsewhere.
+        phase
+            Called with the name of every phase that begins.
+        """
+        self.study, self.config = run
+        self.team, self.prepared, self.file = team, prepared, file
+        self.progress, self.phase = progress, phase
+        self.work = Work()  # rank 0
+        self.status = np.zeros(0, dtype=np.uint8)  # (T,) on rank 0
+
+    def run(self) -> None:
+        """Compute what is missing and write it.
+
+        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        """
+        pending = self.team.on_root(self._take_stock)
+        if pending and self.study.integrates:
+            self.phase("loading the kernel")
+            problem = self.study.problem_of(self.prepared)
+            warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+        self.phase("tasks")
+        tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
+        self.team.run_tasks(tasks, self._compute, self._collect)
+
+    def n_done(self) -> tuple[int, int]:
+        """Finished tasks and all (rank 0)."""
+        return int(np.count_nonzero(self.status == DONE)), len(self.status)
+
+    def require_results(self) -> None:
+        """A task cannot fail: what it finds may be that all has diverged."""
+
+    def summary(self, seconds: float) -> None:
+        """Print what was found (rank 0); seconds: wall time of this run."""
+        out = console()
+        for line in self.study.report(self.file):
+            print_line(out, line)
+
+    def _take_stock(self):
+        self.status = self.file.read("status")
+        return int(np.count_nonzero(self.status == PENDING))
+
+    def _compute(self, task, poll):
+        """Compute and write one task; returns the seconds it took."""
+        start = time.perf_counter()
+        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
+            self.file.write({name: values}, where)
+        self.file.write({"status": DONE}, task)
+        return time.perf_counter() - start
+
+    def _collect(self, task, seconds):
+        self.status[task] = DONE
+        self.work += Work(1, 0, seconds)
+        if self.progress:
+            self.progress.tasks(*self.n_done())

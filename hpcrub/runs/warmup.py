@@ -1,0 +1,102 @@
+"""What a study needs is compiled by one rank, and loaded by all."""
+
+from typing import Any
+
+import numba
+import numpy as np
+from numba.core import event
+
+from hpcrub.config.schema import Config
+from hpcrub.model.casing import NO_PROFILE
+from hpcrub.model.interface import planar_interface
+from hpcrub.model.reduction import Modes
+from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.progress import Progress
+from hpcrub.response import history, sweep
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.problem import Problem
+
+
+def warm_up(
+    team: Team,
+    config: Config,
+    problem: Problem,
+    histories: bool = False,
+    progress: Progress | None = None,
+) -> None:
+    """Load what a study will need on all ranks, so that from now on they can stop promptly.
+
+    Rank 0 goes first, and the others find what it compiled; without a place to keep it all compile.
+
+    Parameters
+    ----------
+    team
+        All ranks.
+    config, problem
+        Of the study: kind of disk and contact law decide what is compiled.
+    histories
+        Whether it keeps motions.
+    progress
+        Where to say that something is compiled (rank 0).
+    """
+    tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
+    if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+        team.on_root(lambda: _load(tuned, problem.scene, histories, progress))
+    _load(tuned, problem.scene, histories, progress)
+
+
+def _load(modes, scene, histories, progress):
+    with event.install_listener("numba:compile", _Compiling(progress)):
+        modes, scene = _smallest_case(modes, scene)
+        for width in (sweep.WIDTH, sweep.NARROWEST):
+            sweep.run_sweep(modes, scene, [100.0], width=width)
+        if histories:
+            list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))
+
+
+def _smallest_case(modes, scene):
+    """Modes and Scene of one contact point and a few steps, of the types that these have."""
+    two = np.eye(1, 2)  # one mode alone would have tables of another layout
+    few = Modes.planar(np.ones(2), two, two)
+    interface = planar_interface(np.zeros(1), 1.0)
+    if len(modes.axial):
+        few, interface = few._replace(axial=two), interface._replace(axial=np.zeros((1, 2)))
+    if len(modes.stiffening):
+        few = few._replace(stiffening=np.zeros((2, 2)))
+    return few, scene._replace(
+        interface=interface,
+        damping_ratio=0.01,
+        n_bumps=1,
+        bump_height=2e-3,
+        clearance=1e-3,
+        ramp_time=1e-2,
+        profile=NO_PROFILE,
+        load=0.0,
+        step=1e-3,
+        steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
+    )
+
+
+class _Compiling(event.Listener):
+    """Says once that something is compiled; numba sends no event for what it has kept."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress = progress
+
+    def on_start(self, event: Any) -> None:
+        """Say it at the first function."""
+        if self.progress:
+            kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+            often = (
+                "once after every change of the program"
+                if kept
+                else (
+                    "every time: there is no folder to keep it in, XDG_CACHE_HOME=FOLDER gives one"
+                )
+            )
+            self.progress.say(f"compiling the kernel, {often}: half a minute")
+        self.progress = None
+
+    def on_end(self, event: Any) -> None:
+        """Nothing to say."""

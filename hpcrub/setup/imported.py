@@ -1,0 +1,150 @@
+"""Disks of model files: what a configuration lacks of them, and the model itself."""
+
+import functools
+import os
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config, replaced
+from hpcrub.errors import InputError, reading
+from hpcrub.model import families
+from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced
+from hpcrub.model.imported.assembly import SparseDisk
+from hpcrub.model.imported.frames import row_table
+from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.reduction import ReducedModel
+from hpcrub.results import model_file
+
+NUMBER = 8  # bytes
+DIGITS = 4  # of a frequency that is kept: the last ones may differ between machines
+FILL = 60  # bytes of a factorisation for each byte of a model file that is not reduced yet
+
+
+def resolved(config: Config) -> Config:
+    """The configuration with all that its model file tells; itself without one (rank 0).
+
+    Raises InputError for a model file that cannot be used, or has changed.
+    """
+    path = config.disk.model
+    if path is None or config.disk.is_resolved:
+        return config
+    checksum = model_file.checksum(path)
+    model = _read(path, checksum)
+    directions = len(model.dof[np.isin(model.dof[:, 0], model.contact_node[:1])])
+    directions = min(3, max(2, directions))
+    n_points = len(model.contact_node) * (model.n_sectors or 1)
+    radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
+    keys = {
+        "disk.model_sha256": checksum,
+        "disk.n_blades": model.n_blades,
+        "disk.n_contact_nodes": n_points,
+        "disk.n_directions": directions,
+        "disk.tip_radius_mm": float(1e3 * radius),
+        "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
+    }
+    n_modes = families.whole(config.reduction.n_modes, model.n_blades)
+    if model.kind == "reduced":
+        n_modes = len(model.dof) - directions * n_points
+    keys["reduction.n_modes"] = n_modes
+    family = cyclic.frequencies_by_diameter(model, mid_speed(config))[:, 0]
+    checks.check_frequency(float(np.nanmin(family)))
+    keys["disk.first_family_hz"] = float(f"{np.nanmax(family):.{DIGITS}g}")
+    return replaced(config, keys)
+
+
+def mid_speed(config: Config) -> float:
+    """Speed of rotation of the mode shapes, in the middle of the band [rad/s]."""
+    return np.pi * (config.speeds.from_hz + config.speeds.to_hz)
+
+
+def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
+    """The disk of a model file, None of a reduced one, and its reduced model.
+
+    Raises InputError for a file that cannot be used, or is not that of the configuration.
+    """
+    path, speed = str(config.disk.model), mid_speed(config)
+    checksum = str(config.disk.model_sha256)
+    model_file.require("disk.model", path, checksum)
+    model, disk = _read(path, checksum), None
+    if model.kind != "reduced":
+        disk = assembly.assemble(model)
+        model, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
+    by_modes = config.mistuning.by == "cantilever_modes"
+    small = reduced.reduced_model(model, speed, by_modes)
+    checks.check_frequency(np.sqrt(small.tuned_eigenvalues[0]) / (2 * np.pi))
+    return disk, small if disk is None else small._replace(basis=basis)
+
+
+class Scenery(NamedTuple):
+    """What figures show of a disk of a model file: n nodes that have a place."""
+
+    nodes: np.ndarray  # (n, 3) [m]
+    surface: np.ndarray  # (F, 4) nodes of faces
+    contact_node: np.ndarray  # (C,)
+    contact_blade: np.ndarray  # (C,)
+    rows: np.ndarray  # (n, 3) rows of u_r, u_theta, u_z, -1 for none; coordinates if reduced
+    is_reduced: bool
+
+
+def scenery(config: Config) -> Scenery:
+    """The nodes of its model file that figures show: all of its surface, and those of contact.
+
+    Without a surface, all nodes.
+    """
+    model = _read(str(config.disk.model), str(config.disk.model_sha256))
+    disk: Any = model if model.kind == "reduced" else assembly.assemble(model)
+    shown = np.isfinite(disk.nodes).all(axis=1)
+    if len(disk.surface):
+        on = np.union1d(disk.surface, disk.contact_node)
+        shown &= np.isin(np.arange(len(shown)), on)
+    place = np.cumsum(shown) - 1
+    is_reduced = model.kind == "reduced"
+    rows = row_table(model.dof, len(model.nodes))[:, 1:4] if is_reduced else disk.row
+    nodes, surface, contact = disk.nodes[shown], place[disk.surface], place[disk.contact_node]
+    return Scenery(nodes, surface, contact, disk.contact_blade, rows[shown], is_reduced)
+
+
+def memory(config: Config) -> int:
+    """Memory that the model takes, roughly [bytes]."""
+    m = config.n_coordinates
+    matrices = (2 * config.disk.n_blades + 12) * NUMBER * m**2
+    path = str(config.disk.model)
+    return matrices + (FILL * os.path.getsize(path) if os.path.exists(path) else 0)
+
+
+def require_blade_stiffness(config: Config, drawn: bool) -> None:
+    """Refuse blades that are mistuned where the model file does not tell their stiffness.
+
+    Parameters
+    ----------
+    config
+        Configuration of a study; without a model file all is well.
+    drawn
+        Whether disks are drawn at random, and not mistuned by a pattern alone.
+
+    Raises
+    ------
+    InputError
+        The model file has no K_blade.
+    """
+    path, mistuning = config.disk.model, config.mistuning
+    if path is None or mistuning.by == "cantilever_modes":
+        return
+    pattern = config.pattern_deviation
+    wanted = (mistuning.half_range if drawn else 0.0) if pattern is None else pattern
+    if np.any(wanted) and _read(path, str(config.disk.model_sha256)).blade_stiffness is None:
+        raise InputError(f"disk.model: {path} has no K_blade; its blades cannot be mistuned")
+
+
+@functools.lru_cache(maxsize=1)
+def _read(path: str, checksum: str) -> NeutralModel:
+    """The checked model of a file; kept, because a run looks at it several times."""
+    try:
+        with reading(path):
+            model = neutral.from_arrays(model_file.read(path))
+            checks.check(model)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(str(path)) else f"{path}: {text}") from None
+    return model

@@ -1,0 +1,131 @@
+"""What an input says by the name of a file: its model and what has been measured (rank 0)."""
+
+import functools
+
+import numpy as np
+
+from hpcrub.config.casing import MOST_POINTS
+from hpcrub.config.checks import deviation_of
+from hpcrub.config.schema import Config, replaced
+from hpcrub.errors import InputError
+from hpcrub.results import model_file, tables
+from hpcrub.setup import imported
+
+PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
+DIGITS = 6  # of degrees and millimetres that are kept
+
+
+def resolved(config: Config) -> Config:
+    """The configuration with all that its files tell; the result file keeps it.
+
+    Raises InputError for a file that cannot be used, or has changed.
+    """
+    config = imported.resolved(with_tables(config))
+    if config.mistuning.pattern_file is not None:
+        patterns(config)
+    return config
+
+
+def with_tables(config: Config) -> Config:
+    """The same without a look at the model file, which may be large."""
+    if not config.casing.is_resolved:
+        config = replaced(config, _profile(config.casing.profile_csv))
+    mistuning = config.mistuning
+    if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
+        config = replaced(config, _patterns(config))
+    return config
+
+
+def patterns(config: Config) -> np.ndarray:
+    """Stiffness deviations of all disks of the patterns' file (samples, N) [-].
+
+    Raises InputError when it is not the file that the configuration was made of.
+    """
+    mistuning, n_blades = config.mistuning, config.disk.n_blades
+    path = mistuning.pattern_file
+    found = _deviations(
+        path,
+        mistuning.pattern_sha256,
+        mistuning.pattern_unit,
+        config.material.young_modulus_gpa,
+    )
+    if found.shape[1] != n_blades:
+        raise InputError(
+            f"mistuning.pattern: {path} has {found.shape[1]} columns for the {n_blades} "
+            f"blades of disk.{'model' if config.disk.model else 'n_blades'}"
+        )
+    if len(found) < mistuning.samples:
+        raise InputError(
+            f"mistuning.samples: {mistuning.samples} asked for, {path} has {len(found)} disks"
+        )
+    return found[: mistuning.samples]
+
+
+def _patterns(config):
+    """Keys of measured disks: so many samples of one level, as wide as the largest deviation."""
+    mistuning, path = config.mistuning, config.mistuning.pattern_file
+    if "half_range_percent" in mistuning.model_fields_set:
+        raise InputError(
+            "mistuning.half_range_percent: cannot be combined with mistuning.pattern, whose "
+            "disks are one level; leave it out"
+        )
+    checksum = model_file.checksum(path)
+    found = _deviations(path, checksum, mistuning.pattern_unit, config.material.young_modulus_gpa)
+    largest = 100.0 * float(np.abs(found).max())
+    if not largest < 100.0:
+        raise InputError(
+            f"mistuning.pattern: {path}: the stiffness of a blade deviates by {largest:.6g} "
+            f"%; less than 100 % is allowed (mistuning.pattern_unit: {mistuning.pattern_unit})"
+        )
+    keys = {
+        "mistuning.pattern_sha256": checksum,
+        "mistuning.half_range_percent": [largest],
+    }
+    if "samples" not in mistuning.model_fields_set:
+        keys["mistuning.samples"] = len(found)
+    return keys
+
+
+@functools.lru_cache(maxsize=4)
+def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
+    """Deviations (disks, N) of a table of patterns [-]; kept, because every sample asks for it."""
+    model_file.require("mistuning.pattern", path, checksum)
+    if str(path).endswith(".npz"):
+        arrays = list(model_file.read(path).values())
+        if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype.kind not in "fiu":
+            raise InputError(
+                f"mistuning.pattern: {path} has to hold one array of numbers, a row for "
+                "each disk and a column for each blade"
+            )
+        values = arrays[0].astype(float)
+    else:
+        values = tables.read(path)[1]
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"mistuning.pattern: {path}: empty, or not all values are numbers")
+    if unit != "percent" and not (values > 0.0).all():
+        raise InputError(f"mistuning.pattern: {path}: values above 0 are expected in {unit}")
+    return np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
+
+
+def _profile(path):
+    """Keys of a measured casing: its points in the order of their angles, 360° as 0°."""
+    table = np.round(tables.columns(path, PROFILE_COLUMNS), DIGITS)
+    angle, change = table.T
+    if (angle < 0.0).any() or (angle > 360.0).any():
+        raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")
+    if 0.0 in angle:
+        table = table[angle < 360.0]  # the first point again
+    table[:, 0] %= 360.0
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    if not 4 <= len(table) <= MOST_POINTS:
+        raise InputError(
+            f"casing.profile_csv: {path} has {len(table)} points; 4 to {MOST_POINTS:,} are allowed"
+        )
+    twice = np.flatnonzero(np.diff(table[:, 0]) == 0.0)
+    if len(twice):
+        raise InputError(
+            f"casing.profile_csv: {path} has two points at {table[twice[0], 0]:g} degrees"
+        )
+    if np.abs(change).max() > 1e4:
+        raise InputError(f"casing.profile_csv: {path}: changes of radius of more than 10 m")
+    return {"casing.profile_deg": table[:, 0].tolist(), "casing.profile_mm": table[:, 1].tolist()}

@@ -1,0 +1,165 @@
+"""Whether the numbers of a study mean anything: what its time step and its model resolve.
+
+The limit of the steps per bump width follows from the errors and the order of docs/stress.md; the
+others are provisional until `evidence/stress/plausibility.py` has been run in full. What cannot
+have a result is refused; what may be wanted goes on with a warning that stands in the result file
+and under its figures.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hpcrub.config import resolution
+from hpcrub.config.schema import Config
+from hpcrub.model.damping import ratios
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.ensemble import SETTLED
+from hpcrub.response.sliding import critical_friction, growth_rate
+from hpcrub.response.sweep import can_touch
+from hpcrub.setup.problem import Problem
+
+STEPS_PER_BUMP_WIDTH = 12.0
+STEPS_PER_PERIOD = 16.0
+MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
+FAST = 1.5  # times as fast as the first family vibrates
+# harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
+HARMONICS = 7
+
+
+def steady_problems(config: Config) -> Iterator[str]:
+    """Lines on why no point of a study could pass a test of its steady state."""
+    steady, speeds = config.steady_state, config.speeds
+    window = steady.window_revolutions / speeds.from_hz  # the longest [s]
+    if 2.0 * window > steady.max_time:
+        yield (
+            f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, "
+            f"which compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} "
+            f"Hz; at least {2.0 * window:.4g} s are needed"
+        )
+        return
+    # the ramp must be over before the last window begins, at the speed where that is first
+    ends = np.maximum(steady.first_check, 2.0 * steady.window_revolutions / speeds.values_hz)
+    begins = ends - steady.window_revolutions / speeds.values_hz
+    if config.casing.growth_time > begins.min():
+        needed = config.casing.growth_time + steady.window_revolutions / speeds.from_hz
+        yield (
+            f"casing.growth_time_s: the bumps still grow at {begins.min():.4g} s, when the first "
+            f"test of the steady state begins; a shorter one, or steady_state.first_check_s of at "
+            f"least {needed:.4g}, is needed"
+        )
+
+
+def steps_per_bump_width(config: Config) -> float:
+    """Time steps while a tip passes the width of a bump at the highest speed; inf: no contact."""
+    return resolution.bump_time(config) / config.step
+
+
+def steps_per_period(config: Config, problem: Problem) -> float:
+    """Time steps per period of the first family's highest mode."""
+    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
+    return float(2.0 * np.pi / np.sqrt(family[-1]) / config.step)
+
+
+def excited_hz(config: Config) -> float:
+    """Highest frequency that the casing's shape excites [Hz]."""
+    return max(orders(config), default=0) * config.speeds.to_hz
+
+
+def orders(config: Config) -> tuple[int, ...]:
+    """Engine orders that the casing excites, the strongest first; see `model.casing.outline`."""
+    if config.casing.profile.exists:
+        return config.casing.outline.orders
+    return tuple(config.casing.n_bumps * k for k in range(1, HARMONICS + 1))
+
+
+def numbers(config: Config, problem: Problem) -> Iterator[str]:
+    """What the time step and the model resolve, in words."""
+    top = np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi)
+    revolutions = config.steady_state.first_check * config.speeds.from_hz
+    yield f"{steps_per_bump_width(config):.3g} steps per bump width at {config.speeds.to_hz:g} Hz"
+    yield f"{steps_per_period(config, problem):.3g} steps per period of the first family"
+    yield f"{revolutions:.3g} revolutions before the first check"
+    if config.disk.model is None:
+        per_blade = config.reduction.n_modes / config.disk.n_blades
+        yield f"{per_blade:.3g} modes with the tips held for each blade"
+    yield f"modes up to {top:.4g} Hz, the casing excites up to {excited_hz(config):.4g} Hz"
+
+
+def warnings(config: Config, problem: Problem) -> Iterator[str]:
+    """Lines on what is not resolved; they go into the result file and under its figures."""
+    if not can_touch(problem.scene):
+        return
+    found = steps_per_bump_width(config)
+    if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
+        yield (
+            f"not resolved: {found:.3g} time steps per bump width, fewer than "
+            f"{STEPS_PER_BUMP_WIDTH:g} (time.steps_per_bump_width)"
+        )
+    found = steps_per_period(config, problem)
+    if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
+        yield (
+            f"not resolved: {found:.3g} time steps per period of the first family, fewer than "
+            f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"
+        )
+    yield from _mode_warnings(config, problem)
+    yield from _time_warnings(config, problem)
+    yield from _friction_warnings(config, problem)
+
+
+def _time_warnings(config, problem):
+    """Windows and times that are too short for transients, or for the blades themselves."""
+    omega = np.sqrt(problem.reduced.tuned_eigenvalues)
+    steady, ratio = config.steady_state, ratios(config.damping, omega)
+    constant = 1.0 / float((ratio * omega).min())  # of the slowest transient
+    needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
+    if needed > steady.window_revolutions:
+        yield (
+            f"not steady: {steady.window_revolutions} revolutions at {config.speeds.to_hz:g} Hz "
+            "are less than a period of the slowest mode; steady_state.window_revolutions of "
+            f"{needed} are needed"
+        )
+    if steady.rule == "ensemble" and SETTLED * constant > steady.max_time:
+        yield (
+            f"not steady: transients decay within {SETTLED * constant:.2g} s, "
+            f"steady_state.max_time_s is "
+            f"{steady.max_time_s:g}; irregular motions stay marked as not steady"
+        )
+    if steady.rule == "last_window" and constant > steady.first_check:
+        yield (
+            f"not steady: transients decay with a time constant of {constant:.2g} s, "
+            f"steady_state.first_check_s is "
+            f"{steady.first_check_s:g}: what is called steady may still grow or decay"
+        )
+
+
+def _friction_warnings(config, problem):
+    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    critical = critical_friction(modes)
+    if scene.friction > critical:
+        rate = growth_rate(modes, scene.damping_ratio, scene.friction)
+        yield (
+            f"flutter: with a friction above {critical:.2g} a blade that slides along the casing "
+            f"locks itself; at contact.friction of {scene.friction:g} its displacement grows by "
+            f"{rate:.3g} 1/s. Less friction, or a casing that reaches less beyond the clearance, "
+            "may keep contacts short"
+        )
+
+
+def _mode_warnings(config, problem):
+    frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
+    top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
+    passing = next(iter(orders(config)), 0) * config.speeds.to_hz
+    per_blade = MODES_PER_BLADE + (passing > FAST * family)
+    all_modes = config.disk.n_dof - 2 * config.disk.n_blades
+    wanted = min(per_blade * config.disk.n_blades, all_modes)
+    if config.disk.model is None and config.reduction.n_modes < wanted:
+        yield (
+            f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than "
+            f"{per_blade} for each blade, {wanted}"
+        )
+    if top < passing:
+        yield (
+            f"not resolved: the bumps pass at {passing:.4g} Hz, above all modes of the model (up "
+            f"to {top:.4g} Hz; reduction.n_modes)"
+        )

@@ -1,0 +1,146 @@
+"""What a study computes with: the tuned disk, full and reduced, and the scene."""
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config import resolution
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.model.coating import Coating, ElasticCasing
+from hpcrub.model.disk import build_disk
+from hpcrub.model.interface import Interface
+from hpcrub.model.reduction import ReducedModel, craig_bampton
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import RECORD_INTERVAL, Scene
+from hpcrub.setup import imported
+
+SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit
+
+
+class Model(NamedTuple):
+    """The tuned disk, full and reduced."""
+
+    disk: Any  # Disk, or SparseDisk of a model file; None: only reduced
+    reduced: ReducedModel
+
+
+class Problem(NamedTuple):
+    """What every rank needs in order to compute any sample."""
+
+    reduced: ReducedModel
+    scene: Scene
+    stability_limit: float  # of the time step, for the stiffest sample [s]
+
+
+def build_model(config: Config) -> Model:
+    """Model of a configuration. Raises InputError for an impossible geometry or model file."""
+    if config.disk.model is not None:
+        return Model(*imported.build(config))
+    try:
+        with np.errstate(all="ignore"):
+            disk = build_disk(config.disk, config.material)
+            reduced = craig_bampton(disk, config.reduction.n_modes)
+    except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+        raise InputError(f"disk: {error}") from None
+    values = reduced.tuned_eigenvalues
+    if not (np.isfinite(values).all() and values[0] > SMALLEST * values[-1]):
+        raise InputError(
+            "disk: the stiffnesses of its parts are too far apart for the arithmetic of this "
+            "program (lengths and thicknesses of disk, material)"
+        )
+    return Model(disk, reduced)
+
+
+def build_problem(config: Config) -> Problem:
+    """Tuned disk, reduced model and scene of a configuration.
+
+    Raises InputError for an impossible geometry, for a time step above the stability limit, and for
+    a load without a known engine order.
+    """
+    if config.forcing.in_contact and config.engine_order is None:
+        raise InputError(
+            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
+            "load has; give their number"
+        )
+    reduced = build_model(config).reduced
+    # the motion of the full model is not needed any more, and would go to all ranks
+    reduced = reduced._replace(basis=np.zeros((0, len(reduced.mass))))
+    # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
+    pattern = config.pattern_deviation
+    stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))
+    limit = 2.0 / np.sqrt(reduced.tuned_eigenvalues[-1] * (1.0 + stiffest))
+    if config.time.scheme == "central_difference" and not resolution.longest_step(config) < limit:
+        raise InputError(
+            f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
+            "of central_difference for this model"
+        )
+    return Problem(reduced, scene_of(config, reduced), float(limit))
+
+
+def scene_of(config: Config, reduced: ReducedModel) -> Scene:
+    """Casing, contact, time step and steady-state test of a configuration."""
+    steady = config.steady_state
+    return Scene(
+        interface=reduced.interface,
+        damping_ratio=config.damping,
+        n_bumps=config.casing.n_bumps,
+        bump_height=config.casing.bump_height,
+        bump_width=config.casing.bump_width,
+        clearance=config.casing.clearance,
+        ramp_time=config.casing.growth_time,
+        friction=config.contact.friction,
+        profile=config.casing.profile,
+        load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
+        load_order=config.engine_order or 1,
+        elastic_casing=elastic_casing_of(config),
+        coating=coating_of(config, reduced.interface),
+        scheme=config.time.scheme,
+        step=resolution.longest_step(config),
+        least_steps=resolution.least_steps(config),
+        record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+        steady=SteadyCriteria(
+            first_check=steady.first_check,
+            window_revolutions=steady.window_revolutions,
+            extend_revolutions=steady.extend_revolutions,
+            min_correlation=steady.min_correlation,
+            max_amplitude_change=steady.max_amplitude_change,
+            max_time=steady.max_time,
+            confirmations=steady.confirmations,
+            rule=steady.rule,
+            max_error=steady.max_error,
+        ),
+    )
+
+
+def elastic_casing_of(config: Config) -> ElasticCasing | None:
+    """The casing that gives, None for a rigid one."""
+    stiffness, damping = (
+        config.contact.casing_stiffness_n_per_m, config.contact.casing_damping_ns_per_m
+    )  # fmt: skip
+    return None if stiffness is None else ElasticCasing(stiffness, damping)
+
+
+def coating_of(config: Config, interface: Interface) -> Coating | None:
+    """The coating that wears, None without."""
+    if config.contact.law != "abradable":
+        return None
+    c = config.contact.coating
+    area, width = config.disk.blade.thickness * config.disk.width, config.disk.width
+    if config.disk.model is not None:
+        width = float(np.ptp(interface.axial_position))
+    if c.tip_area_mm2 is not None:
+        area = c.tip_area_mm2 / 1e6
+    return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)
+
+
+def time_grid(config: Config) -> SimpleNamespace:
+    """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
+    return SimpleNamespace(
+        step=resolution.longest_step(config),
+        least_steps=resolution.least_steps(config),
+        repeats=config.repeats,
+        divisor=config.disk.n_blades if config.contact.law == "abradable" else 1,
+        record_interval=resolution.record_interval(config, RECORD_INTERVAL),
+    )

@@ -1,0 +1,66 @@
+"""Pairs of numbers, one for each sample: how often one is larger, rank correlation, density."""
+
+import numpy as np
+from scipy.stats import gaussian_kde, norm, rankdata
+
+N_GRID = 80  # points of a density along each axis
+
+
+def share_interval(above: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Wilson's interval of a share, above of n."""
+    if n == 0:
+        return np.nan, np.nan
+    z = norm.ppf(0.5 + confidence / 2)
+    p, centre = above / n, (above + z * z / 2) / (n + z * z)
+    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
+    return max(0.0, centre - half), min(1.0, centre + half)
+
+
+def rank_correlation(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> np.ndarray:
+    """Spearman's correlation of n pairs, and its interval (Bonett and Wright 2000).
+
+    Parameters
+    ----------
+    x, y
+        Of every sample (n,).
+
+    Returns
+    -------
+    ndarray
+        (3,) correlation, lower and upper end [-]; NaN of fewer than four pairs.
+    """
+    n = len(x)
+    if n < 4:
+        return np.full(3, np.nan)
+    r = np.corrcoef(rankdata(x), rankdata(y))[0, 1]
+    half = norm.ppf(0.5 + confidence / 2) * np.sqrt((1 + r * r / 2) / (n - 3))
+    at = np.arctanh(np.clip(r, -1 + 1e-12, 1 - 1e-12))
+    return np.array([r, np.tanh(at - half), np.tanh(at + half)])
+
+
+def density(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Density of pairs, by a Gaussian kernel of Scott's width.
+
+    Parameters
+    ----------
+    x, y
+        Of every sample (n,).
+
+    Returns
+    -------
+    tuple
+        Grids of x and of y (G,), as far as three standard deviations of the kernel beyond the
+        samples; density (G, G), the largest is 1, None where the pairs lie on a line.
+    """
+    grid_x, grid_y = map(_grid, (x, y))
+    pairs = np.vstack([x, y])
+    if np.linalg.matrix_rank(np.cov(pairs)) < 2:
+        return grid_x, grid_y, None
+    mesh = np.array(np.meshgrid(grid_x, grid_y, indexing="ij")).reshape(2, -1)
+    found = gaussian_kde(pairs)(mesh).reshape(N_GRID, N_GRID)
+    return grid_x, grid_y, found / found.max()
+
+
+def _grid(values):
+    margin = 3.0 * values.std() * len(values) ** (-1 / 6) + 1e-6
+    return np.linspace(values.min() - margin, values.max() + margin, N_GRID)

@@ -1,0 +1,112 @@
+"""Names, units and meaning of everything in the result file of a contact study.
+
+Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
+"""
+
+from hpcrub.config.schema import Config
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+
+KINDS = ("contact", "linear")  # of amplifications
+_SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
+_BY = ", by order statistics, level by convergence.z; NaN: too few samples"
+_AMPLITUDE = (
+    "largest tangential displacement of any tip over the last revolutions; rule ensemble: its mean "
+    "over several windows"
+)
+_ERROR = "standard error of amplitude_m by the scatter of its windows; NaN: not known"
+_SCATTER = "standard deviation of the windows' amplitudes; NaN: not known"
+_LOCALISATION = "localisation factor of the blade-tip amplitudes"
+_RUNS = "amplitudes of the tuned disk and of its perturbed runs"
+_REFERENCE = "median of run_peaks_m: amplifications are relative to it"
+_LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
+_S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
+
+# of a coating only: {name: (units, description)}
+_WEAR = {
+    "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
+    "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
+    "worn_depth_m": ("m", "largest worn depth of the coating in the end"),
+    "worn_growth_m": ("m", "largest growth of a worn depth in the last ten revolutions or so"),
+    "worn_volume_m3": ("m3", "volume of coating worn away: depth by arc by width of its strip"),
+    "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
+    "lobes": ("1", "lobes of the worn depth beyond those of casing and load"),
+}
+
+
+def _wear_lines(group, dimensions):
+    return (Dataset(f"{group}/{n}", dimensions, *what) for n, what in _WEAR.items())
+
+
+# Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
+LAYOUT = (
+    Dataset("speeds_hz", _S, "Hz", "speeds of rotation"),
+    Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
+    Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
+    Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
+    Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
+    Dataset("tuned/amplitude_error_m", _S, "m", _ERROR, since=3),
+    Dataset("tuned/amplitude_scatter_m", _S, "m", _SCATTER, since=3),
+    Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed", since=3),
+    Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
+    Dataset("tuned/point_status", _S, "1", POINT_STATUS, "u1"),
+    Dataset("tuned/point_reason", _S, "1", POINT_REASON, "u1"),
+    Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
+    Dataset("tuned/localisation", _S, "1", _LOCALISATION),
+    Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
+    Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
+    Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
+    Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
+    *_wear_lines("tuned", _S),
+    Dataset("tuned/worn_m", ("speed", "angle"), "m", "largest worn depth of any strip, by angle"),
+    Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing"),
+    Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
+    Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
+    Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
+    Dataset("samples/amplitude_error_m", _VNS, "m", _ERROR, since=3),
+    Dataset("samples/amplitude_scatter_m", _VNS, "m", _SCATTER, since=3),
+    Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
+    Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
+    Dataset("samples/point_status", _VNS, "1", POINT_STATUS, "u1"),
+    Dataset("samples/point_reason", _VNS, "1", POINT_REASON, "u1"),
+    Dataset("samples/max_sweeps", _VNS, "1", _SWEEPS, "u1"),
+    Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
+    Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
+    Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
+    Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
+    Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
+    *_wear_lines("samples", _VNS),
+    Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
+    Dataset("trust", ("line",), "1", "how far the results can be trusted", "S240", since=3),
+    *(
+        line
+        for kind in KINDS
+        for line in (
+            Dataset(f"statistics/{kind}/samples_seen", ("block",), "1", "samples seen", "i8"),
+            *(
+                Dataset(f"statistics/{kind}/{name}", ("level", "percentile", "block"), "1", text)
+                for name, text in (
+                    ("percentile", f"percentiles of the {kind} amplifications seen"),
+                    ("percentile_low", f"lower end of the percentiles' confidence intervals{_BY}"),
+                    ("percentile_high", f"upper end of the percentiles' confidence intervals{_BY}"),
+                    ("mean_of_percentile", "mean of the percentile values so far"),
+                    ("convergence_error", "convergence error, Z sqrt(V/k) of k percentile values"),
+                )
+            ),
+        )
+    ),
+)
+MOST_LINES = 24  # of the trust block
+SCALES = {
+    "speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen",
+    "angle": "angle_deg",
+}  # fmt: skip
+_OF_COATING = {*_WEAR, "worn_m", "angle_deg"}
+_NAMES = [line.name.partition("/")[::2] for line in LAYOUT]
+TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of a study, those of a coating only where there is one."""
+    if config.contact.law == "abradable":
+        return LAYOUT
+    return tuple(line for line in LAYOUT if line.name.split("/")[-1] not in _OF_COATING)

@@ -1,0 +1,185 @@
+"""Files of parts of a contact study become the file of the study.
+
+The parts may overlap and need not be complete, and their order does not matter: a sample is taken
+from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
+they must agree to the last bit. Memory does not grow with the samples.
+
+A study of few samples is a part of the same study with more: `--samples N` makes the file of the
+larger one, and `main.py --resume` computes what is missing.
+"""
+
+import os
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config import parts
+from hpcrub.config.schema import Config, differences
+from hpcrub.errors import HpcrubError, InputError, reason
+from hpcrub.ranks.parallel import Team
+from hpcrub.results import ownership, storage
+from hpcrub.results.layout import PENDING
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import result_files
+from hpcrub.runs.study import Run
+from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact.monte_carlo import MonteCarlo
+from hpcrub.studies.contact.source import open_contact
+from hpcrub.studies.contact.study import STUDY
+
+AT_ONCE = 2**26  # bytes read at once
+
+
+def merge(
+    out: str | Path,
+    paths: Sequence[str | Path],
+    overwrite: bool = False,
+    samples: int | None = None,
+    allow_mixed: bool = False,
+) -> tuple[int, int]:
+    """Merge result files of parts of one study.
+
+    Parameters
+    ----------
+    out
+        File of the whole study; it appears when it is whole.
+    paths
+        Result files of parts, or of the whole study.
+    overwrite
+        Replace an existing file.
+    samples
+        Number of samples a level of the whole study, if not that of the parts' own.
+    allow_mixed
+        Take parts that were computed by different program texts.
+
+    Returns
+    -------
+    tuple
+        Number of finished samples, and of all.
+
+    Raises
+    ------
+    InputError
+        Parts that are unsound, of different studies or programs, or contradict each other.
+    """
+    unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
+    lock = ownership.Lock(out)  # first: another job may just have finished the file
+    try:
+        if os.path.lexists(out) and not overwrite:
+            raise InputError(f"{out} exists: --overwrite replaces it")
+        if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
+            raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
+        found = _survey(out, paths, samples)
+        if len(found.programs) > 1 and not allow_mixed:
+            raise InputError(
+                f"the parts were computed by different programs ({'; '.join(found.programs)}): "
+                "--allow-mixed merges them and names all in the file"
+            )
+        storage.refuse_foreign(out)
+        run = Run(STUDY, found.config)
+        result_files.lay_out(unfinished, run, found.origin, found.programs)
+        try:
+            status = _fill(unfinished, paths, found)
+            ownership.move(unfinished, os.path.realpath(out))
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise HpcrubError(f"cannot write {out}: {reason(error)}") from None
+    finally:
+        lock.release()
+    return int(np.count_nonzero(status != PENDING)), status.size
+
+
+class Survey(NamedTuple):
+    """What all parts agree on."""
+
+    config: Config  # of the whole
+    tuned: dict[str, Any] | None  # results of the tuned disk
+    origin: dict[str, str]  # attributes: with which libraries, and what is not resolved
+    programs: list[str]  # that have computed them, one for each text
+
+
+def _survey(out, paths, samples):
+    """Survey of the parts. Raises InputError for parts that do not belong together."""
+    config = tuned = tuned_path = None
+    origin, programs, warned = defaultdict(set), {}, {}
+    for path in paths:
+        with open_contact(path) as part:
+            mine, found = _whole_config(part, out, samples), contact_file.read_tuned(part)
+            if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
+                raise InputError(f"parts of different studies: {'; '.join(other)}")
+            config = config or mine
+            for program in part.programs():
+                programs.setdefault(program.split()[0], program)
+            if found and tuned:
+                _same_tuned(tuned, tuned_path, found, path)
+            elif found:
+                tuned, tuned_path = found, path
+            warned |= dict.fromkeys(str(part.attributes().get("warnings", "")).splitlines())
+            for name, value in part.attributes().items():
+                if name.endswith(("_version", "_revision")) and name != "program_version":
+                    origin[name].update(str(value).split(", "))
+    attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
+    if warned:
+        attributes["warnings"] = "\n".join(warned)
+    return Survey(config, tuned, attributes, list(programs.values()))
+
+
+def _whole_config(part, out, samples):
+    if part.config.convergence.stop_when_converged:
+        raise InputError(f"{part.path} stops when it has converged: it cannot be part of another")
+    end = part.config.samples.stop
+    if samples is not None and samples < end:
+        raise InputError(f"--samples: {samples} is too few, {part.path} has {end} a level")
+    return parts.whole(part.config, out, samples)
+
+
+def _same_tuned(tuned, path, found, other):
+    differ = [name for name in sorted(tuned) if tuned[name].tobytes() != found[name].tobytes()]
+    if differ:
+        raise InputError(
+            f"the tuned disk of {path} and of {other} is not the same (tuned/{differ[0]}): they "
+            "were computed on different kinds of processors, or with different libraries"
+        )
+
+
+def _fill(path, parts_paths, found):
+    """Write what the parts have into the laid-out file; returns the status of all samples."""
+    with ResultFile(path, mode="r+") as whole:
+        if found.tuned:
+            contact_file.write_tuned(whole, found.tuned)
+        for part_path in parts_paths:
+            with open_contact(part_path) as part:
+                _copy(part, whole)
+        MonteCarlo(Run(STUDY, found.config), Team(), None, whole).update_statistics()
+        return whole.status()
+
+
+def _copy(part, whole):
+    """Copy what is finished in a part into the whole file, a group of samples at a time."""
+    names = [
+        line.name for line in Run(STUDY, part.config).datasets() if line.name.startswith("samples/")
+    ]
+    start, n_samples = part.config.samples.start, len(part.config.samples)
+    rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
+    for mine, level in enumerate(part.config.levels):
+        for first in range(0, n_samples, rows):
+            end = min(first + rows, n_samples)
+            source, target = (mine, slice(first, end)), (level, slice(start + first, start + end))
+            new = part.read("samples/status", source) != PENDING
+            there = whole.read("samples/status", target) != PENDING
+            if not new.any():
+                continue
+            for name in names:
+                values, old = part.read(name, source), whole.read(name, target)
+                both = new & there
+                if values[both].tobytes() != old[both].tobytes():
+                    raise InputError(
+                        f"{part.path} contradicts another part: {name} of level {level}, samples "
+                        f"{start + first} to {start + end - 1}"
+                    )
+                old[new] = values[new]
+                whole.write({name: old}, target)

@@ -1,0 +1,324 @@
+"""The job of a contact study: the tuned disk and all samples of all levels, on all ranks.
+
+Samples go by number, then by level, so that all levels are equally far at any moment. What is
+computed for a sample depends on nothing but (configuration, level, sample).
+
+The tuned disk comes first, and the samples begin while it is still integrated: a rank that finishes
+one before waits, with the sample in its memory, until rank 0 shares the reference.
+"""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.errors import HpcrubError, Interrupted
+from hpcrub.ranks.parallel import PAUSE, Team
+from hpcrub.ranks.progress import Progress
+from hpcrub.ranks.runlog import Work
+from hpcrub.response import sweep
+from hpcrub.results.layout import DONE, FAILED, PENDING
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Run
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import Problem
+from hpcrub.statistics.percentiles import (
+    first_converged,
+    judged_error,
+    running_intervals,
+    running_percentiles,
+    running_statistics,
+)
+from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import trust
+from hpcrub.studies.contact.amplification import linear_amplitude, peak, point_values
+from hpcrub.studies.contact.layout import KINDS
+from hpcrub.studies.contact.summary import print_summary
+from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts
+from hpcrub.studies.contact.tuned import Integrated, TunedDisk, join, modes_of_tuned
+
+LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
+BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
+
+
+class Outcome(NamedTuple):
+    """What rank 0 needs to know of one finished sample."""
+
+    status: int
+    amplification: float
+    linear_amplification: float
+    n_steps: int
+    seconds: float
+    writing: float  # of these seconds
+    message: str = ""
+
+
+class MonteCarlo:
+    """The job of a contact study."""
+
+    what = "samples"
+
+    def __init__(
+        self,
+        run: Run,
+        team: Team,
+        prepared: Problem | None,
+        file: ResultFile,
+        progress: Progress | None = None,
+        phase: Callable[[str], None] = lambda name: None,
+    ) -> None:
+        """A job that has not begun; arguments as for `study.Tasks`."""
+        config = self.config = run.config
+        self.team, self.problem, self.file = team, prepared, file
+        self.progress, self.phase = progress, phase
+        self.speeds_hz = config.speeds.values_hz
+        self.shape = len(config.levels), len(config.samples)
+        self.tuned = TunedDisk(config, prepared, file)
+        self.reference = None  # Reference, once known to this rank
+        self.work = Work()  # rank 0
+        self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
+        self.looked_at = 0  # so many of them when convergence was checked last
+        self.status: Any = None  # (V, n) on rank 0
+        self.amplification: Any = None  # (2, V, n) on rank 0
+        self.tasks: Any = ()  # on rank 0
+        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # on rank 0
+        self.failure = ""  # what the last sample that failed has said (rank 0)
+
+    def run(self) -> None:
+        """Compute what is missing and write it, with the statistics of what is there.
+
+        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        """
+        self.reference, n_tasks = self.team.on_root(self._take_stock)
+        if n_tasks:
+            self.phase("loading the kernel")
+            assert self.problem  # None where parts are only merged
+            warm_up(self.team, self.config, self.problem, False, self.progress)
+        self.phase("samples" if self.reference else "tuned disk")
+        try:
+            self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
+            self.team.on_root(self.tuned.check)
+        except Interrupted:
+            self.team.on_root(self._write_statistics)
+            raise
+        self.team.on_root(self._write_statistics)
+
+    def update_statistics(self) -> None:
+        """Write the statistics of the samples that are there (rank 0)."""
+        self._take_stock()
+        self._write_statistics()
+
+    def n_done(self) -> tuple[int, int]:
+        """Finished samples and all (rank 0)."""
+        status = self.file.status()
+        return int(np.count_nonzero(status != PENDING)), status.size
+
+    def require_results(self) -> None:
+        """Raise HpcrubError when every sample has failed (rank 0)."""
+        if (self.status == FAILED).all():
+            why = f", the last one: {self.failure}" if self.failure else ""
+            raise HpcrubError(f"all {self.status.size} samples have failed{why}")
+
+    def summary(self, seconds: float) -> None:
+        """Print what was found (rank 0); seconds: wall time of this run."""
+        print_summary(self.file, self, seconds)
+
+    def _take_stock(self):
+        """Take up the results that are there (rank 0).
+
+        Returns the Reference, None when missing, and the number of tasks.
+        """
+        self.status = self.file.status()
+        names = "samples/amplification", "samples/linear_amplification"
+        self.amplification = np.stack([self.file.read(name) for name in names])
+        self.amplification[:, self.status != DONE] = np.nan
+        self.tuned.take_stock()
+        n_pending = np.count_nonzero(self.status == PENDING)
+        self.finished = _leading((self.status != PENDING).all(axis=0))
+        useless = self.tuned.reference and not self.tuned.reference.usable
+        if useless or self._is_enough():
+            n_pending = 0
+        most = most_parts(len(self.speeds_hz))
+        self.tasks = ContactTasks(
+            self.tuned.tasks(self.team.size), self._pending(), int(n_pending), most
+        )
+        if self.progress and self.tuned.reference:
+            self.progress.start(self.status)
+        return self.tuned.reference, len(self.tasks)
+
+    def _pending(self):
+        """Pairs (level, sample) of the samples to compute."""
+        for sample in range(self.shape[1]):
+            for level in np.flatnonzero(self.status[:, sample] == PENDING):
+                yield int(level), sample
+
+    # any rank
+
+    def _compute(self, task, poll):
+        """Outcome of a sample, after writing it; Integrated of anything else.
+
+        None for a sample when there is no usable reference.
+        """
+        if isinstance(task, TunedPart):
+            return self._integrate(modes_of_tuned(self.config, self.problem, task.run), task, poll)
+        blades, modes = deviation(self.config, task.level, task.sample), None
+        response = task.response
+        try:
+            modes = modes_of(self.config, self.problem, blades)
+            response = response or self._integrate(modes, task, poll)
+        except BAD_NUMBERS as error:
+            response = Integrated(None, 0.0, _words(error))
+        if task.n_parts > 1:
+            return response
+        while self.reference is None:
+            self.reference = poll()
+            time.sleep(0.0 if self.reference else PAUSE)
+        return self._finish(task, blades, modes, response) if self.reference.usable else None
+
+    def _integrate(self, modes, task, poll):
+        start = time.perf_counter()
+        scene = self.problem.scene
+        part = range(task.part, len(self.speeds_hz), task.n_parts)
+        result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
+        return Integrated(result, time.perf_counter() - start)
+
+    def _finish(self, task, blades, modes, response):
+        """Write a sample that has been integrated; returns its Outcome."""
+        start = time.perf_counter()
+        values, message = {"deviation": blades, "status": FAILED}, response.message
+        try:
+            if response.result:
+                values |= point_values(response.result)
+                values |= self._amplifications(modes, response.result)
+                message = "" if values["status"] == DONE else "all its points diverged"
+        except BAD_NUMBERS as error:
+            message = _words(error)
+        began = time.perf_counter()
+        contact_file.write_sample(self.file, task.level, task.sample, values)
+        ended = time.perf_counter()
+        return Outcome(
+            status=values["status"],
+            amplification=values.get("amplification", np.nan),
+            linear_amplification=values.get("linear_amplification", np.nan),
+            n_steps=response.result.n_steps if response.result else 0,
+            seconds=response.seconds + ended - start,
+            writing=ended - began,
+            message=message,
+        )
+
+    def _amplifications(self, modes, result):
+        """Peaks of one sample beside the tuned disk's, and its status."""
+        amplitude, speed = peak(result, self.speeds_hz)
+        linear = linear_amplitude(self.config, self.problem, modes)
+        return {
+            "peak_amplitude_m": amplitude,
+            "peak_speed_hz": speed,
+            "amplification": amplitude / self.reference.contact,
+            "linear_amplitude_m": linear,
+            "linear_amplification": linear / self.reference.linear,
+            "status": DONE if np.isfinite([amplitude, linear]).all() else FAILED,
+        }
+
+    # rank 0
+
+    def _collect(self, task, result):
+        """Take note of a finished task. True when no further one is needed."""
+        if result is None:
+            return False
+        if isinstance(task, TunedPart):
+            return self._collect_tuned(task, result)
+        if task.n_parts > 1:
+            return self._collect_part(task, result)
+        self.work += Work(1, result.n_steps, result.seconds, result.writing)
+        where = task.level, task.sample
+        self.status[where] = result.status
+        self.failure = result.message or self.failure
+        if result.status == DONE:
+            self.amplification[:, *where] = result.amplification, result.linear_amplification
+        if self.progress:
+            self.progress.sample(*where, result, self.amplification[0])
+        return self._is_enough()
+
+    def _collect_tuned(self, task, response):
+        self.work += Work(0, response.result.n_steps, response.seconds)
+        self.tuned.collect(task, response)
+        if self.progress:
+            n_all = len(self.tuned.runs) * len(self.speeds_hz)
+            self.progress.tuned(self.tuned.n_speeds(), n_all)
+        if self.tuned.reference:
+            self.reference = self.tuned.reference
+            self.team.share(self.reference)
+            self.phase("samples")
+            if self.progress:
+                self.progress.start(self.status)
+        return self.tuned.reference and not self.tuned.reference.usable
+
+    def _collect_part(self, task, response):
+        """When it is the last part of its sample, some rank is to finish and write the sample."""
+        parts = self.parts.setdefault((task.level, task.sample), {})
+        parts[task.part] = response
+        if len(parts) == task.n_parts:
+            del self.parts[task.level, task.sample]
+            whole = join([parts[part] for part in range(task.n_parts)])
+            self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=whole))
+
+    # statistics
+
+    def _is_enough(self):
+        """Whether every level and percentile has converged, if that ends the study (rank 0)."""
+        convergence = self.config.convergence
+        while self.finished < self.shape[1] and (self.status[:, self.finished] != PENDING).all():
+            self.finished += 1
+        due = max(self.looked_at + convergence.step, self.looked_at * LOOK_AGAIN)
+        if not convergence.stop_when_converged or self.finished < due:
+            return False
+        self.looked_at = self.finished
+        return self._converged_at() is not None
+
+    def _running(self, kind, compute):
+        """What `compute` finds for every level over the leading samples that are finished."""
+        c = self.config.convergence
+        values = self.amplification[KINDS.index(kind)]
+        n_finished = [_leading(status != PENDING) for status in self.status]
+        return [
+            compute(values[level, :n], c.percentiles, c.step, c.z)
+            for level, n in enumerate(n_finished)
+        ]
+
+    def _converged_at(self):
+        """First number of percentile values at which all levels are converged, or None."""
+        c = self.config.convergence
+        compute = running_percentiles if c.criterion == "standard_error" else running_intervals
+        running = self._running("contact", compute)
+        errors = [judged_error(c.criterion, partial(getattr, found)) for found in running]
+        shortest = min(error.shape[-1] for error in errors)
+        return first_converged(np.stack([e[:, :shortest] for e in errors]), c.target_error)
+
+    def _write_statistics(self):
+        """Statistics of the finished samples (rank 0).
+
+        A study that stops when it has converged has some samples more, depending on the ranks;
+        its statistics end where it converged.
+        """
+        self.phase("statistics")
+        length = None
+        if self.config.convergence.stop_when_converged:
+            length = self._converged_at()
+        for kind in KINDS:
+            for level, parts in enumerate(self._running(kind, running_statistics)):
+                cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
+                contact_file.write_statistics(self.file, kind, level, *cut)
+        if self.tuned.reference and self.tuned.reference.usable:
+            contact_file.write_trust(self.file, trust.lines(self.file))
+
+
+def _words(error):
+    return f"{type(error).__name__}: {error}"
+
+
+def _leading(flags):
+    """Number of true values before the first false one."""
+    return len(flags) if flags.all() else int(np.argmin(flags))

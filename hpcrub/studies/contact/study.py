@@ -1,0 +1,115 @@
+"""The contact study: what its result file holds, and what it says of itself."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.response.wear import N_ANGLES
+from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Study
+from hpcrub.setup.disks import sigma_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import build_problem
+from hpcrub.statistics.percentiles import first_converged, judged_error
+from hpcrub.studies.contact.layout import KINDS, MOST_LINES, SCALES, layout
+from hpcrub.studies.contact.monte_carlo import MonteCarlo
+
+
+def sizes(config: Config) -> dict[str, int]:
+    """Length of every dimension."""
+    return {
+        "angle": N_ANGLES,
+        "speed": config.speeds.n_values,
+        "level": len(config.levels),
+        "sample": len(config.samples),
+        "blade": config.disk.n_blades,
+        "mode": config.n_coordinates,
+        "percentile": len(config.convergence.percentiles),
+        "run": config.mistuning.tuned_runs,
+        "line": MOST_LINES,
+        "block": len(config.samples) // config.convergence.step,
+    }
+
+
+def constants(config: Config) -> dict[str, Any]:
+    """What is known before any computation."""
+    n_blocks = sizes(config)["block"]
+    seen = config.convergence.step * np.arange(1, n_blocks + 1)
+    angle = {"angle_deg": np.arange(N_ANGLES) * (360.0 / N_ANGLES)}
+    return (
+        (angle if config.contact.law == "abradable" else {})
+        | {
+            "speeds_hz": config.speeds.values_hz,
+            "half_range": config.mistuning.half_range[list(config.levels)],
+            "sigma": sigma_of(config),
+            "sample": np.array(config.samples),
+        }
+        | {f"statistics/{kind}/samples_seen": seen for kind in KINDS}
+    )
+
+
+def cost(config: Config, until_steady: float) -> Cost:
+    """Every disk at every speed."""
+    n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+    return Cost(n_disks * config.speeds.n_values * until_steady, disks=n_disks)
+
+
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    yield from steady_problems(config)
+    if config.engine_order is None:
+        yield (
+            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
+            "load of the linear response has; give their number"
+        )
+
+
+def headline(file: ResultFile) -> str:
+    """Peak of the tuned disk, and the amplifications at the widest level."""
+    text = f"tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
+    done = file.status()[-1] == DONE
+    values = file.read("samples/amplification", -1)[done]
+    if not len(values):
+        return f"{text}, no sample has a result"
+    if len(values) == 1:
+        return f"{text}, A_nl {values[0]:.3f}"
+    at = file.config.convergence.percentiles
+    found = " / ".join(f"{value:.3f}" for value in np.percentile(values, at))
+    return f"{text}, A_nl {found} (percentiles {'/'.join(f'{p:g}' for p in at)})"
+
+
+def is_enough(file: ResultFile) -> bool:
+    """Whether a file without all its samples has converged, where that ends the study."""
+    convergence = file.config.convergence
+    if not convergence.stop_when_converged:
+        return False
+    names = "convergence_error", "percentile_low", "percentile_high"
+    known = {name: file.read(f"statistics/contact/{name}") for name in names}
+    error = judged_error(convergence.criterion, known.__getitem__)
+    return first_converged(error, convergence.target_error) is not None
+
+
+STUDY = Study(
+    name="contact",
+    figures="7 to 13",
+    sections=("part",),
+    what="frequency response in contact, Monte-Carlo percentiles",
+    layout=layout,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=build_problem,
+    problem_of=lambda problem: problem,
+    cost=cost,
+    problems=problems,
+    unit=MonteCarlo.what,
+    integrates=True,
+    has_parts=True,
+    job=MonteCarlo,
+    is_enough=is_enough,
+    headline=headline,
+)

@@ -1,0 +1,176 @@
+"""What a contact study has found, as tables and lines for a terminal or a log."""
+
+from collections.abc import Iterator
+from math import nan
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from hpcrub.contact import status as point_status
+from hpcrub.contact.status import DIVERGED, NOT_STEADY
+from hpcrub.ranks.progress import WIDTH, console, duration, print_line
+from hpcrub.results.layout import DONE, FAILED
+from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
+from hpcrub.studies.contact import trust
+
+
+def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
+    """Print what a finished or interrupted study has found.
+
+    Parameters
+    ----------
+    file
+        Its result file.
+    job
+        The `MonteCarlo` of rank 0.
+    seconds
+        Wall time of this run [s].
+    """
+    out, found = console(), trust.survey(file)
+    if file.config.pattern_deviation is not None:
+        out.print(pattern_table(file))
+    else:
+        table = level_table(file, found)
+        fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
+        out.print(table if fits else level_table(file, found, narrow=True))
+        if len(file.config.samples) > 1:
+            out.print(interval_table(file))
+    print_line(out, tuned_line(file))
+    for line in point_lines(found):
+        print_line(out, line)
+    out.print("How far this can be trusted:")
+    for line in trust.lines(file, found):
+        print_line(out, f"- {line}")
+    text = f"wall time {duration(seconds)} on {job.team.size} rank{'s'[: job.team.size > 1]}"
+    if job.work.seconds > 0.0:
+        rate = job.work.n_steps / job.work.seconds
+        text += f", {rate / 1e6:.3g} million steps per second and core"
+    out.print(text)
+
+
+def tuned_line(file: ResultFile) -> str:
+    """Peak of the tuned disk, to which all amplifications are relative."""
+    peak, runs = file.read("tuned/peak_amplitude_m"), np.sort(file.read("tuned/run_peaks_m"))
+    text = f"tuned disk: {peak * 1e3:.2f} mm at {file.read('tuned/peak_speed_hz'):.2f} Hz"
+    if not np.isfinite(runs).all() or runs[-1] / runs[0] - 1.0 < 1e-3:
+        return text
+    return (
+        f"{text}; median {file.read('tuned/reference_amplitude_m') * 1e3:.2f} mm of {len(runs)} "
+        f"perturbed tuned runs ({runs[0] * 1e3:.2f} to {runs[-1] * 1e3:.2f} mm)"
+    )
+
+
+def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> Table:
+    """One row per mistuning level; narrow: without sigma, and with fewer digits."""
+    percentiles = file.config.convergence.percentiles
+    names = "/".join(f"{p:g}" for p in percentiles)
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        title=f"Amplifications, percentiles {names}, convergence error",
+        padding=(0, 0) if narrow else (0, 1),
+    )
+    headings = ["level", "sigma", "samples", "A_nl", "A_lin", "error", "not\nsteady", "diverged"]
+    for heading in headings:
+        if not (narrow and heading == "sigma"):
+            table.add_column(heading, justify="right", no_wrap=True)
+    digits, n = 2 if narrow else 3, trust.n_counted(file)
+    status = file.status()[:, :n]
+    half_range, sigma = file.read("half_range"), file.read("sigma")
+    for level in range(len(half_range)):
+        done = status[level] == DONE
+        n_failed = np.count_nonzero(status[level] == FAILED)
+        points = found.points[level]
+        not_steady, diverged = points[[NOT_STEADY, DIVERGED]] / max(1, points[1:].sum())
+        contact, linear = (
+            _percentile_text(file.read(f"samples/{name}", level)[:n][done], percentiles, digits)
+            for name in ("amplification", "linear_amplification")
+        )
+        table.add_row(
+            f"±{100 * half_range[level]:.3g} %",
+            *(() if narrow else (f"{100 * sigma[level]:.2f} %",)),
+            f"{np.count_nonzero(done)}" + (f" (+{n_failed} failed)" if n_failed else ""),
+            contact,
+            linear,
+            _last_error(file.read("statistics/contact/convergence_error", level)),
+            f"{100 * not_steady:.2f} %",
+            f"{100 * diverged:.2f} %",
+        )
+    return table
+
+
+def interval_table(file: ResultFile) -> Table:
+    """One row per level and percentile: amplifications with their confidence intervals."""
+    c = file.config.convergence
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        title=f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)",
+    )
+    for heading in ("level", "percentile", "A_nl", "interval", "A_lin", "interval"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    n = trust.n_counted(file)
+    status = file.status()[:, :n]
+    names = "samples/amplification", "samples/linear_amplification"
+    shared = trust.shared_uncertainty(file)
+    for level, half_range in enumerate(file.read("half_range")):
+        done = status[level] == DONE
+        columns = []
+        for name in names:
+            values = file.read(name, level)[:n][done]
+            low, high = percentile_interval(values, c.percentiles, Z_95)
+            middle = np.percentile(values, c.percentiles) if len(values) else np.full_like(low, nan)
+            if name == names[0]:
+                low, high = widened(middle, low, high, shared)
+            columns += [[_number(x) for x in middle], list(map(_interval, low, high))]
+        for percentile, *cells in zip(c.percentiles, *columns, strict=True):
+            table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
+    return table
+
+
+def _number(x):
+    return f"{x:.3f}" if np.isfinite(x) else "-"
+
+
+def _interval(low, high):
+    """An end is open when there are too few samples for it."""
+    return f"{_number(low)} to {_number(high)}"
+
+
+def point_lines(found: trust.Survey) -> Iterator[str]:
+    """What went wrong in single points, in words with counts, and the work of the force solver."""
+    yield from point_status.lines(found.reasons, found.n_points)
+    yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
+
+
+def _percentile_text(values, percentiles, digits):
+    if len(values) < 2:
+        return f"{values[0]:.{digits}f}" if len(values) else "-"
+    return "/".join(f"{p:.{digits}f}" for p in np.percentile(values, percentiles))
+
+
+def _last_error(error):
+    """Largest of the latest convergence errors (P, K) over the percentiles."""
+    known = np.flatnonzero(np.isfinite(error).all(axis=0))
+    return f"{100 * error[:, known[-1]].max():.2f} %" if len(known) else "-"
+
+
+def pattern_table(file: ResultFile) -> Table:
+    """Largest amplitude and localisation of the tuned disk and of an explicit pattern."""
+    table = Table(box=box.SIMPLE_HEAD, title="Amplitude, speed, localisation factor")
+    for heading in ("", "[mm]", "[Hz]", "LF [%]"):
+        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    speeds = file.read("speeds_hz")
+    for name, group, where, by in (
+        ("tuned, largest amplitude", "tuned", (), "amplitude_m"),
+        ("pattern, largest amplitude", "samples", (0, 0), "amplitude_m"),
+        ("pattern, largest localisation", "samples", (0, 0), "localisation"),
+    ):
+        keys = "amplitude_m", "localisation"
+        values = {key: file.read(f"{group}/{key}", where) for key in keys}
+        if np.isfinite(values[by]).any():
+            best = np.nanargmax(values[by])
+            size, localisation = 1e3 * values[keys[0]][best], 100 * values[keys[1]][best]
+            table.add_row(name, f"{size:.1f}", f"{speeds[best]:.2f}", f"{localisation:.1f}")
+    return table

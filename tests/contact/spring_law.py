@@ -1,0 +1,75 @@
+"""A contact law of one's own: behind the clearance the casing is a linear spring, without friction.
+
+The force is that of the penetration p at the end of the step, N = k p for p > 0, of points that do
+not move each other. A unit force moves a point out by W = R·gain·Rᵀ in a step, so that without
+contact force it would be at p + W N, and N = k (p + W N)/(1 + k W).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.lanes import (
+    TILE,
+    aligned_zeros,
+    any_lane,
+    below,
+    load,
+    positive_part,
+    splat,
+    store,
+)
+from hpcrub.contact.passes import predict_all
+from hpcrub.contact.tables import columns
+
+
+class Spring(NamedTuple):
+    """Springs of C contact points (padded) in L lanes."""
+
+    stiffness: np.ndarray  # k/(1 + k W) (C, L) [N/m]
+
+    k = 1.0  # [N/m]
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def predict(lanes, bank, step, n_active):
+        return predict_all(lanes, bank, step, n_active)
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def forces(lanes, bank, step, deepest):
+        state, law, n = bank.state, bank.law, 0
+        n_points = law.stiffness.shape[0]
+        for i in range(n_points):
+            depth = load(lanes, state.penetration, i)
+            if any_lane(below(splat(lanes, 0.0), depth)):
+                store(state.multiplier, i, positive_part(depth) * load(lanes, law.stiffness, i))
+                state.active[n] = i
+                n += 1
+        for a in range(n, n + TILE):
+            state.active[a] = n_points
+        return n
+
+    @staticmethod
+    def per_lane():
+        return Spring._fields
+
+    @classmethod
+    def allocate(cls, modes, scene, grid, width):
+        return cls(stiffness=aligned_zeros((columns(modes.normal).shape[1], width)))
+
+    @classmethod
+    def loads(cls, modes, scene):
+        return -columns(modes.normal)
+
+    def fill(self, bank, lane, modes, scene):
+        W = modes.normal**2 @ bank.scheme.gain[:, lane]
+        self.stiffness[: len(W), lane] = self.k / (1.0 + self.k * W)
+
+    def forces_on_points(self, multiplier, scene):
+        normal = multiplier[:, : len(scene.interface.angle)]
+        return normal, 0.0 * normal, normal[:, :0]
+
+    def steps_touched(self, lane):
+        return np.zeros(0)

@@ -1,0 +1,97 @@
+"""Verdicts on made-up windows: periodic, irregular, growing and decaying motions."""
+
+import numpy as np
+import pytest
+
+from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.response.ensemble import ALIKE, FEWEST, MEMORY, LastWindow, Windows
+from hpcrub.response.steady import SteadyCriteria
+
+CRITERIA = SteadyCriteria(rule="ensemble")
+T = np.linspace(0.0, 1.0, 200, endpoint=False)
+WAVE = np.sin(2.0 * np.pi * 3.0 * T)
+WINDOW = 0.1  # [s]
+DECAY = MEMORY / WINDOW  # windows are just independent
+
+
+def watched(amplitudes, decay=DECAY, alike=False, begin=0.5, kind=Windows, criteria=CRITERIA):
+    """Verdict on windows of given amplitudes, and the number of those that were looked at.
+
+    Their motions are all alike, or in quadrature one by one.
+    """
+    watch, n = kind(criteria, decay, WINDOW), len(amplitudes)
+    for k in range(1, n):
+        before, last = (np.array([a / 2, a]) for a in amplitudes[k - 1 : k + 1])
+
+        def signals(tip, k=k):
+            assert tip == 1
+            return WAVE, WAVE if alike else np.cos(2.0 * np.pi * 3.0 * T) + 0.1 * k
+
+        found = watch.look(before, last, signals, begin + k * WINDOW, over=k == n - 1)
+        if found:
+            return found, k + 1
+    raise AssertionError("no verdict when the time is over")
+
+
+def test_a_periodic_motion_is_steady_after_three_windows():
+    found, n = watched(np.full(20, 2e-3), alike=True)
+    assert n == ALIKE
+    assert found.status == STEADY
+    assert found.amplitude == pytest.approx(2e-3)
+    assert found.error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_equal_amplitudes_of_motions_that_differ_are_not_steady():
+    found, n = watched(np.full(20, 2e-3))
+    assert found.status == IRREGULAR
+    assert n == FEWEST
+
+
+def test_an_irregular_motion_is_the_mean_of_its_windows_with_its_standard_error():
+    """Independent draws: as many as their scatter needs, and their error holds the truth."""
+    random, off, counts = np.random.default_rng(3), [], []
+    for _ in range(300):
+        found, n = watched(1.0 + 0.15 * random.standard_normal(200))
+        assert found.status == IRREGULAR
+        assert found.error <= CRITERIA.max_error * found.amplitude
+        assert found.scatter >= found.error
+        off.append((found.amplitude - 1.0) / found.error)
+        counts.append(n)
+    assert 6 < np.mean(counts) < 16  # (0.15 / 0.06)² = 6 of the later half
+    assert 0.5 < np.mean(np.abs(off) < 1.0) < 0.75
+    assert np.mean(np.abs(off) < 2.0) > 0.85
+
+
+def test_windows_that_remember_those_before_count_less():
+    amplitudes = np.array([1.0, 1.1, 0.9, 1.05, 0.95])
+    free, _ = watched(amplitudes)
+    bound, _ = watched(amplitudes, decay=DECAY / 4.0)
+    assert bound.error == pytest.approx(2.0 * free.error)
+    assert bound.scatter == pytest.approx(free.scatter)
+
+
+@pytest.mark.parametrize("change", [-0.6, -0.1, 0.3])
+@pytest.mark.parametrize("alike", [True, False])
+@pytest.mark.parametrize("n", [6, 30, 100])
+def test_a_lightly_damped_transient_is_right_or_marked(change, alike, n):
+    """It is 1 in the end, and ``change`` off when the windows begin; each takes 2 % of it."""
+    decay = -np.log(0.98) / WINDOW
+    amplitudes = 1.0 + change * np.exp(-decay * WINDOW * np.arange(n))
+    found, _ = watched(amplitudes, decay, alike)
+    if found.status != NOT_STEADY:
+        assert found.amplitude == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_transient_that_never_ends_is_not_steady():
+    found, n = watched(np.geomspace(1.0, 4.0, 40), decay=0.05, alike=True)
+    assert (found.status, n) == (NOT_STEADY, 40)
+    assert found.amplitude > 2.0  # of the later half
+
+
+def test_the_papers_rule_takes_the_largest_of_the_last_window():
+    amplitudes = np.array([1.0, 1.2, 1.5, 1.505, 3.0])
+    found, n = watched(amplitudes, alike=True, kind=LastWindow, criteria=SteadyCriteria())
+    assert (found.status, found.amplitude, n) == (STEADY, 1.505, 4)
+    assert np.isnan([found.error, found.scatter]).all()
+    found, n = watched(amplitudes, kind=LastWindow, criteria=SteadyCriteria())
+    assert (found.status, found.amplitude, n) == (NOT_STEADY, 3.0, 5)

@@ -1,0 +1,91 @@
+"""What is said of a worn coating, against numbers that can be had by hand."""
+
+import numpy as np
+
+from evidence.truth.disk import reference_reduced, reference_scene
+from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.model.coating import Coating
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response import wear
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import run_sweep
+
+COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
+SPEEDS = np.array([33.9, 34.4, 34.9])
+
+
+def around(*waves, n_bars=960):
+    phi = 2.0 * np.pi * np.arange(n_bars) / n_bars
+    return 1e-3 + sum(size * np.cos(order * phi) for order, size in waves)[None]
+
+
+def test_volume_and_energy_of_an_even_groove():
+    """A groove of depth w on a circle: 2πRbw; (σ_Y + H w/2t) w of energy for each area."""
+    worn = np.full((3, 840), 1e-3)
+    assert abs(wear.volume(worn, COATING, 0.5) / (2 * np.pi * 0.5 * 0.1 * 1e-3) - 1.0) < 1e-12
+    each = (15e6 + 2e8 * 1e-3 / 10e-3) * 1e-3
+    assert abs(wear.energy(worn, COATING, 0.5) / (2 * np.pi * 0.5 * 0.1 * each) - 1.0) < 1e-12
+
+
+def test_lobes_are_those_that_the_casing_does_not_have():
+    assert wear.lobes(around((4, 5e-4), (7, 1e-4), (9, 5e-5)), 4) == 7
+    assert wear.lobes(around((8, 5e-4), (4, 2e-4)), 4) == 8
+    assert wear.lobes(around((4, 5e-4), (7, 1e-4)), 1) == 4
+    assert wear.lobes(np.zeros((1, 960)), 4) == 0
+
+
+def test_depths_around_the_casing_are_the_largest_of_their_part():
+    worn = np.zeros((2, 1008))
+    worn[1, 500] = 2e-3
+    found = wear.around(worn)
+    assert found.argmax() == 500 * wear.N_ANGLES // 1008
+    assert found.max() == found.sum() == 2e-3
+
+
+def test_growth_is_that_of_the_last_revolutions():
+    followed = wear.Follower()
+    for revolution in range(0, 40, 3):
+        followed.see(1.0 + revolution, 0.1 * revolution)
+        followed.keep(revolution, np.array([1.0 * revolution]))
+    assert followed.growth == 12.0  # the last depth that is ten revolutions old or more
+    assert not followed.has_ended(True, 0.0)
+    for revolution in range(40, 60, 3):
+        followed.see(2.0, 0.1 * revolution)
+        followed.keep(revolution, np.array([39.0]))
+    assert followed.growth == 0.0
+    assert followed.has_ended(True, 2.0)
+    assert followed.has_ended(False, 0.3)
+    assert not followed.has_ended(False, 2.0)
+    assert (followed.largest, round(followed.time, 9)) == (40.0, 3.9)
+
+
+def swept(max_time, width=16, selection=None, **changes):
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.02, 0.02, 12))
+    scene = reference_scene(
+        step=2.9e-5, scheme="exact_modal", coating=COATING,
+        steady=SteadyCriteria(max_time=max_time), **changes,
+    )  # fmt: skip
+    return run_sweep(modes, scene, SPEEDS, width=width, selection=selection)
+
+
+def test_a_run_ends_when_nothing_wears_and_moves_or_says_so():
+    """The motion that the bumps start grows while it cuts, and dies once enough is cut."""
+    whole, cut = swept(4.0), swept(0.3)
+    assert (whole.point_status == STEADY).all()
+    assert (whole.time < 4.0).all()
+    assert (whole.worn_growth <= wear.ENDED * whole.worn_depth).all()
+    assert (whole.largest_amplitude > 1e-2).all()
+    assert (whole.largest_time < 0.5).all()
+    assert (cut.point_status == NOT_STEADY).all()
+    assert (cut.largest_amplitude == whole.largest_amplitude).all() or (
+        cut.worn_depth <= whole.worn_depth
+    ).all()
+    assert np.array_equal(whole.worn.max(axis=1), whole.worn_depth)
+
+
+def test_results_do_not_depend_on_the_speeds_beside():
+    """Lanes, their number, and what is computed together change no bit of a coating either."""
+    whole = swept(1.0)
+    for alone in (swept(1.0, width=1), swept(1.0, selection=[1])):
+        for found, expected in zip(alone[:-1], whole[:-1], strict=True):
+            assert np.array_equal(found[1], expected[1], equal_nan=True)

@@ -1,0 +1,247 @@
+"""Studies of model files: the planar disk through a file, keys that the file fills in, refusals."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from evidence.truth.hexahedra import SMALL, sector_arrays
+from evidence.truth.planar import planar_arrays
+from hpcrub import studies
+from hpcrub.commands import import_model
+from hpcrub.config import resolution
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.model.disk import build_disk
+from hpcrub.model.imported import assembly, neutral, reduced
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results import model_file
+from hpcrub.setup import imported, input_files
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_model, build_problem
+from hpcrub.studies import modal
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def read(text):
+    return imported.resolved(Config.from_yaml(text))
+
+
+def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
+    """A mistuned disk over two revolutions: to rounding, which its impacts enlarge."""
+    brief = "steady_state: {first_check_s: 0.01, max_time_s: 0.06, window_revolutions: 1}"
+    built_in = Config.from_yaml(f"reduction: {{n_modes: 24}}\n{brief}")
+    model_file.write("planar.h5", planar_arrays(build_disk(built_in.disk, built_in.material)))
+    ours = read(f"disk: {{model: planar.h5}}\nreduction: {{n_modes: 24}}\n{brief}")
+    assert ours.n_coordinates == built_in.n_coordinates
+    assert ours.disk.n_blades == 12
+    blades = np.linspace(-0.01, 0.01, 12)
+    found = []
+    for config in (built_in, ours):
+        problem = build_problem(config)
+        modes = modes_of(config, problem, blades)
+        found.append(run_sweep(modes, problem.scene, [34.0, 34.5]))
+    assert (found[0].amplitude > 1e-3).all()
+    assert (found[0].max_sweeps > 0).all()
+    np.testing.assert_allclose(found[1].amplitude, found[0].amplitude, rtol=1e-5)
+    np.testing.assert_allclose(found[1].localisation, found[0].localisation, rtol=1e-4)
+
+
+def test_keys_that_the_model_file_fills_in(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 7}")
+    d = config.disk
+    assert (d.n_blades, d.n_contact_nodes, d.n_directions) == (5, 10, 3)
+    assert d.tip_radius_mm == pytest.approx(SMALL.tip)
+    assert config.n_coordinates == 40  # 7 modes are two families of 5 blades
+    assert Config.from_yaml(config.to_yaml()) == config  # without the file
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 7)
+    model_file.write("reduced.npz", neutral.to_arrays(small))
+    assert read("disk: {model: reduced.npz}").reduction.n_modes == 10
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("disk: {model: none.h5}", "none.h5: cannot be read"),
+        ("mistuning: {pattern: [1, 2, 3]}", "3 values given for the 5 blades"),
+        ("mistuning: {pattern_unit: hz, pattern: [1, 1, 1, 1, 9]}", "less than 100 % is allowed"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(folder, keys, words):
+    model_file.write("sector.h5", sector_arrays())
+    text = keys if "model" in keys else f"disk: {{model: sector.h5}}\n{keys}"
+    with pytest.raises(InputError, match=words):
+        read(text)
+
+
+def test_cantilever_modes_are_for_model_files():
+    with pytest.raises(InputError, match="mistuning.by: cantilever_modes needs disk.model"):
+        Config.from_yaml("mistuning: {by: cantilever_modes}")
+
+
+def test_measured_frequencies_deviate_from_their_mean(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read(
+        "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
+        "pattern_unit: hz, pattern: [99, 101, 100, 102, 98]}"
+    )
+    exact = np.array([0.99, 1.01, 1.0, 1.02, 0.98]) ** 2 - 1
+    np.testing.assert_allclose(config.pattern_deviation, exact, rtol=1e-12)
+    problem = build_problem(config)
+    tuned, mistuned = (modes_of(config, problem, d).omega for d in (np.zeros(5), exact))
+    assert 0.005 < abs(mistuned[:5] / tuned[:5] - 1).max() < 0.02
+
+
+def test_measured_frequencies_come_from_a_table(folder):
+    model_file.write("sector.h5", sector_arrays())
+    folder.joinpath("bench.csv").write_text("99,101,100,102,98\n100,101,100,99,100\n")
+    keys = "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
+    config = input_files.resolved(Config.from_yaml(keys + "pattern: bench.csv, pattern_unit: hz}"))
+    listed = read(keys + "pattern_unit: hz, pattern: [99, 101, 100, 102, 98]}")
+    problem = build_problem(config)
+    assert config.mistuning.samples == 2
+    assert problem.reduced.blade_stiffness.any()
+    np.testing.assert_array_equal(deviation(config, 0, 0), listed.pattern_deviation)
+
+
+def test_changed_model_file_is_refused(folder):
+    model_file.write("sector.h5", sector_arrays())
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+    model_file.write("sector.h5", sector_arrays() | {"n_sectors": np.array(6)}, overwrite=True)
+    with pytest.raises(InputError, match="is not the file that this configuration was made of"):
+        build_problem(config)
+
+
+def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
+    arrays = {k: v for k, v in sector_arrays().items() if not k.startswith("K_blade")}
+    model_file.write("sector.h5", arrays)
+    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+    with pytest.raises(InputError, match="has no K_blade"):
+        studies.run_of(config).prepare()
+    problem = build_problem(config)
+    with pytest.raises(InputError, match="has no K_blade"):  # nor by whoever does not ask before
+        modes_of(config, problem, deviation(config, 0, 0))
+
+
+def modal_of(text):
+    config = read(f"study: modal\n{text}")
+    values = {name: found for name, _, found in modal.compute(config, build_model(config), 0, None)}
+    lengths = studies.run_of(config).sizes()
+    for line in modal.STUDY.layout(config):
+        shape = tuple(lengths[d] for d in line.dimensions)
+        assert np.shape(values.get(line.name, [])) == shape
+    return values
+
+
+def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
+    """Frequencies by a dense solution; shapes are those of the disk on all nodes of its surface."""
+    arrays = sector_arrays()
+    arrays["surface"] = np.array([[0, 1, 2, 3]])
+    model_file.write("sector.h5", arrays)
+    found = modal_of("disk: {model: sector.h5}\nreduction: {n_modes: 30}")
+    disk = assembly.assemble(neutral.from_arrays(arrays))
+    values, vectors = eigh(disk.stiffness[0].toarray(), disk.mass.toarray())
+    n = len(found["full/frequencies_hz"])
+    exact = np.sqrt(values) / (2 * np.pi)
+    np.testing.assert_allclose(found["full/frequencies_hz"], exact[:n], rtol=1e-6)
+    np.testing.assert_allclose(found["reduced/frequencies_hz"][:5], exact[:5], rtol=1e-3)
+    assert sorted(found["full/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]  # of 5 blades
+    assert 0.5 < found["blade_share"] < 1.0
+    single = int(np.argmin(found["reduced/nodal_diameters"][:5]))
+    u = np.append(vectors[:, np.argmin(found["full/nodal_diameters"][:5])], 0.0)
+    on = np.union1d(disk.surface, disk.contact_node)
+    radial, tangential, axial = u[disk.row[on]].T
+    theta = np.arctan2(disk.nodes[on, 1], disk.nodes[on, 0])
+    c, s = np.cos(theta), np.sin(theta)
+    xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial], axis=1)
+    xyz /= np.linalg.norm(xyz, axis=1).max()
+    shape = found["shapes"][single]
+    sign = np.sign((shape * xyz).sum())
+    np.testing.assert_allclose(shape, sign * xyz, atol=1e-2)
+    np.testing.assert_allclose(found["position_m"], disk.nodes[on])
+
+
+def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 12)
+    model_file.write("reduced.h5", neutral.to_arrays(small))
+    found = modal_of("disk: {model: reduced.h5}")
+    assert found["surface"].shape == (0, 4)
+    np.testing.assert_allclose(found["position_m"], small.nodes)
+    assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
+    np.testing.assert_allclose(np.linalg.norm(found["shapes"], axis=2).max(axis=1), 1.0)
+
+
+def reduced_arrays():
+    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 6)
+    return neutral.to_arrays(small)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (lambda a: {"M": -a["M"]}, "M: the mass matrix is not positive definite"),
+        (lambda a: {"K": a["K"] + 0j}, "complex128; real numbers for the 40 rows"),
+        (lambda a: {"K": -a["K"]}, "the disk is not held"),
+        (lambda a: {"K_blade": 50 * a["K_blade"]}, "K_blade: from 0 to 50 of the disk's stiffness"),
+        (lambda a: {"K_blade": -a["K_blade"]}, "K_blade: from -1 to"),
+        (lambda a: {"contact_clearance": a["contact_clearance"] - 1}, "-1000 mm of node 0 is more"),
+        (lambda a: {"contact_node": 0 * a["contact_node"]}, "node 0 is named twice"),
+    ],
+)
+def test_reduced_models_that_cannot_be_right(folder, changes, words):
+    arrays = reduced_arrays()
+    model_file.write("wrong.h5", arrays | changes(arrays))
+    with pytest.raises(InputError, match=words):
+        build_problem(read("disk: {model: wrong.h5}"))
+
+
+def test_blades_may_have_different_numbers_of_contact_nodes(folder):
+    arrays = reduced_arrays()
+    for name in ("contact_node", "contact_blade", "contact_clearance"):
+        arrays[name] = arrays[name][:-1]
+    model_file.write("uneven.h5", arrays)
+    found = modal_of("disk: {model: uneven.h5}")
+    assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
+    assert import_model.main(["model", "uneven.h5"]) == 0
+
+
+def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
+    np.savez("empty.npz", a=1)
+    assert import_model.main(["model", "empty.npz"]) == InputError.exit_code
+    assert "hpcrub_model: this array is missing" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--speed-hz", "nan"], "--speed-hz: nan is not 0 or more"),
+        (["--speed-hz=-5"], "--speed-hz: -5 is not 0 or more"),
+        (["--step-s", "0"], "--step-s: 0 is not above 0"),
+        (["--reduce=-1"], "--reduce: -1 is not 0 or more"),
+        (["--reduce", "3"], "--reduce: this model is reduced already"),
+        (["--axis", "x"], "--axis x: cylindrical directions are about z"),
+        (["--units", "mm"], 'units: "mm" is not a length'),
+        (["--output", "model.mat"], "model.mat: a model file ends with .h5, .hdf5, .npz"),
+    ],
+)
+def test_options_of_the_import_that_cannot_be(folder, capsys, options, words):
+    model_file.write("reduced.h5", reduced_arrays())
+    assert import_model.main(["model", "reduced.h5", *options]) == InputError.exit_code
+    assert f"hpcrub: error: {words}" in capsys.readouterr().err
+
+
+def test_a_contact_node_that_stands_out_meets_the_bumps(folder):
+    """Its own clearance, 0.3 mm less, takes it to bumps that end 0.2 mm below the others."""
+    arrays = sector_arrays()
+    own = np.zeros(len(arrays["contact_node"]))
+    own[1] = -3e-4
+    model_file.write("sector.h5", arrays | {"contact_clearance": own})
+    keys = "disk: {model: sector.h5}\ncasing: {bump_height_mm: 0.5, clearance_mm: 0.7}"
+    config = read(keys)
+    width = np.sqrt(np.log(0.5 / 0.4)) * 0.2 * 2 * np.pi / config.casing.n_bumps
+    assert resolution.width_of_bump(config) == pytest.approx(width)

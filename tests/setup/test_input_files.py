@@ -1,0 +1,191 @@
+"""What has been measured and comes in files: read once, refused clearly, kept in the result."""
+
+import numpy as np
+import pytest
+
+from hpcrub import plot
+from hpcrub.config import parts
+from hpcrub.config.schema import Config, replaced
+from hpcrub.errors import InputError
+from hpcrub.setup import input_files
+from hpcrub.setup.disks import deviation, disks, sigma_of
+from hpcrub.studies import open_result
+from tests.program import TINY, run
+
+PROFILE = "angle_deg,radius_change_mm\n0,-0.5\n90,0\n180,-0.4\n270,0.1\n"
+
+
+def resolved(path, **casing):
+    return input_files.resolved(
+        Config.from_mapping({"casing": {"profile_csv": str(path)} | casing})
+    )
+
+
+def test_a_profile_is_read_into_the_configuration(tmp_path):
+    path = tmp_path / "casing.csv"
+    path.write_text(
+        "# made by hand\nradius_change_mm, angle_deg\n-0.4, 180\n0.1, 270\n\n-0.5, 0\n0, 90\n"
+        "-0.5, 360\n"
+    )
+    config = resolved(path)
+    assert config.casing.profile_deg == (0.0, 90.0, 180.0, 270.0)
+    assert config.casing.profile_mm == (-0.5, 0.0, -0.4, 0.1)
+    assert config.casing.bump_height_mm == 0.0  # of the default bumps: they do not come along
+    path.unlink()  # the configuration has all
+    again = input_files.resolved(Config.from_yaml(config.to_yaml()))
+    assert again == config
+    height = again.casing.profile.height(np.radians([0.0, 45.0, 270.0]))
+    np.testing.assert_allclose(height, [5e-4, 2.5e-4, -1e-4], rtol=1e-12)
+
+
+def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
+    path = tmp_path / "casing.csv"
+    angle = np.arange(3600) / 10 + 0.0123456789
+    change = -0.123456789 * np.cos(np.radians(2 * angle))
+    rows = "\n".join(f"{a},{r}" for a, r in zip(angle, change, strict=True))
+    path.write_text("angle_deg,radius_change_mm\n" + rows)
+    config = resolved(path)
+    assert Config.from_yaml(config.to_yaml()) == config
+    np.testing.assert_allclose(config.casing.profile_mm, change, atol=5.1e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, "no table that can be read"),
+        ("", "an empty table"),
+        ("0,1\n90,0\n180,0\n270,1\n", "a line of numbers instead of the names angle_deg"),
+        ("angle,radius\n0,1\n", "angle, radius instead of the names angle_deg, radius_change_mm"),
+        ("angle_deg,radius_change_mm\n0,0\n90,x\n", "line 3: 'x' is not a number"),
+        ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 values, not 2"),
+        ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
+        ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
+        (PROFILE + "90,1\n", "two points at 90 degrees"),
+        (PROFILE + "361,1\n", "angles from 0 to 360 degrees"),
+    ],
+)
+def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, words):
+    path = tmp_path / "casing.csv"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(InputError, match=words) as refusal:
+        resolved(path)
+    assert str(refusal.value).isprintable()
+
+
+def test_a_result_keeps_its_profile_and_refuses_another(tmp_path):
+    (tmp_path / "casing.csv").write_text(PROFILE)
+    (tmp_path / "input.yaml").write_text("study: modal\ncasing: {profile_csv: casing.csv}\n")
+    arguments = "input.yaml", "--output", "out.h5", "--no-figures"
+    code, _, err = run(0, *arguments, folder=tmp_path)
+    assert code == 0, err
+    angle, gap = plot.casing(tmp_path / "out.h5")[1].get_lines()[0].get_data()
+    expected = 0.25 + np.interp(angle, [0, 90, 180, 270, 360], [-0.5, 0, -0.4, 0.1, -0.5])
+    np.testing.assert_allclose(gap, expected, atol=1e-12)
+    assert run(0, *arguments, "--resume", folder=tmp_path)[0] == 0
+    (tmp_path / "casing.csv").write_text(PROFILE.replace("-0.4", "-0.3"))
+    code, _, err = run(0, *arguments, "--resume", folder=tmp_path)
+    assert code == 2
+    assert "casing.profile_mm: [-0.5, 0.0, -0.4, 0.1] in the file, [-0.5, 0.0, -0.3, 0.1]" in err
+
+
+PATTERNS = np.random.default_rng(9).uniform(-3.0, 3.0, (5, 12)).round(2)
+
+
+def study_of(path, **mistuning):
+    return input_files.resolved(
+        Config.from_mapping({"mistuning": {"pattern": str(path)} | mistuning})
+    )
+
+
+def csv_of(path, values, head=""):
+    lines = [",".join(f"{value!r}" for value in row) for row in values.tolist()]
+    path.write_text(head + "\n".join(lines) + "\n")
+    return path
+
+
+def test_every_measured_disk_is_a_sample(tmp_path):
+    names = ",".join(f"blade {i}" for i in range(12)) + "\n"
+    percent = csv_of(tmp_path / "disks.csv", PATTERNS, "# of a rig\n" + names)
+    gpa = csv_of(tmp_path / "gpa.csv", 210.0 * (1.0 + PATTERNS / 100))
+    hz = tmp_path / "hz.npz"
+    np.savez(hz, measured=91.0 * np.sqrt(1.0 + PATTERNS / 100))
+    config = study_of(percent)
+    assert config.mistuning.samples == 5
+    assert config.mistuning.half_range_percent == (np.abs(PATTERNS).max(),)
+    np.testing.assert_allclose(sigma_of(config), [PATTERNS.std() / 100], rtol=1e-12)
+    for sample, row in enumerate(PATTERNS):
+        np.testing.assert_array_equal(deviation(config, 0, sample), row / 100)
+        np.testing.assert_allclose(
+            deviation(study_of(gpa, pattern_unit="gpa"), 0, sample), row / 100, atol=1e-15
+        )
+        measured_hz = np.sqrt(1.0 + row / 100)
+        np.testing.assert_allclose(
+            deviation(study_of(hz, pattern_unit="hz"), 0, sample),
+            (measured_hz / measured_hz.mean()) ** 2 - 1.0, atol=1e-15,
+        )  # fmt: skip
+    few = study_of(percent, samples=3)
+    assert few.mistuning.samples == 3
+    np.testing.assert_allclose(sigma_of(few), [PATTERNS[:3].std() / 100], rtol=1e-12)
+    assert input_files.resolved(Config.from_yaml(config.to_yaml())) == config
+    part = parts.cut(config, 2, 2)
+    np.testing.assert_array_equal(deviation(part, 0, 0), PATTERNS[2] / 100)
+
+
+@pytest.mark.parametrize(
+    ("rows", "keys", "words"),
+    [
+        (PATTERNS[:, :11], {}, "has 11 columns for the 12 blades of disk.n_blades"),
+        (PATTERNS, {"samples": 6}, "samples: 6 asked for, .* has 5 disks"),
+        (PATTERNS, {"pattern_unit": "hz"}, "values above 0 are expected in hz"),
+        (40 * PATTERNS, {}, "the stiffness of a blade deviates by 1.* less than 100 % is allowed"),
+        (PATTERNS, {"half_range_percent": [4]}, "half_range_percent: cannot be combined"),
+        (PATTERNS, {"distribution": "normal"}, "explicit disks; nothing of them is random"),
+    ],
+)
+def test_patterns_that_do_not_fit_are_refused(tmp_path, rows, keys, words):
+    with pytest.raises(InputError, match=words):
+        study_of(csv_of(tmp_path / "disks.csv", rows), **keys)
+
+
+@pytest.mark.parametrize(
+    "arrays", [{}, {"a": np.ones((2, 12)), "b": np.ones(3)}, {"a": np.ones(12)}]
+)
+def test_an_archive_of_something_else_is_refused(tmp_path, arrays):
+    np.savez(tmp_path / "disks.npz", **arrays)
+    with pytest.raises(InputError, match="has to hold one array of numbers"):
+        study_of(tmp_path / "disks.npz")
+
+
+def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
+    config = replaced(study_of(csv_of(tmp_path / "disks.csv", PATTERNS)), {"study": "branches"})
+    with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
+        disks(config)
+    first = replaced(config, {"mistuning.samples": 1})
+    np.testing.assert_array_equal(disks(first), [np.zeros(12), PATTERNS[0] / 100])
+
+
+@pytest.mark.mpi
+def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path):
+    csv_of(tmp_path / "disks.csv", PATTERNS[:2])
+    levels = "mistuning: {half_range_percent: [2, 4], samples: 2}"
+    (tmp_path / "all.yaml").write_text(TINY.replace(levels, "mistuning: {pattern: disks.csv}"))
+    (tmp_path / "one.yaml").write_text(
+        TINY.replace(levels, f"mistuning: {{pattern: {PATTERNS[1].tolist()}}}")
+    )
+    for ranks, name in ((2, "all"), (0, "one")):
+        code, _, err = run(
+            ranks, f"{name}.yaml", "--output", f"{name}.h5", "--no-figures", folder=tmp_path
+        )
+        assert code == 0, err
+    with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:
+        np.testing.assert_array_equal(many.read("samples/deviation", 0), PATTERNS[:2] / 100)
+        for name in ("amplification", "amplitude_m", "linear_amplification"):
+            assert (
+                many.read(f"samples/{name}", (0, 1)).tobytes()
+                == one.read(f"samples/{name}", (0, 0)).tobytes()
+            )
+    csv_of(tmp_path / "disks.csv", PATTERNS[1:3])
+    code, _, err = run(0, "all.yaml", "--output", "all.h5", "--resume", folder=tmp_path)
+    assert code == 2
+    assert "pattern_sha256" in err or "half_range_percent" in err

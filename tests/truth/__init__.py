@@ -1,1 +1,0 @@
-"""References of the tests: the disk of the paper, plain-Python twins of compiled code."""
