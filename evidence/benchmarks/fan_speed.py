@@ -1,9 +1,11 @@
 """Cost of a time step of rotor 67 against its number of blades (5 min), as a table on the screen.
 
 `python -m evidence.benchmarks.fan_speed`. The fan of `inputs/rotor67` is cyclic: what one sector
-feels of the others is a trigonometric polynomial of the phase between neighbours. Taken at the
-phases of another number of blades it gives a fan of so many of the same blades, each with the same
-contact points and modes. The last line is the power with which the cost of a step grows.
+feels of the others depends on the phase between neighbours alone. A fan of another number of blades
+has other phases; each takes what the nearest phase of rotor 67 has, so that it is a fan of so many
+of the same blades, each with the same contact points and modes. (Between the phases nothing is
+known: the fixed-interface modes of each number of nodal diameters are others.) The last line is the
+power with which the cost of a step grows.
 """
 
 import time
@@ -46,7 +48,8 @@ def fan(n_blades, n_points=POINTS, n_modes=MODES):
     sector = np.arange(n_blades)
     for h in range(n_blades // 2 + 1):
         phase = 2 * np.pi * h / n_blades
-        found, vectors = eigh(*(_part(a, size, phase) for a in matrices),
+        nearest = 2 * np.pi * round(h * N / n_blades) / N
+        found, vectors = eigh(*(_part(a, size, nearest) for a in matrices),
                               subset_by_index=[0, n_modes - 1])  # fmt: skip
         wave = np.exp(1j * phase * sector) / np.sqrt(n_blades)
         moved = np.einsum("dpm,mk,n->dnpk", rows, vectors, wave).reshape(3, -1, n_modes)

@@ -24,17 +24,18 @@ from hpcrub.plot.histories import time
 from hpcrub.plot.maps import interaction_map
 from hpcrub.plot.models import model
 from hpcrub.plot.responses import family, summary
+from hpcrub.plot.rubbing import rubbing
 from hpcrub.plot.strain_energy import energy
 
 FIGURES: list[Drawing] = [
     summary, family, percentiles, amplitudes, running, errors, disk, safe, shapes, animation,
-    casing, linear, time, interaction_map, energy, cross, damping, branches,
+    casing, linear, time, rubbing, interaction_map, energy, cross, damping, branches,
 ]  # fmt: skip
 
 __all__ = [
     "FIGURES", "find", "amplitudes", "animation", "branches", "casing", "cross", "damping", "disk",
-    "energy", "errors", "family", "interaction_map", "linear", "model", "percentiles", "running",
-    "safe", "shapes", "summary", "time",
+    "energy", "errors", "family", "interaction_map", "linear", "model", "percentiles", "rubbing",
+    "running", "safe", "shapes", "summary", "time",
 ]  # fmt: skip
 
 

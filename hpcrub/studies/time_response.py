@@ -53,7 +53,11 @@ def layout(config: Config) -> tuple[Dataset, ...]:
         else line
         for line in LAYOUT
     ]
-    return (*lines, Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"))
+    return (
+        *lines,
+        Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
+        Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
+    )
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -128,6 +132,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield "time_s", (), time
         if config.disk.n_points != config.disk.n_blades:
             yield "contact_blade", (), scene.interface.blade
+            yield "contact_angle_rad", (), scene.interface.angle
     yield "point_reason", task, reason
     if status.are_fatal(pieces[-1].reason[0]):
         yield "point_status", task, DIVERGED

@@ -8,7 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.animation import AbstractMovieWriter
 from PIL import Image
 
 from hpcrub import plot, studies
@@ -127,3 +129,36 @@ def test_the_numbers_in_names_stay(folder):
         for name in ("r_0.25", "r_0.50.h5")
     ]
     assert found == ["r_0.25", "r_0.50"]
+
+
+class Look(AbstractMovieWriter):
+    """A writer of films that asks for what is drawn, picture by picture."""
+
+    def setup(self, fig, outfile, dpi=None):
+        super().setup(fig, outfile, dpi)
+        self.radii = []
+
+    def grab_frame(self, **_):
+        (axes,) = self.fig.axes
+        casing, sparks = axes.patches[0].get_xy(), axes.lines[0].get_xydata()
+        angle = np.arctan2(*sparks.T[::-1])
+        around = np.unwrap(np.arctan2(*casing.T[::-1]))
+        room = np.interp(angle, around, np.hypot(*casing.T), period=2 * np.pi)
+        self.radii += list(zip(np.hypot(*sparks.T), room, strict=True))
+
+    def finish(self):
+        pass
+
+
+def test_tips_that_rub_are_drawn_on_the_casing(folder):
+    """Radial distances of tips and casing have one scale; the tip has moved around by a little."""
+    (folder / "a.yaml").write_text(
+        "study: time_response\noutput: a.h5\nspeeds: {from_hz: 34.45, to_hz: 34.45}\n"
+        "history: {duration_s: 0.3}\ncasing: {n_bumps: 4}\n"
+    )
+    assert cli.main(["a.yaml", "--no-figures"]) == 0
+    film, look = plot.rubbing("a.h5"), Look()
+    film.save("unused", writer=look)
+    tips, casing = np.array(look.radii).T
+    assert len(tips) > 20
+    np.testing.assert_allclose(tips, casing, atol=0.02)  # of a clearance drawn as 0.07
