@@ -3,10 +3,13 @@
 import shutil
 from datetime import date
 
-from evidence.reproduce import numbers, plan, rows, sensitivity
+from matplotlib.figure import Figure
+
+from evidence.reproduce import numbers, pattern, plan, rows, sensitivity
 from hpcrub import __version__, plot
 from hpcrub.config.sections import Time
 from hpcrub.plot.pictures import draw
+from hpcrub.plot.style import ORANGE
 
 DEFAULT = Time()
 HEAD = """# Reproduction of the paper
@@ -85,7 +88,13 @@ FIGURES = (
     ("4", "linear", "linear amplification", ("linear.h5",), "linear"),
     ("5", "time_response", "one simulation in full", ("time_response.h5",), "time"),
     ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "interaction_map"),
-    ("7", "table2", "tuned disk and the pattern of Table 2", ("table2.h5",), "summary"),
+    (
+        "7",
+        "table2",
+        "tuned disk and the pattern of Table 2; stars: printed",
+        ("table2.h5",),
+        "summary",
+    ),
     ("8", "casing_parameters", "other casings", ("casing_parameters/*.h5",), "family"),
     ("9a", "time_step", "other time steps", ("time_step/*.h5",), "family"),
     ("9b", "reduction", "other reduced models", ("reduction/*.h5",), "family"),
@@ -109,8 +118,25 @@ def figures(folder, target):
         paths = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
         if not paths:
             continue
-        (drawn,) = draw(plot.find(figure), paths, pictures, overwrite=True)
         picture = pictures / f"figure_{number}_{name}.png"
-        shutil.move(drawn, picture)
+        if number == "7":
+            draw_table_2(paths[0], picture)
+        else:
+            (drawn,) = draw(plot.find(figure), paths, pictures)
+            shutil.move(drawn, picture)
         parts.append(f"Figure {number}: {title}\n\n![{title}]({pictures.name}/{picture.name})\n")
     return "\n".join(parts)
+
+
+def draw_table_2(path, picture):
+    """Figure 7, with the points that the paper prints."""
+    figure = Figure(layout="constrained")
+    mark_points(*plot.summary(path, figure))
+    figure.savefig(picture, dpi=150, bbox_inches="tight")
+
+
+def mark_points(left, right):
+    """Stars at the printed amplitudes, and at the localisations."""
+    for panel, column in ((left, 1), (right, 2)):
+        for point in pattern.POINTS:
+            panel.plot(point[0], point[column], "*", color=ORANGE, ms=13, mec="w", zorder=5)

@@ -28,29 +28,27 @@ SIGMA = "mistuning σ [%]"
 
 
 def draw_curves(
-    axes: Axes, sigma: Any, values: Sequence[Any], at: Sequence[float], colours: Sequence[str],
-    style: str = "-", prefix: str = "", shared: Any = (0.0, 0.0),
+    axes: Axes, x: Any, values: Sequence[Any], at: Sequence[float], colours: Sequence[str],
+    style: str = "-", prefix: str = "", shared: Any = (0.0, 0.0), from_one: bool = True,
 ) -> bool:  # fmt: skip
-    """Percentiles of values (one array per σ), each with its interval, from 1 at σ = 0.
+    """Percentiles of values (one array for every x), each with its interval.
 
-    Returns
-    -------
-    bool
-        Whether an interval has an open end.
+    from_one: begin at the tuned disk, whose amplification is 1.
+    Returns whether an interval has an open end.
     """
-    known = [v for v in range(len(sigma)) if len(values[v])]
+    known = [v for v in range(len(x)) if len(values[v])]
     curves = np.array([np.percentile(values[v], at) for v in known]).reshape(-1, len(at)).T
     ends = [intervals.interval(values[v], at, shared) for v in known]
     low, high = np.transpose(ends, (1, 2, 0)) if ends else np.empty((2, len(at), 0))
-    sigma = sigma[known]
+    x, (zero, one) = x[known], ([0.0], [1.0]) if from_one else ([], [])
     open_end = False
     for p, percentile in enumerate(at):
         colour, marker = colours[p % len(colours)], MARKERS[p % len(MARKERS)]
         axes.plot(
-            [0.0, *sigma], [1.0, *curves[p]], style, marker=marker, color=colour, lw=1.6,
+            [*zero, *x], [*one, *curves[p]], style, marker=marker, color=colour, lw=1.6,
             label=f"{prefix}percentile {percentile:g}",
         )  # fmt: skip
-        open_end |= intervals.draw(axes, sigma, curves[p], low[p], high[p], colour)
+        open_end |= intervals.draw(axes, x, curves[p], low[p], high[p], colour)
     axes.margins(y=0.1)
     return open_end
 
@@ -69,11 +67,9 @@ def percentiles(canvas: Canvas) -> None:
         _draw_rows(canvas, files)
         return
     columns = min(2, len(files))
-    rows = -(-len(files) // columns)
-    axes = canvas.panels(rows, columns, (6 * columns, 4.2 * rows + 0.6), sharey=True).ravel()
-    canvas.hide(axes[len(files) :])
+    axes = canvas.grid(len(files), columns, (6, 4.2), sharey=True)
     open_end = False
-    for file, panel, label in zip(files, axes, labels(files), strict=False):
+    for file, panel, label in zip(files, axes, labels(files), strict=True):
         sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
         for name, word, colour, style in (CONTACT, LINEAR):
             values = finished(file, name)
@@ -82,7 +78,7 @@ def percentiles(canvas: Canvas) -> None:
         panel.set(xlabel=SIGMA, title=f"{label}, {_samples(file)}")
     for panel in axes[::columns]:
         panel.set_ylabel("amplification [-]")
-    canvas.legend([*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)])
+    canvas.legend_of_all(axes[:1], intervals.handles(open_end))
 
 
 def _case(file: ResultFile) -> str:
@@ -174,7 +170,7 @@ def amplitudes(canvas: Canvas) -> None:
     axes.set_ylabel("largest blade-tip amplitude [mm]")
     axes.set_title(", ".join(sorted({_samples(file) for file in files})) + " per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
-    canvas.legend([*axes.get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=2)
+    canvas.legend_of_all([axes], intervals.handles(open_end), columns=2)
 
 
 @figure("linear", paper="4", what="linear amplification over σ and n_d", main=True)
@@ -184,26 +180,20 @@ def linear(canvas: Canvas) -> None:
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
     at = file.config.convergence.percentiles
     columns = min(3, len(diameters))
-    rows = -(-len(diameters) // columns)
-    axes = canvas.panels(
-        rows, columns, (4 * columns, 3.3 * rows + 0.6), sharex=True, sharey=True
-    ).ravel()
-    canvas.hide(axes[len(diameters) :])
+    axes = canvas.grid(len(diameters), columns, (4, 3.3), sharex=True, sharey=True)
     open_end = False
-    for d, panel in enumerate(axes[: len(diameters)]):
-        found = file.read("amplification", (slice(None), d))
-        values = [level[np.isfinite(level)] for level in found]
+    for d, panel in enumerate(axes):
+        by_level = file.read("amplification", (slice(None), d))
+        values = [level[np.isfinite(level)] for level in by_level]
         open_end |= draw_curves(panel, sigma, values, at, [GREEN, BLUE, ORANGE])
         counts = sorted({len(level) for level in values})
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {'–'.join(map(str, counts))} samples per level")
-    for panel in axes[len(diameters) - columns : len(diameters)]:
+    for panel in axes[-columns:]:
         panel.set_xlabel(SIGMA)
     for panel in axes[::columns]:
         panel.set_ylabel("amplification [-]")
-    canvas.legend(
-        [*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=4
-    )
+    canvas.legend_of_all(axes[:1], intervals.handles(open_end), columns=4)
 
 
 @figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,
@@ -225,6 +215,4 @@ def damping(canvas: Canvas) -> None:
             open_end |= draw_curves(panel, sigma, values, at, [colour], style, prefix)
         panel.set(xlabel=SIGMA, title=f"{word} amplification")
     axes[0].set_ylabel("amplification [-]")
-    canvas.legend(
-        [*axes[0].get_legend_handles_labels()[0], *intervals.handles(open_end)], columns=2
-    )
+    canvas.legend_of_all(axes[:1], intervals.handles(open_end), columns=2)

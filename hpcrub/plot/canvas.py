@@ -23,7 +23,6 @@ from hpcrub.plot.style import STYLE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result
 
-Source = str | os.PathLike[str] | ResultFile
 Where = Axes | Sequence[Axes] | FigureBase | None
 
 ARGUMENTS = """
@@ -116,17 +115,7 @@ class Canvas:
     def panels(
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
-        """Axes (rows, columns), as `subplots` arranges them.
-
-        Parameters
-        ----------
-        rows, columns
-            Number of panels.
-        size
-            Width and height of a new figure [inch].
-        how
-            Passed on to `Figure.subplots`.
-        """
+        """Axes (rows, columns), as `Figure.subplots` arranges them; size of a new figure [inch]."""
         if self.own:
             made = self._figure(size).subplots(rows, columns, squeeze=False, **how)
             self.axes = list(made.flat)
@@ -138,6 +127,22 @@ class Canvas:
         # what does not fit is drawn where nobody sees it
         rest = Figure().subplots(1, rows * columns, squeeze=False)[0, len(self.axes) :]
         return np.array([*self.axes, *rest]).reshape(rows, columns)
+
+    def grid(
+        self, n: int, columns: int, size: tuple[float, float], foot: float = 0.6, **how: Any
+    ) -> np.ndarray[Any, np.dtype[Any]]:
+        """The n panels of a figure of so many columns, row by row.
+
+        size: width and height of a panel; foot: room below all of them [inch]; how: for `panels`.
+        """
+        rows = -(-n // columns)
+        whole = size[0] * columns, size[1] * rows + foot
+        panels = self.panels(rows, columns, whole, **how).ravel()
+        for panel in panels[n:]:
+            panel.set_axis_off()
+            if panel in self.axes:
+                self.axes.remove(panel)
+        return panels[:n]
 
     def mosaic(self, letters: str, size: tuple[float, float]) -> list[Axes]:
         """Axes arranged as letters, see `Figure.subplot_mosaic`, in the order of the letters."""
@@ -158,13 +163,6 @@ class Canvas:
             self._where.set_size_inches(size)
         return self._where
 
-    def hide(self, panels: Iterable[Axes]) -> None:
-        """Take panels without data away."""
-        for panel in panels:
-            panel.set_axis_off()
-            if panel in self.axes:
-                self.axes.remove(panel)
-
     def legend(
         self, handles: Sequence[Artist], labels: Sequence[str] | None = None, columns: int = 3
     ) -> None:
@@ -180,6 +178,17 @@ class Canvas:
             if n == 1 or self._legend.get_window_extent().width < room:
                 return
             self._legend.remove()
+
+    def legend_of_all(
+        self, panels: Iterable[Axes], more: Sequence[Artist] = (), columns: int = 3
+    ) -> None:
+        """Legend below all panels of all that has a label in any of them, each label once."""
+        shown: dict[str, Artist] = {}
+        for panel in panels:
+            for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+                shown.setdefault(label, handle)
+        shown |= {str(handle.get_label()): handle for handle in more}
+        self.legend(list(shown.values()), list(shown), columns)
 
     def legend_of(self, panel: Axes, columns: int = 2, drop: float = 42.0) -> None:
         """Legend of one panel, `drop` points below it, or within one of the user's own axes."""

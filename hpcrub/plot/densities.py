@@ -29,13 +29,10 @@ def cross(canvas: Canvas) -> None:
     file = canvas.file
     sigma = 100 * file.read("sigma")
     columns = min(2, len(sigma))
-    rows = -(-len(sigma) // columns)
-    size = (5.8 * columns, 5.2 * rows)
-    axes = canvas.panels(rows, columns, size, sharex=True, sharey=True).ravel()
-    canvas.hide(axes[len(sigma) :])
+    axes = canvas.grid(len(sigma), columns, (5.8, 5.2), 0.0, sharex=True, sharey=True)
     linear, contact = (finished(file, f"{kind}amplification") for kind in ("linear_", ""))
     image = None
-    for level, panel in enumerate(axes[: len(sigma)]):
+    for level, panel in enumerate(axes):
         image = _draw_level(panel, linear[level], contact[level]) or image
         panel.set_title(_title(sigma[level], linear[level], contact[level]), fontsize=11)
         panel.set(xlabel="$A_{lin}$ [-]", ylabel="$A_{nl}$ [-]")
@@ -46,8 +43,7 @@ def cross(canvas: Canvas) -> None:
     if min(map(len, linear)) <= FEW:
         canvas.note(f"Up to {FEW} samples of a level have neither density nor percentile 99.")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
-    handles, words = axes[0].get_legend_handles_labels()
-    canvas.legend(handles, words, columns=2)
+    canvas.legend_of_all(axes[:1], columns=2)
 
 
 def _title(sigma: float, linear: Array, contact: Array) -> str:
@@ -93,21 +89,10 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
 def outside(
     linear: Array, contact: Array, grid_linear: Array, grid_contact: Array, density: Array
 ) -> NDArray[np.bool_]:
-    """Samples beyond the outermost contour.
+    """Samples beyond the outermost contour (S,), those too that are off the grid or not known.
 
-    Parameters
-    ----------
-    linear, contact
-        Both amplifications of the samples [-], (S,).
-    grid_linear, grid_contact
-        Values at which the density is known [-], (G,), (H,).
-    density
-        Density of the samples, (G, H).
-
-    Returns
-    -------
-    ndarray of bool
-        (S,), True too where a sample is off the grid or not known.
+    linear, contact: both amplifications of the samples (S,) [-]; density (G, H) on grids of both,
+    (G,) and (H,) [-].
     """
     share = RegularGridInterpolator(
         (grid_linear, grid_contact), cumulative(density), bounds_error=False, fill_value=1.0

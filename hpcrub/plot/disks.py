@@ -1,6 +1,6 @@
 """Figures of a modal study: the disk, its SAFE diagram, its shapes."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,10 +35,8 @@ def _lines(file: ResultFile, moved: Any = 0.0) -> Iterator[tuple[str, Any]]:
         part = np.linspace(0, 1, 9)[:, None]
         arc = angle[0] + np.mod(angle[1] - angle[0], 2 * np.pi) * part
         arc = radius[0] * np.hstack([np.cos(arc), np.sin(arc)])
-        yield (
-            "ring",
-            arc + (1 - part) * (now - straight)[pair[0]] + part * (now - straight)[pair[1]],
-        )
+        first, last = (now - straight)[pair]
+        yield "ring", arc + (1 - part) * first + part * last
 
 
 def _polar(xy: Any) -> tuple[Any, Any]:
@@ -47,11 +45,13 @@ def _polar(xy: Any) -> tuple[Any, Any]:
 
 def _draw_disk(
     axes: Axes, file: ResultFile, moved: Any = 0.0, colour: str | None = None, width: float = 2.0
-) -> None:
-    for kind, xy in _lines(file, moved):
-        axes.plot(*xy.T, color=colour or PARTS[kind], lw=width, solid_capstyle="round")
+) -> list[Any]:
     axes.set_aspect("equal")
     axes.grid(False)
+    return [
+        axes.plot(*xy.T, color=colour or PARTS[kind], lw=width, solid_capstyle="round")[0]
+        for kind, xy in _lines(file, moved)
+    ]
 
 
 @figure("modal", paper="1", what="the disk and its beams", main=True)
@@ -231,20 +231,13 @@ def shapes(canvas: Canvas, mode: int | None = None) -> None:
     n_blades = file.config.disk.n_blades
     first = [int(np.argmax(diameters[:n_blades] == d)) for d in range(n_blades // 2 + 1)]
     chosen = first if mode is None else [_checked(file, mode)]
-    columns = min(len(chosen), 4)
-    rows = -(-len(chosen) // columns)
     size = 3.2 if mode is None else 6.5
-    solid = None if file.config.disk.model is None else solids.Solid.of_result(file)
-    how = {} if solid is None else {"subplot_kw": solids.THREE}
-    height = size + 0.3 if solid is None else 0.8 * size
-    axes = canvas.panels(rows, columns, (size * columns, height * rows), **how).ravel()
-    canvas.hide(axes[len(chosen) :])
-    for panel, k in zip(axes, chosen, strict=False):
-        if solid is None:
-            _draw_shape(panel, file, k, 1.0)
-        else:
-            solids.draw(panel, solid, file.read("shapes", k), numbers=False)
-            panel.set_axis_off()
+    is_solid = file.config.disk.model is not None
+    how = {"subplot_kw": solids.THREE} if is_solid else {}
+    height = 0.8 * size if is_solid else size + 0.3
+    axes = canvas.grid(len(chosen), min(len(chosen), 4), (size, height), 0.0, **how)
+    for panel, k in zip(axes, chosen, strict=True):
+        _draw_shape(panel, file, k)
         panel.set_title(f"mode {k + 1}: {frequencies[k]:.2f} Hz,\nnodal diameters: {diameters[k]}")
 
 
@@ -255,13 +248,29 @@ def _checked(file: ResultFile, mode: int) -> int:
     return mode - 1
 
 
-def _draw_shape(axes: Axes, file: ResultFile, k: int, phase: float) -> None:
-    moved = phase * DEFORMED * file.config.disk.tip_radius * file.read("shapes", k)
+def _draw_shape(axes: Axes, file: ResultFile, k: int) -> Callable[[Any], Any]:
+    """Draw mode k; returns what takes the drawing to another phase, from -1 to 1."""
+    shape = file.read("shapes", k)
+    axes.set_axis_off()
+    if file.config.disk.model is not None:
+        solid = solids.Solid.of_result(file)
+        drawn = solids.draw(axes, solid, shape, numbers=False)
+        return lambda phase: solids.move(drawn, solid, phase * shape)
+    moved = DEFORMED * file.config.disk.tip_radius * shape
     _draw_disk(axes, file, colour="0.8", width=1.0)
-    _draw_disk(axes, file, moved)
+    lines = _draw_disk(axes, file, moved)
     reach = 1.2e3 * file.config.disk.tip_radius
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
-    axes.set_axis_off()
+
+    # read now: the file is closed when an animation moves
+    rest, full = ([xy for _, xy in _lines(file, u)] for u in (0.0 * moved, moved))
+
+    def move(phase: Any) -> Any:
+        for line, xy, there in zip(lines, rest, full, strict=True):
+            line.set_data(*(xy + phase * (there - xy)).T)
+        return lines
+
+    return move
 
 
 @figure("modal", what="one mode as a GIF (--mode)", alone=False, mode=True)
@@ -272,39 +281,9 @@ def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
     """
     file = canvas.file
     k = _checked(file, mode)
-    if file.config.disk.model is not None:
-        return _animated_solid(canvas, k)
-    axes = canvas.panels(1, 1, (5, 5.2))[0, 0]
-    frequency = file.read("reduced/frequencies_hz")[k]
-    pictures = [list(_lines(file, _moved(file, k, frame))) for frame in range(FRAMES)]
-    _draw_disk(axes, file, colour="0.8", width=1.0)
-    lines = [axes.plot(*xy.T, color=PARTS[kind])[0] for kind, xy in pictures[0]]
-    reach = 1.2e3 * file.config.disk.tip_radius
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), title=f"mode {mode}: {frequency:.2f} Hz")
-    axes.set_axis_off()
-
-    def draw(frame: int) -> list[Any]:
-        for line, (_, xy) in zip(lines, pictures[frame], strict=True):
-            line.set_data(*xy.T)
-        return lines
-
-    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
-
-
-def _animated_solid(canvas: Canvas, k: int) -> FuncAnimation:
-    file = canvas.file
-    axes = canvas.panels(1, 1, (5, 5.2), subplot_kw=solids.THREE)[0, 0]
-    solid, shape = solids.Solid.of_result(file), file.read("shapes", k)
-    drawn = solids.draw(axes, solid, shape, numbers=False)
-    axes.set_title(f"mode {k + 1}: {file.read('reduced/frequencies_hz')[k]:.2f} Hz")
-    axes.set_axis_off()
-
-    def draw(frame: int) -> list[Any]:
-        return solids.move(drawn, solid, np.sin(2 * np.pi * frame / FRAMES) * shape)
-
-    return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
-
-
-def _moved(file: ResultFile, k: int, frame: int) -> Any:
-    phase = np.sin(2 * np.pi * frame / FRAMES)
-    return phase * DEFORMED * file.config.disk.tip_radius * file.read("shapes", k)
+    how = {} if file.config.disk.model is None else {"subplot_kw": solids.THREE}
+    axes = canvas.panels(1, 1, (5, 5.2), **how)[0, 0]
+    axes.set_title(f"mode {mode}: {file.read('reduced/frequencies_hz')[k]:.2f} Hz")
+    move = _draw_shape(axes, file, k)
+    phases = np.sin(2 * np.pi * np.arange(FRAMES) / FRAMES)
+    return FuncAnimation(axes.get_figure(), lambda i: move(phases[i]), FRAMES, interval=40)

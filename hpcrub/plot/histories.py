@@ -77,12 +77,9 @@ def _name(file: ResultFile, point: int) -> str:
 
 
 def envelope(time: Any, values: Any) -> tuple[Any, Any, Any]:
-    """Times of `BINS` parts of a history (T,), smallest and largest of all values (T, N) in each.
+    """Middles of `BINS` parts of a history [s], smallest and largest of all values in each.
 
-    Returns
-    -------
-    tuple of ndarray
-        Middle of each part [s], smallest, largest value [as the values].
+    time: (T,) [s]; values: (T, N), in any unit.
     """
     first = np.unique(np.linspace(0, len(time), BINS, endpoint=False).astype(int))
     low = np.minimum.reduceat(values.min(axis=1), first)

@@ -38,21 +38,9 @@ def draw(
     axes: Axes, x: ArrayLike, centre: ArrayLike, low: ArrayLike, high: ArrayLike, colour: Any,
     sideways: bool = False,
 ) -> bool:  # fmt: skip
-    """Bars from low to high through points (x, centre); NaN ends become arrows.
+    """Bars from low to high through points (x, centre), (n,) each; NaN ends become arrows.
 
-    Parameters
-    ----------
-    x, centre, low, high
-        Place, centre and ends of the interval of every point, (n,).
-    colour
-        Colour of bars and arrows.
-    sideways
-        Whether the values are horizontal, and x the height.
-
-    Returns
-    -------
-    bool
-        Whether an end is open.
+    sideways: the values are horizontal, and x is the height. Returns whether an end is open.
     """
     x, centre = np.atleast_1d(x).astype(float), np.atleast_1d(centre).astype(float)
     open_end = False

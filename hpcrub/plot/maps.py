@@ -73,25 +73,15 @@ def interaction_map(canvas: Canvas) -> None:
             family = np.interp(strongest[0].speed_hz, speeds, highest)
         _draw_interactions(panel, strongest, family)
     axes[0].set_ylabel("frequency [Hz]")
-    handles: dict[str, Any] = {}
-    for panel in axes:
-        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    canvas.legend(list(handles.values()), list(handles))
+    canvas.legend_of_all(axes)
     canvas.colorbar(image, axes, label="tangential amplitude, largest of all tips [mm]")
 
 
 def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interaction]:
     """The strongest interactions, at most one on an engine order, the strongest first.
 
-    Parameters
-    ----------
-    speeds
-        Speeds of rotation (S,) [Hz].
-    frequencies
-        Frequencies of the spectra (F,) [Hz], evenly spaced from 0.
-    spectrum
-        Amplitudes (S, F); NaN where the motion was lost.
+    speeds: of rotation (S,) [Hz]; frequencies: of the spectra (F,) [Hz], evenly spaced from 0;
+    spectrum: amplitudes (S, F), NaN where the motion was lost.
     """
     regions = []
     step = frequencies[1] - frequencies[0]
@@ -149,16 +139,10 @@ def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) 
         low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
         axes.add_patch(
             Rectangle(
-                (one.first_hz - 0.5, low),
-                one.last_hz - one.first_hz + 1.0,
-                high - low,
-                fill=False,
-                ec=PINK,
-                lw=1.8,
-                label="interaction areas",
-                zorder=4,
-            )  # fmt: skip
-        )
+                (one.first_hz - 0.5, low), one.last_hz - one.first_hz + 1.0, high - low, fill=False,
+                ec=PINK, lw=1.8, label="interaction areas", zorder=4,
+            )
+        )  # fmt: skip
     if not strongest:
         return
     main = strongest[0]

@@ -60,19 +60,9 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None, mode: int | None
 
 
 def shape(disk: assembly.SparseDisk, mode: int) -> tuple[float, Array]:
-    """Frequency and displacements of a mode of the disk at rest.
+    """Frequency [Hz] of a mode of the disk at rest, counted from 1, and displacements of its nodes.
 
-    Parameters
-    ----------
-    disk
-        The whole disk, n rows.
-    mode
-        Counted from 1.
-
-    Returns
-    -------
-    tuple
-        Frequency [Hz]; displacements x, y, z of the nodes (n_nodes, 3), the largest one is 1.
+    These are x, y, z (n_nodes, 3), the largest one is 1.
     """
     values, modes = lowest_modes(disk.stiffness[0].tocsc(), disk.mass.tocsc(), mode)
     padded = np.append(modes[:, mode - 1], 0.0)  # row -1 is held

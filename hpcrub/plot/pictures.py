@@ -23,21 +23,9 @@ Path_ = str | os.PathLike[str]
 def belonging(
     figures: Sequence[Drawing], paths: Sequence[Path_], mode: int | None = None
 ) -> list[Drawing]:
-    """Those figures that are drawn of one finished study, or of several together.
+    """Those of all figures that are drawn of one finished study, or of several together.
 
-    Parameters
-    ----------
-    figures
-        All there are.
-    paths
-        Result files.
-    mode
-        Mode to show, which one of the figures has to show then.
-
-    Raises
-    ------
-    InputError
-        A mode is given and none of the figures shows one.
+    Raises InputError when a mode is given and none of them shows one.
     """
     with open_result(paths[0]) as file:
         study, random = file.config.study, file.config.pattern_deviation is None
@@ -49,8 +37,7 @@ def belonging(
         if random or not figure.about.random
     ]
     if mode is not None and not any(figure.about.mode for figure in found):
-        shown = _showing_modes(figures)
-        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; {shown}")
+        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; shapes of modal do")
     return found
 
 
@@ -59,12 +46,7 @@ def draw_all(
 ) -> Iterator[Path | HpcrubError]:
     """Draw several figures; of one that cannot be drawn the error comes instead of the picture.
 
-    Parameters
-    ----------
-    figures, paths
-        What to draw, of which result files.
-    how
-        As for `draw`; a mode is shown by those figures that can show one.
+    how: as for `draw`; a mode is shown by those figures that can show one.
     """
     mode = how.pop("mode", None)
     for figure in figures:
@@ -75,36 +57,14 @@ def draw_all(
 
 
 def draw(
-    figure: Drawing,
-    paths: Sequence[Path_],
-    folder: Path_ | None = None,
-    kind: str = "png",
+    figure: Drawing, paths: Sequence[Path_], folder: Path_ | None = None, kind: str = "png",
     mode: int | None = None,
-) -> list[Path]:
-    """Draw one figure of one or several result files into picture files.
+) -> list[Path]:  # fmt: skip
+    """Draw one figure into picture files, of several result files together or of each.
 
-    Parameters
-    ----------
-    figure
-        One of `FIGURES`.
-    paths
-        Result files; a figure that compares none is drawn of each.
-    folder
-        Where to; by default beside the first file.
-    kind
-        png, pdf or svg; an animation is a GIF.
-    mode
-        Mode to show, counted from 1; by default what the figure shows by itself.
-
-    Returns
-    -------
-    list of Path
-        Pictures written.
-
-    Raises
-    ------
-    InputError
-        The figure needs another study, or shows no single mode.
+    folder: beside the first file by default. kind: png, pdf or svg; an animation is a GIF.
+    mode: the one to show, counted from 1. Returns the pictures written.
+    Raises InputError when the figure needs another study, or shows no single mode.
     """
     if mode is not None and not figure.about.mode:
         name = figure.__name__
@@ -130,11 +90,6 @@ def _draw_one(
         target = target.with_name(f"{target.name}.{'gif' if moving else kind}")
         _save(drawn if moving else paper, target)
     return target
-
-
-def _showing_modes(figures: Sequence[Drawing]) -> str:
-    names = " and ".join(figure.__name__ for figure in figures if figure.about.mode)
-    return f"{names} of the study modal do"
 
 
 def _targets(

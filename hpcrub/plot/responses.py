@@ -10,10 +10,11 @@ from matplotlib.ticker import MaxNLocator
 
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
-from hpcrub.plot import intervals, published
+from hpcrub.plot import intervals
+from hpcrub.plot.amplifications import CONTACT, LINEAR, draw_curves
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
@@ -30,8 +31,7 @@ def summary(canvas: Canvas) -> None:
 
     Of random samples: the tuned disk and the range of the samples of the widest level, then
     percentiles of both amplifications against the mistuning level. Of one explicit pattern:
-    amplitude and localisation over the speeds; where the configuration is the paper's, with the
-    points that it prints.
+    amplitude and localisation over the speeds.
     """
     file = canvas.file
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
@@ -45,12 +45,6 @@ def summary(canvas: Canvas) -> None:
         _draw_pattern(left, file, "amplitude_m", 1e3)
         _draw_pattern(right, file, "localisation", 100)
         right.set(ylabel=LOCALISATION, title="Localisation of the blade-tip amplitudes")
-        for panel, at in ((left, 1), (right, 2)):
-            for i, point in enumerate(published.points(file.config)):
-                panel.plot(
-                    point[0], point[at], "*", color=ORANGE, ms=13, mec="w", zorder=5,
-                    label=None if i else "paper, printed values",
-                )  # fmt: skip
     left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.words}")
     canvas.legend_of(left)
     canvas.legend_of(right, drop=42 if right.get_ylabel() == LOCALISATION else 58)
@@ -133,24 +127,11 @@ def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
     half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
     axes.axhline(1.0, color="0.6", lw=1)
     at = file.config.convergence.percentiles
-    for name, label, colour, line in (
-        ("amplification", "contact", BLUE, "-"), ("linear_amplification", "linear", ORANGE, "--"),
-    ):  # fmt: skip
-        values = finished(file, name)
-        known = [v for v in range(len(values)) if len(values[v])]
-        if not known:
-            continue
-        curves = np.array([np.percentile(values[v], at) for v in known]).T
-        ends = np.array(
-            [intervals.interval(values[v], at, uncertainty(file, name)) for v in known]
-        ).T
-        for p, curve in enumerate(curves):
-            axes.plot(
-                half_range[known], curve, line, color=colour, marker=MARKERS[p % len(MARKERS)],
-                label=f"{label}, percentile {at[p]:g}",
-            )  # fmt: skip
-            low, high = ends[p]
-            open_end |= intervals.draw(axes, half_range[known], curve, low, high, colour)
+    for name, word, colour, style in (CONTACT, LINEAR):
+        values, shared = finished(file, name), uncertainty(file, name)
+        open_end |= draw_curves(
+            axes, half_range, values, at, [colour], style, f"{word}, ", shared, from_one=False
+        )
     counts = (file.status() == DONE).sum(axis=1)
     each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
     axes.set(
@@ -227,11 +208,11 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
         bottom.set_xlabel(SPEED)
     axes[0, 0].set_ylabel(AMPLITUDE)
     axes[1, 0].set_ylabel("difference to\nthe reference [mm]")
-    lines, words = axes[0, -1].get_legend_handles_labels()
-    kept = [i for i, word in enumerate(words) if "not steady" not in word]
-    handles = [lines[i] for i in kept]
-    more, names = _keys()
-    canvas.legend([*handles, *more], [*(words[i] for i in kept), *names])
+    hollow = Line2D([], [], marker="o", mfc="w", mec=BLACK, ls="", label="not steady")
+    grey = Patch(color="0.85", label="twice the scatter of both disks from run to run")
+    lines = axes[0, -1].get_legend_handles_labels()[0]
+    kept = [line for line in lines if "not steady" not in str(line.get_label())]
+    canvas.legend([*kept, hollow, grey])
 
 
 def _scatter(file: ResultFile, group: str) -> Any:
@@ -250,21 +231,11 @@ def _scatter(file: ResultFile, group: str) -> Any:
     return np.nan_to_num(error)
 
 
-def _keys() -> tuple[list[Any], list[str]]:
-    hollow = Line2D([], [], marker="o", mfc="w", mec=BLACK, ls="")
-    words = "twice the scatter of both disks from run to run"
-    return [hollow, Patch(color="0.85")], ["not steady", words]
-
-
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     columns = min(len(files), 2 if len(files) <= 4 else 4)
-    rows = -(-len(files) // columns)
     size = (6.0, 4.2) if columns <= 2 else (4.0, 3.4)
-    axes = canvas.panels(
-        rows, columns, (size[0] * columns, size[1] * rows + 0.6), sharey=True
-    ).ravel()
-    canvas.hide(axes[len(files) :])
-    for file, panel, label in zip(files, axes, labels(files), strict=False):
+    axes = canvas.grid(len(files), columns, size, sharey=True)
+    for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11 if columns > 2 else None)
         if file.config.pattern_deviation is None:
             draw_range(panel, file)
@@ -275,10 +246,7 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
             draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")
         else:
             draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
-        panel.set_xlabel(SPEED if panel in axes[len(files) - columns : len(files)] else "")
+        panel.set_xlabel(SPEED if panel in axes[-columns:] else "")
     for panel in axes[::columns]:
         panel.set_ylabel(AMPLITUDE)
-    handles: dict[str, Any] = {}
-    for panel in axes[: len(files)]:
-        handles |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
-    canvas.legend(list(handles.values()), list(handles))
+    canvas.legend_of_all(axes)

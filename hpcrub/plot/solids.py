@@ -54,26 +54,10 @@ def check(axes: Any) -> None:
 def draw(axes: Any, solid: Solid, shape: Array | None = None, numbers: bool = True) -> Any:
     """Draw a disk.
 
-    Parameters
-    ----------
-    axes
-        With three dimensions.
-    solid
-        The disk.
-    shape
-        Displacements (n, 3), the largest one is 1; faces are coloured by their size.
-    numbers
-        Whether every blade gets its number.
-
-    Returns
-    -------
-    list
-        Faces, or the nodes where there are none, and the contact nodes of every blade.
-
-    Raises
-    ------
-    InputError
-        The axes are flat.
+    shape: displacements (n, 3), the largest one is 1; faces are coloured by their size.
+    numbers: whether every blade gets its number.
+    Returns faces, or the nodes where there are none, and the contact nodes of every blade.
+    Raises InputError when the axes are flat.
     """
     check(axes)
     nodes = 1e3 * solid.nodes if shape is None else solid.moved(shape)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from evidence.reproduce import numbers, plan, rows
+from evidence.reproduce import numbers, plan, report, rows
+from hpcrub import plot
 from hpcrub.config import schema as config
 from tests.program import ROOT
 
@@ -89,6 +90,19 @@ def test_rows_are_made_of_results(make, number):
     found = make(Examples(ROOT / "docs" / "examples"))
     assert {row.number for row in found} == {number}
     assert all(row.paper and row.ours for row in found)
+
+
+def test_the_papers_points_are_drawn_in_its_figure_7(tmp_path):
+    example = ROOT / "docs" / "examples" / "table2.h5"
+    (tmp_path / "table2.h5").symlink_to(example)
+    report.figures(tmp_path, tmp_path / "page.md")
+    assert (tmp_path / "page" / "figure_7_table2.png").exists()
+    left, right = plot.summary(example)
+    report.mark_points(left, right)
+    assert [tuple(np.ravel(s.get_data())) for s in left.get_lines()[-2:]] == [
+        (34.78, 58.1), (33.66, 38.9),
+    ]  # fmt: skip
+    assert right.get_lines()[-1].get_ydata() == [67.9]
 
 
 def test_what_is_missing_is_said(tmp_path):

@@ -16,7 +16,7 @@ import hpcrub
 from hpcrub import plot, studies
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.plot import densities, published
+from hpcrub.plot import densities
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.setup.problem import build_model
@@ -149,34 +149,6 @@ def test_warnings_of_a_file_stand_below_its_figure(random, name):
     axes = plt.figure().add_subplot()
     draw(file, ax=axes)
     assert "first\nsecond" in "\n".join(text.get_text() for text in axes.texts)
-
-
-@pytest.mark.parametrize("order", [1, -1])
-def test_the_papers_points_stand_beside_its_own_configuration_only(order):
-    moduli = list(published.TABLE_2)[::order]
-    text = f"mistuning: {{pattern_unit: gpa, pattern: {moduli}}}\n"
-    assert published.points(Config.from_yaml(text)) == published.POINTS
-    for other in ("casing: {clearance_mm: 0.125}", "reduction: {n_modes: 12}",
-                  "casing: {n_bumps: 3}", "contact: {friction: 0.2}"):  # fmt: skip
-        assert published.points(Config.from_yaml(text + other)) == ()
-    assert published.points(Config.from_yaml(PATTERN)) == ()
-    assert published.points(Config()) == ()
-
-
-def test_the_papers_points_are_drawn_where_it_has_them(random):
-    file = contact_file(
-        random, f"mistuning: {{pattern_unit: gpa, pattern: {list(published.TABLE_2)}}}", (1, 1)
-    )
-    left, right = plot.summary(file)
-    for panel, at in (
-        (left, ((34.78, 58.1), (33.66, 38.9))),
-        (right, ((34.78, 49.0), (33.66, 67.9))),
-    ):
-        stars = [tuple(np.ravel(s.get_data())) for s in panel.get_lines() if s.get_marker() == "*"]
-        np.testing.assert_allclose(stars, at)
-        (bottom, top) = panel.get_ylim()
-        assert bottom == 0
-        assert all(y < top for _, y in stars)
 
 
 def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
