@@ -75,7 +75,8 @@ def _gap(bank, q, start, n):
     t = np.maximum(start + n, 0) * scheme.step
     grown = np.array([casing.ramp(time, scheme.ramp_time) for time in t])
     bump = scheme.bump[(n - 1) % len(scheme.bump), :n_points, None]
-    return scheme.clearance[0, :n_points, None] - grown * bump - scheme.normal[:, :n_points].T @ q
+    clearance = scheme.clearance + scheme.own[0, :n_points, None]
+    return clearance - grown * bump - scheme.normal[:, :n_points].T @ q
 
 
 def _contact_work(bank, moved):
@@ -92,4 +93,4 @@ def _contact_work(bank, moved):
 
 def _n_points(bank):
     """Contact points, without those of the padding, that nothing reaches."""
-    return np.count_nonzero(np.isfinite(bank.scheme.clearance))
+    return np.count_nonzero(np.isfinite(bank.scheme.own))

@@ -43,7 +43,7 @@ def find_gaps(scheme, state, step, back, gap):
         grown = bump_ramp(t, scheme.ramp_time)
         for i in range(n_points):
             bump = scheme.bump[step % scheme.bump.shape[0], i]
-            gap[i, lane] = scheme.clearance[0, i] - grown * bump
+            gap[i, lane] = scheme.clearance[0, lane] + scheme.own[0, i] - grown * bump
     for k in range(state.position.shape[0]):
         for i in range(n_points):
             for lane in range(width):

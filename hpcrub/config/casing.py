@@ -4,17 +4,25 @@ from math import pi
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field, model_validator
 
-from hpcrub.config.types import FileName, Number, Section, Whole, si
+from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
+from hpcrub.model.clearance import RunningClearance
 
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 PROFILES = "harmonics", "profile_csv", "profile_mm"
 Degrees = Annotated[
     tuple[Annotated[Number, Field(ge=0, lt=360)], ...],
     Field(min_length=4, max_length=MOST_POINTS),
+]
+Clearances = Annotated[
+    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...], Field(min_length=2, max_length=200)
+]
+Coefficients = Annotated[
+    tuple[Annotated[Number, Field(ge=-1e6, le=1e6)], ...], Field(min_length=1, max_length=10)
 ]
 Changes = Annotated[
     tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...],
@@ -42,6 +50,22 @@ class Casing(Section):
 
     n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
     clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
+    clearance_hz_mm: Curve | None = Field(
+        None,
+        description="clearance over the speed in place of clearance_mm: points of a speed [Hz] and "
+        "a clearance [mm], with straight lines between them; or a file with columns speed_hz and "
+        "clearance_mm",
+    )
+    clearance_polynomial_mm: Coefficients | None = Field(
+        None,
+        description="the same as a polynomial in the speed in Hz: coefficients from the constant "
+        "on [mm]",
+    )
+    blade_clearance_mm: Clearances | None = Field(
+        None,
+        description="what each blade has beyond that, such as a blade that is shorter, at every "
+        "speed; below 0: less [mm]",
+    )
     bump_height_mm: Number = Field(
         1.25,
         ge=0,
@@ -88,13 +112,43 @@ class Casing(Section):
 
     @property
     def is_resolved(self) -> bool:
-        """Whether the profile is here: not before its file has been read."""
+        """Whether profile and clearance are here: not before their files have been read."""
+        return self.profile_is_known and self.clearance_is_known
+
+    @property
+    def profile_is_known(self) -> bool:
+        """Whether the profile is here."""
         return self.profile_csv is None or self.profile_mm is not None
+
+    @property
+    def clearance_is_known(self) -> bool:
+        """Whether the clearance at every speed is here."""
+        return not isinstance(self.clearance_hz_mm, str)
+
+    @property
+    def running(self) -> RunningClearance | None:
+        """Clearance over the speed; None where it is the same at every speed.
+
+        Raises InputError before its file has been read.
+        """
+        if isinstance(self.clearance_hz_mm, str):
+            raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
+        if self.clearance_hz_mm is not None:
+            return RunningClearance(tuple((f, c / 1000) for f, c in self.clearance_hz_mm))
+        if self.clearance_polynomial_mm is not None:
+            powers = tuple(a / 1000 for a in self.clearance_polynomial_mm)
+            return RunningClearance(coefficients=powers)
+        return None
+
+    def clearances(self, speeds_hz: np.ndarray) -> np.ndarray:
+        """Clearance [m] at speeds [Hz] (S,)."""
+        running = self.running
+        return running.at(speeds_hz) if running else np.full(len(speeds_hz), self.clearance)
 
     @property
     def profile(self) -> Profile:
         """What there is beside the bumps. Raises InputError before its file has been read."""
-        if not self.is_resolved:
+        if not self.profile_is_known:
             raise InputError(f"casing.profile_csv: {self.profile_csv} has not been read yet")
         harmonics = tuple(
             (h.order, h.amplitude_mm / 1000, h.phase_deg * pi / 180)

@@ -19,8 +19,8 @@ def problems(config: Any) -> Iterator[str]:
     """Lines that say which keys do not fit together; none when all is well."""
     yield from _disk_problems(config)
     yield from _damping_problems(config.material)
-    problems_of_profile = list(_casing_problems(config))
-    yield from problems_of_profile or _steep_problems(config)
+    of_casing = [*_casing_problems(config), *_clearance_problems(config)]
+    yield from of_casing or _steep_problems(config)
     yield from _contact_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
@@ -115,6 +115,45 @@ def _casing_problems(c):
             yield f"casing.profile_mm: {len(changes)} values for {len(angles)} angles"
         if any(a >= b for a, b in pairwise(angles)):
             yield "casing.profile_deg: the angles are not increasing"
+
+
+def _clearance_problems(c):
+    table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
+    key = "clearance_hz_mm"
+    if c.casing.clearance_polynomial_mm is not None:
+        if table is not None:
+            yield "casing.clearance_polynomial_mm: cannot be combined with casing.clearance_hz_mm"
+        key = "clearance_polynomial_mm"
+    elif isinstance(table, tuple):
+        yield from _table_problems(c.speeds, np.array(table))
+    if blades is not None and c.disk.is_resolved and len(blades) != c.disk.n_blades:
+        yield (
+            f"casing.blade_clearance_mm: {len(blades)} values given for the {c.disk.n_blades} "
+            "blades of the disk"
+        )
+    if c.casing.clearance_is_known and c.speeds.from_hz <= c.speeds.to_hz:
+        found, at = 1e3 * c.casing.clearances(c.speeds.values_hz), c.speeds.values_hz
+        worst = found.argmin() if found.min() < 0.0 else found.argmax()
+        if not 0.0 <= found[worst] <= 1e4:
+            yield (
+                f"casing.{key}: {found[worst]:g} mm at {at[worst]:g} Hz; a clearance from 0 up to "
+                "10,000 mm is allowed"
+            )
+        elif min(blades or (0.0,)) + found.min() < 0.0:
+            yield (
+                f"casing.blade_clearance_mm: {min(blades)} with {found.min():g} mm of the casing "
+                "leaves less than no clearance"
+            )
+
+
+def _table_problems(speeds, table):
+    if (np.diff(table[:, 0]) <= 0.0).any():
+        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
+    elif speeds.from_hz < table[0, 0] or speeds.to_hz > table[-1, 0]:
+        yield (
+            f"casing.clearance_hz_mm: points from {table[0, 0]:g} to {table[-1, 0]:g} Hz say "
+            f"nothing of all speeds from {speeds.from_hz:g} to {speeds.to_hz:g} Hz"
+        )
 
 
 def _steep_problems(c):

@@ -18,9 +18,10 @@ def width_of_bump(config: Any) -> float:
 
     Zero when it does not reach the tips; a load during contact may bring them to any bump. A crest
     of a casing with harmonics or a measured profile counts as the Gaussian bump that has its
-    height, above the mean of the casing, and curvature.
+    height, above the mean of the casing, and curvature. Where the clearance changes with the speed,
+    it is the narrowest of all speeds.
     """
-    clearance = config.casing.clearance + config.disk.least_clearance
+    clearance = _clearance(config)
     if config.forcing.in_contact:
         clearance = min(clearance, 0.0)
     if config.casing.profile.exists:
@@ -30,6 +31,19 @@ def width_of_bump(config: Any) -> float:
         return 0.0
     part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
     return 2.0 * config.casing.bump_width * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
+
+
+def _clearance(config: Any) -> float:
+    """Clearance of the nearest tip, the largest at any speed that brings it to the casing [m]."""
+    casing, own = config.casing, min(config.casing.blade_clearance_mm or (0.0,)) / 1000
+    nearest = config.disk.least_clearance + own
+    if casing.running is None:
+        return casing.clearance + nearest
+    found = casing.clearances(config.speeds.values_hz) + nearest
+    top, mean = casing.outline.highest, casing.outline.mean
+    touching = found[found < top]
+    # one speed of many may just touch: it need not be resolved better than LEAST
+    return min(touching.max(), top - LEAST * (top - mean)) if touching.size else found.min()
 
 
 def _width_of_crest(outline: Outline, clearance: float) -> float:

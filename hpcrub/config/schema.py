@@ -146,6 +146,11 @@ class Config(Section):
         return math.gcd(self.casing.repeats, load or 0)
 
     @property
+    def clearance(self) -> float:
+        """Clearance of the casing, the smallest at any speed [m]."""
+        return float(self.casing.clearances(self.speeds.values_hz).min())
+
+    @property
     def step(self) -> float:
         """Longest time step at the highest speed [s]; `resolution` has that of all speeds."""
         return resolution.time_step(self)

@@ -173,7 +173,9 @@ def _wrong_value(model, detail):
         known = ", ".join(_children(model).get(".".join(names), ()))
         return f"{path}: {show(value)} is not a section with keys such as {known}"
     about = f" ({node['description']})" if "description" in node else ""
-    if isinstance(loc[-1], int):
+    for place in reversed(loc):
+        if not isinstance(place, int):
+            break
         node = _first_variant(node)["items"]
     verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
     return f"{path}: {show(value)} {verb} {_allowed(node)}{about}"
@@ -193,6 +195,8 @@ def _allowed(node):
         length = f"{node.get('minItems', 0)} or more"
         if "maxItems" in node:
             length = f"{node.get('minItems', 0)} to {node['maxItems']}"
+        if "minItems" in node and node["minItems"] == node.get("maxItems"):
+            length = f"{node['minItems']}"
         return f"a list of {length} values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
     text = node.get("format", "a text")

@@ -62,6 +62,14 @@ Pattern = Annotated[
     Discriminator(lambda value: config_text.KINDS[isinstance(value, str)]),
 ]
 
+# points of a curve, or the file of a table with them
+Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]
+Curve = Annotated[
+    Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), Tag(config_text.KINDS[0])]
+    | Annotated[FileName, Tag(config_text.KINDS[1])],
+    Discriminator(lambda value: config_text.KINDS[isinstance(value, str)]),
+]
+
 
 def si(key: str, unit: str, times: float = 1, per: float = 1) -> Any:
     """Property with the value of `key` in SI."""

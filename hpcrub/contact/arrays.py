@@ -22,7 +22,8 @@ class Scheme(NamedTuple):
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
     squared: np.ndarray
-    clearance: np.ndarray  # (1, C) [m]; infinite for padding
+    clearance: np.ndarray  # of the casing, at the speed of each lane (1, L) [m]
+    own: np.ndarray  # clearance of each point beyond that (1, C) [m]; infinite for padding
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
@@ -50,7 +51,7 @@ SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
 # Members that have one column (or one number) per lane; laws and records name their own
 PER_LANE = {
-    Scheme: ("decay", "gain", "step"),
+    Scheme: ("decay", "gain", "clearance", "step"),
     State: tuple(name for name in State._fields if name != "active"),
 }
 

@@ -47,7 +47,7 @@ def allocate(
     bank = Bank(scheme, state, law.allocate(modes, scene, grid, width))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
-        fill_lane(bank, lane, modes.at(speed), scene, h)
+        fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
     return bank
 
 
@@ -72,8 +72,8 @@ def _allocate_scheme(modes, scene, grid, width, law):
         scene.profile,
         scene.bump_width,
     )
-    clearance = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
-    clearance[0, : len(modes.normal)] = scene.clearance + interface.clearance
+    own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
+    own[0, : len(modes.normal)] = interface.clearance
     n_modes = len(modes.omega)
     load = np.pad(law.loads(modes, scene), ((0, 0), (0, 1)))
     return Scheme(
@@ -83,7 +83,8 @@ def _allocate_scheme(modes, scene, grid, width, law):
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else modes.omega**2,
-        clearance=aligned(clearance),
+        clearance=aligned(np.full((1, width), scene.clearance)),
+        own=aligned(own),
         step=np.zeros(width),
         bump=aligned(columns(bump.T)),
         external=_engine_order_forces(modes, scene, grid),
@@ -150,7 +151,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     modes : Modes
         Of the sample, at the lane's speed.
     scene : response.sweep.Scene
-        Casing, contact law and integration scheme.
+        Casing, contact law and integration scheme, at the lane's speed.
     h : float
         Time step [s].
     """
@@ -161,7 +162,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     )
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2
-    scheme.step[lane] = h
+    scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
     bank.law.fill(bank, lane, modes, scene)
 
 

@@ -49,8 +49,8 @@ def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) 
     first : int
         First contact point.
     """
-    depth = tile_splat(TIPS, splat(lanes, 0.0))
-    depth = tile_add(depth, scheme.clearance, 0, first, splat(lanes, -1.0))
+    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
+    depth = tile_add(depth, scheme.own, 0, first, splat(lanes, -1.0))
     return tile_add(depth, scheme.bump, step, first, load(lanes, state.ramp, 0))
 
 

@@ -17,7 +17,8 @@ N_ANGLES, N_TIMES = 2401, 201
 def casing(canvas: Canvas) -> None:
     """The casing to an exaggerated scale, its gap around the circumference, and the bump ramp.
 
-    Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
+    Where the clearance changes with the speed, it is drawn where it is smallest, dotted where it is
+    largest. Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
     """
     config = canvas.file.config
     shape = config.casing
@@ -25,9 +26,15 @@ def casing(canvas: Canvas) -> None:
     angle = np.linspace(0, 2 * np.pi, N_ANGLES)
     inward = 1e3 * casing_height(angle, *shape.shape)
     _draw_round(round_, config, angle, inward)
-    gap = shape.clearance_mm - inward
+    least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
+    gap = least - inward
     gaps.plot(np.degrees(angle), gap, color=BLUE)
-    gaps.axhline(shape.clearance_mm, color="0.5", lw=1.2, ls="--")
+    gaps.axhline(least, color="0.5", lw=1.2, ls="--")
+    if most > least:
+        gaps.plot(
+            np.degrees(angle), most - inward, color=BLUE, lw=1.2, ls=":",
+            label="at the speed of the largest clearance",
+        )  # fmt: skip
     gaps.axhline(0, color=BLACK, lw=1.2)
     gaps.fill_between(
         np.degrees(angle), 0, gap, where=gap < 0, color=ORANGE, alpha=0.4,
@@ -43,7 +50,7 @@ def casing(canvas: Canvas) -> None:
 
 
 def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:
-    R, clearance = config.disk.tip_radius_mm, config.casing.clearance_mm
+    R, clearance = config.disk.tip_radius_mm, 1e3 * config.clearance
     inner, outer = R + EXAGGERATED * (clearance - inward), R + EXAGGERATED * clearance
     tips = 2 * np.pi * np.arange(config.disk.n_blades) / config.disk.n_blades
     c, s = np.cos(angle), np.sin(angle)

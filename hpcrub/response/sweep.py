@@ -18,6 +18,7 @@ from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import BUMP_WIDTH, NO_PROFILE, Profile, highest, repeats
+from hpcrub.model.clearance import RunningClearance
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.interface import Interface
@@ -42,11 +43,12 @@ class Scene(NamedTuple):
     damping_ratio: float | Damping  # of every mode, or of each
     n_bumps: int
     bump_height: float  # [m]
-    clearance: float  # [m]
+    clearance: float  # [m]; where it changes with the speed, the smallest
     ramp_time: float  # [s]
     friction: float
     profile: Profile = NO_PROFILE  # of the casing, beside its bumps
     bump_width: float = BUMP_WIDTH  # [pitches]
+    running: RunningClearance | None = None  # None: the clearance is the same at every speed
     load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
     load_order: int = 1  # its periods around the casing
     elastic_casing: ElasticCasing | None = None  # None: the casing does not give
@@ -57,6 +59,12 @@ class Scene(NamedTuple):
     least_steps: float = 0.0  # of a revolution
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
+
+    def at(self, speed_hz: float) -> "Scene":
+        """The scene at a speed of rotation [Hz]."""
+        if self.running is None:
+            return self
+        return self._replace(clearance=float(self.running.at(speed_hz)), running=None)
 
     @property
     def repeats(self) -> int:
@@ -76,7 +84,7 @@ class Scene(NamedTuple):
 
     @property
     def lift(self) -> float:
-        """Clearance and highest place of the casing together [m]."""
+        """Smallest clearance and highest place of the casing together [m]."""
         return self.clearance + self.highest
 
 
@@ -176,20 +184,27 @@ def run_sweep(
     n = len(speeds_hz)
     out, n_steps = SweepResult.empty(n, N_ANGLES if scene.coating else 0), 0
     wanted = set(range(n) if selection is None else selection)
-    if motion is None and not can_touch(scene):  # it stays at rest
-        known = 0.0 if scene.steady.rule == "ensemble" else np.nan
-        for values, rest in zip(out[:6], (0.0, 0.0, 0.0, known, known, STEADY), strict=True):
-            values[list(wanted)] = rest
-        if scene.coating:
-            for values in out[8:-1]:
-                values[list(wanted)] = 0.0
-        return out
+    if motion is None:
+        still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]
+        _leave_at_rest(out, still, scene)
+        wanted -= set(still)
     for band in speed_bands(speeds_hz):
         grid = cut_revolution(speeds_hz[band[0]], scene)
         # fastest first: they take longest to settle, and should not be left to the last lanes
         waiting = [i for i in band[::-1] if i in wanted]
-        n_steps += _Band(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
+        if waiting:
+            n_steps += _Band(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
+
+
+def _leave_at_rest(out, still, scene):
+    """The response at speeds (indices) at which nothing touches (out is modified)."""
+    known = 0.0 if scene.steady.rule == "ensemble" else np.nan
+    for values, rest in zip(out[:6], (0.0, 0.0, 0.0, known, known, STEADY), strict=True):
+        values[still] = rest
+    if scene.coating:
+        for values in out[8:-1]:
+            values[still] = 0.0
 
 
 def can_touch(scene: Scene) -> bool:
@@ -331,7 +346,7 @@ class _Band:
         speed = self.speeds_hz[self.speed[lane]]
         h = 1.0 / (speed * self.grid.steps_per_revolution)
         modes, window = self.modes.at(speed), self.scene.steady.window_revolutions / speed
-        bank.fill_lane(self.bank, lane, modes, self.scene, h)
+        bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         self.start[lane], self.coating[lane] = now, Follower()

@@ -70,6 +70,7 @@ def _smallest_case(modes, scene):
         n_bumps=1,
         bump_height=2e-3,
         clearance=1e-3,
+        running=None,
         ramp_time=1e-2,
         profile=NO_PROFILE,
         load=0.0,

@@ -12,6 +12,7 @@ from hpcrub.results import model_file, tables
 from hpcrub.setup import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
+CLEARANCE_COLUMNS = "speed_hz", "clearance_mm"
 DIGITS = 6  # of degrees and millimetres that are kept
 
 
@@ -28,8 +29,11 @@ def resolved(config: Config) -> Config:
 
 def with_tables(config: Config) -> Config:
     """The same without a look at the model file, which may be large."""
-    if not config.casing.is_resolved:
+    if not config.casing.profile_is_known:
         config = replaced(config, _profile(config.casing.profile_csv))
+    if isinstance(path := config.casing.clearance_hz_mm, str):
+        points = np.round(tables.columns(path, CLEARANCE_COLUMNS), DIGITS)
+        config = replaced(config, {"casing.clearance_hz_mm": points.tolist()})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
         config = replaced(config, _patterns(config))

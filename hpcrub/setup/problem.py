@@ -83,12 +83,13 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     """Casing, contact, time step and steady-state test of a configuration."""
     steady = config.steady_state
     return Scene(
-        interface=reduced.interface,
+        interface=_with_blade_clearance(config, reduced.interface),
         damping_ratio=config.damping,
         n_bumps=config.casing.n_bumps,
         bump_height=config.casing.bump_height,
         bump_width=config.casing.bump_width,
-        clearance=config.casing.clearance,
+        clearance=config.clearance,
+        running=config.casing.running,
         ramp_time=config.casing.growth_time,
         friction=config.contact.friction,
         profile=config.casing.profile,
@@ -112,6 +113,14 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
             max_error=steady.max_error,
         ),
     )
+
+
+def _with_blade_clearance(config, interface):
+    """The contact points with what their blades have of clearance of their own."""
+    if config.casing.blade_clearance_mm is None:
+        return interface
+    own = np.array(config.casing.blade_clearance_mm) / 1000
+    return interface._replace(clearance=interface.clearance + own[interface.blade])
 
 
 def elastic_casing_of(config: Config) -> ElasticCasing | None:

@@ -156,7 +156,7 @@ def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> 
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
     height = casing_height(angle, scene.n_bumps, scene.bump_height, scene.profile, scene.bump_width)
-    return scene.clearance + scene.interface.clearance - grown * height - radial
+    return scene.at(speed_hz).clearance + scene.interface.clearance - grown * height - radial
 
 
 def _tests(config, tangential, per_block):

@@ -179,7 +179,8 @@ def step_by_step(bank, scene, n_steps, width):
         bank.state.multiplier[:] = 0.0
         run(bank._replace(scheme=one), 1)
         depth = bank.scheme.normal.T @ bank.state.position
-        depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance.T
+        depth += bank.state.ramp * table[step][:, None] - bank.scheme.clearance
+        depth -= bank.scheme.own.T
         yield depth, bank.state.multiplier[:-1]
 
 

@@ -201,7 +201,7 @@ def _validity_lines(config: Config, largest: float) -> Iterator[str]:
         f"{1e-6 * stress:,.0f} MPa, if it moves in its first bending mode"
     )
     left_out = largest**2 / (2.0 * config.disk.tip_radius)
-    reach = config.casing.outline.highest - config.casing.clearance
+    reach = config.casing.outline.highest - config.clearance
     if reach > 0.0 and left_out > SMALL * reach:
         yield (
             f"small displacements leave out u²/2R = {1e3 * left_out:.2g} mm of its radius, "
