@@ -43,7 +43,8 @@ def keys():
     sections = {}
     for key in key_table():
         section = key.path.rpartition(".")[0].partition(".")[0]
-        row = f"`{key.path}`", f"`{key.default}`", key.allowed, key.description
+        allowed = "one of the [studies](studies.md)" if key.path == "study" else key.allowed
+        row = f"`{key.path}`", f"`{key.default}`", allowed, key.description
         sections.setdefault(section, []).append(row)
     head = "key", "default", "allowed", "meaning"
     return "\n\n".join(

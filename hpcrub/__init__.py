@@ -1,7 +1,8 @@
 """hpcrub: blade-tip rubbing of mistuned bladed disks.
 
 `hpcrub.run(CONFIG)` computes a study of a `hpcrub.Config`. `hpcrub.open(FILE)` reads its result
-file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it.
+file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it. What goes wrong is a
+`hpcrub.HpcrubError` of one line, bad input a `hpcrub.InputError`.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -12,9 +13,10 @@ if TYPE_CHECKING:
     from hpcrub import plot
     from hpcrub.commands.notebook import run
     from hpcrub.config.schema import Config
+    from hpcrub.errors import HpcrubError, InputError
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
-__all__ = ["Config", "__version__", "open", "plot", "run"]
+__all__ = ["Config", "HpcrubError", "InputError", "__version__", "open", "plot", "run"]
 
 
 def __dir__() -> list[str]:
@@ -36,6 +38,10 @@ def __getattr__(name: str) -> Any:
         from hpcrub.config.schema import Config
 
         return Config
+    if name in ("HpcrubError", "InputError"):
+        from hpcrub import errors
+
+        return getattr(errors, name)
     if name == "plot":
         from importlib import import_module
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from hpcrub.config.schema import Config, key_table
-from hpcrub.studies import STUDIES
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -31,9 +30,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 def schema() -> dict[str, Any]:
     """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
     found = Config.model_json_schema()
-    study = found["properties"]["study"]
-    study |= {"enum": list(STUDIES), "description": f"{study['description']}: one of the studies"}
-    study.pop("format", None)
     found["properties"]["runs"] = {
         "type": "array",
         "items": {"type": "object"},

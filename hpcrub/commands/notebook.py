@@ -68,7 +68,7 @@ def run(
     """
     asked = _configuration(config)
     if output is not None:
-        asked = asked.model_copy(update={"output": os.fspath(output)})
+        asked = asked.replace({"output": os.fspath(output)})
     asked = input_files.with_tables(asked)
     run_of(asked).checked()
     with tempfile.TemporaryDirectory() as folder:
@@ -86,6 +86,8 @@ def _configuration(config):
         return config
     if isinstance(config, Mapping):
         return Config.from_mapping(config)
+    if not isinstance(config, str | os.PathLike):
+        raise InputError(f"{config!r} is no configuration, no keys and no name of a file")
     runs = load_runs(config)
     if len(runs) != 1:
         raise InputError(f"{config}: {len(runs)} runs; `hpcrub run` computes several")

@@ -151,7 +151,7 @@ def placed(config: Config) -> Config:
     except FileNotFoundError:
         raise InputError("the working folder was removed while the program started") from None
     sources = tuple(os.path.expanduser(path) for path in config.sources)
-    return config.model_copy(update={"output": output, "sources": sources})
+    return config.replace({"output": output, "sources": sources})
 
 
 def _parser():

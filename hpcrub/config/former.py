@@ -39,12 +39,24 @@ FORMER = {
     for key, unit in PATTERNS.items()
 }
 
+# studies of hpcrub 0.1 that only drew what result files or the input hold
+FIGURES = {
+    "casing": "a figure of any result file or input",
+    "cross": "a figure of a contact study",
+    "damping": "a figure of contact studies that differ in their damping",
+}
+
 
 def without_former(data: dict[str, Any]) -> dict[str, Any]:
     """An input, or the configuration of an old file, without keys that are gone.
 
-    Raises ValueError for one that was given a value of its own.
+    Raises ValueError for one that was given a value of its own, and for a study that is gone.
     """
+    study = data.get("study")
+    if isinstance(study, str) and study in FIGURES:
+        raise ValueError(
+            f"study: {study} is {FIGURES[study]} now: hpcrub plot --figure {study} FILE.h5"
+        )
     for key, former in FORMER.items():
         section, _, name = key.rpartition(".")
         values = data.get(section) if section else data

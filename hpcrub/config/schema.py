@@ -179,12 +179,27 @@ class Config(Section):
         return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
 
     def replace(self, keys: Mapping[str, Any]) -> "Config":
-        """The same with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
+        """The same with some keys replaced, as if the input had had these, validated again.
 
-        Raises InputError as `from_yaml`.
+        Parameters
+        ----------
+        keys
+            Values by their paths or sections: {"casing.n_bumps": 3, "study": "modal"} or
+            {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay.
+
+        Returns
+        -------
+        Config
+
+        Raises
+        ------
+        InputError
+            Names the first wrong key, its value and what is allowed.
         """
-        data = self.model_dump(mode="json")
-        for path, value in keys.items():
+        if not isinstance(keys, Mapping):
+            raise InputError(f"{config_text.show(keys)} does not replace keys, as {{path: value}}")
+        data = self.model_dump(mode="json", exclude_unset=True)
+        for path, value in config_text.flatten(dict(keys)).items():
             config_runs.set_key(data, path, value)
         return _validated(data)
 
@@ -195,6 +210,8 @@ class Config(Section):
     @classmethod
     def from_mapping(cls, keys: Mapping[str, Any]) -> "Config":
         """Validated configuration of nested dictionaries. Raises InputError as `from_yaml`."""
+        if not isinstance(keys, Mapping):
+            raise InputError(f"{config_text.show(keys)} is no mapping of keys to values")
         return _validated(dict(keys))
 
     @classmethod

@@ -1,14 +1,20 @@
 """Keys of the input that only one study reads, or two."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field
 
 from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
 
-# which there are, `hpcrub.studies.STUDIES` says
-StudyName = Annotated[
-    str, Strict(), Field(max_length=50, json_schema_extra={"format": "the name of a study"})
+# `hpcrub.studies.STUDIES` has a module for each
+StudyName = Literal[
+    "contact",
+    "modal",
+    "linear",
+    "time_response",
+    "interaction_map",
+    "energy",
+    "branches",
 ]
 Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)

@@ -64,7 +64,7 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
         if isinstance(value, dict):
             flat |= flatten(value, f"{prefix}{key}.")
         else:
-            flat[prefix + key] = value
+            flat[f"{prefix}{key}"] = value
     return flat
 
 
@@ -178,7 +178,9 @@ def _wrong_value(model, detail):
             break
         node = _first_variant(node)["items"]
     verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
-    return f"{path}: {show(value)} {verb} {_allowed(node)}{about}"
+    near = difflib.get_close_matches(str(value), node.get("enum", ()), n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    return f"{path}: {show(value)} {verb} {_allowed(node)}{about}{hint}"
 
 
 def _allowed(node):

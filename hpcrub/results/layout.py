@@ -53,6 +53,7 @@ _INDEX = {
     "sample": "number of the sample in the whole study",
     "percentile": "percentile",
     "task": "number of the task",
+    "blade": "number of the blade, from 1",
 }
 
 

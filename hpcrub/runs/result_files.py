@@ -41,6 +41,8 @@ def plan(
     """
     lengths = run.sizes()
     values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(run)}
+    if "blade" in values:
+        values["blade"] += 1  # as figures and tables count them
     if "percentile" in values:
         values["percentile"] = run.config.convergence.percentiles
     values |= run.study.constants(run.config)

@@ -1,15 +1,13 @@
 """What can be computed: every study is a module with a `STUDY`, and one line in `STUDIES`.
 
-In: a `Config`. Out: all that a result file holds. `docs/developing_a_study.md` shows how to add a
-study.
+Their names are those of `hpcrub.config.study_keys.StudyName`. In: a `Config`. Out: all that a
+result file holds. `docs/developing_a_study.md` shows how to add a study.
 """
 
-import difflib
 import os
 from pathlib import Path
 
 from hpcrub.config.schema import Config
-from hpcrub.errors import InputError
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.study import Run, Study
@@ -37,25 +35,8 @@ STUDIES: dict[str, Study] = {
 }
 
 
-# studies of hpcrub 0.1 that only drew what result files or the input hold
-FIGURES = {
-    "casing": "a figure of any result file or input",
-    "cross": "a figure of a contact study",
-    "damping": "a figure of contact studies that differ in their damping",
-}
-
-
 def run_of(config: Config) -> Run:
-    """The run that a configuration describes. Raises InputError when there is no such study."""
-    if config.study in FIGURES:
-        raise InputError(
-            f"study: {config.study} is {FIGURES[config.study]} now: "
-            f"hpcrub plot --figure {config.study} FILE.h5"
-        )
-    if config.study not in STUDIES:
-        near = difflib.get_close_matches(config.study, STUDIES, n=1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise InputError(f"study: {config.study!r} is not one of {', '.join(STUDIES)}{hint}")
+    """The run that a configuration describes."""
     return Run(STUDIES[config.study], config)
 
 

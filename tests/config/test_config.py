@@ -145,7 +145,7 @@ def test_table2_is_the_papers_in_its_printed_order():
 
 
 def test_a_configuration_cannot_be_changed():
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(InputError, match="n_bumps: a configuration does not change"):
         Config().casing.n_bumps = 3
 
 

@@ -50,7 +50,7 @@ def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.nd
     for blade in range(disk.n_blades):
         rows = inner_rows(disk, blade)
         if len(rows) < n_modes:
-            raise InputError(f"K_blade: blade {blade} has {len(rows)} rows beyond its root")
+            raise InputError(f"K_blade: blade {blade + 1} has {len(rows)} rows beyond its root")
         K = disk.blade_stiffness[rows]
         values, phi = lowest_modes(K[:, rows].tocsc(), disk.mass[rows][:, rows].tocsc(), n_modes)
         frequencies.append(np.sqrt(values) / (2 * np.pi))

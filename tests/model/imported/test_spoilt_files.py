@@ -180,7 +180,7 @@ def _many_sectors(arrays):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (_far_blade, "contact_blade: blade 1 has no contact nodes"),
+        (_far_blade, "contact_blade: blade 2 has no contact nodes; 1 is named nowhere"),
         (_no_word, "kind: one word is expected"),
         (_light, "no modes can be found"),
         (_many_sectors, "2 to 200"),
