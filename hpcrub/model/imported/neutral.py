@@ -217,7 +217,9 @@ def _check_blades(model):
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
         lost = missing[0] if blades[0] >= 0 else blades[0]
-        raise InputError(f"contact_blade: blade {lost + 1} has no contact nodes; {lost} is named nowhere")
+        raise InputError(
+            f"contact_blade: blade {lost + 1} has no contact nodes; {lost} is named nowhere"
+        )
     if model.kind == "reduced" and model.blade_stiffness is not None:
         n = len(model.blade_stiffness)
         if n != len(count):
