@@ -4,9 +4,9 @@
 feels of the others depends on the phase between neighbours alone. A fan of another number of blades
 has other phases; each takes what the nearest phase of rotor 67 has, so that it is a fan of so many
 of the same blades, each with the same contact points and modes. (Between the phases nothing is
-known: the fixed-interface modes of each number of nodal diameters are others.) The limit is what a step
-needs at the speed of large matrix products. The last line is the power with which the cost of a step
-grows.
+known: the fixed-interface modes of each number of nodal diameters are others.) The limit is what a
+step needs at the speed of large matrix products. The last line is the power with which the cost of
+a step grows.
 """
 
 import numpy as np
