@@ -38,7 +38,7 @@ INPUTS = {name: SPECIAL.get(name, TINY) for name in studies.STUDIES}  # sources 
 READERS = {
     "inspect": lambda path, study: program(["inspect", path]),
     "plot": lambda path, study: program(["plot", path, "--out", "pictures"]),
-    "export": lambda path, study: program(["export", path, "--to", "netcdf", "--out", "tables"]),
+    "export": lambda path, study: program(["export", path, "--out", "tables"]),
     "--resume": lambda path, study: program([f"{study}.yaml", "--resume", "--output", path]),
     "sources": lambda path, study: program(
         ["energy.yaml", "--set", f"sources=[{path}]", "--output", "of_source.h5", "--overwrite"]

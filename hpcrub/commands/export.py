@@ -1,4 +1,4 @@
-"""`hpcrub export FILE.h5 --to csv|netcdf|parquet`: tables of samples and of points."""
+"""`hpcrub export FILE.h5 --to csv|parquet`: tables of samples and of points."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.progress import console
 from hpcrub.studies import open_result
 
-KINDS = "csv", "netcdf", "parquet"
+KINDS = "csv", "parquet"
 TABLES = "samples", "points"
 
 
@@ -32,53 +32,26 @@ def main(argv: Sequence[str] | None = None) -> int:
 def export(
     path: str | Path, kind: str = "csv", folder: str | Path | None = None, overwrite: bool = False
 ) -> list[Path]:
-    """Write the tables of a result file: NAME.samples.csv and NAME.points.csv, or NAME.nc.
+    """Write the tables of a result file: NAME.samples.csv and NAME.points.csv.
 
-    Parameters
-    ----------
-    path
-        Result file.
-    kind
-        "csv" or "parquet" for one table of samples and one of points, of studies that have them;
-        "netcdf" for all of the file.
-    folder
-        Where to, beside the file by default.
-    overwrite
-        Replace existing files.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        The study has no such table, a file exists, or a library is not installed.
-    HpcrubError
-        A file cannot be written.
+    kind: "csv" or "parquet"; folder: where to, beside the file by default; overwrite: replace
+    existing files. Returns the files written. Raises InputError when the study has no such table, a
+    file exists, or a library is not installed, and HpcrubError when a file cannot be written.
     """
     stem = without_suffix(path)
     stem = Path(folder) / stem.name if folder else stem
     open_result(path).close()  # raises InputError where it is not as its study needs
     with hpcrub.open(path) as file:
-        if kind == "netcdf":
-            tree = file.to_xarray()
-            writers = {Path(f"{stem}.nc"): lambda part: tree.to_netcdf(part, engine="h5netcdf")}
-        else:
-            frames = {name: file.to_dataframe(name) for name in TABLES if name in file.tables()}
-            if not frames:
-                raise InputError(
-                    f"{path}: the study {file.config.study} has neither samples nor points; "
-                    "--to netcdf writes all of it"
-                )
-            writers = {
-                Path(f"{stem}.{name}.{kind}"): getattr(frame, f"to_{kind}")
-                for name, frame in frames.items()
-            }
-        for target, write in writers.items():
-            _write(target, write, overwrite)
-    return list(writers)
+        frames = {name: file.to_dataframe(name) for name in TABLES if name in file.tables()}
+        if not frames:
+            raise InputError(
+                f"{path}: the study {file.config.study} has neither samples nor points; the file "
+                "itself opens in xarray, netCDF4 and h5py"
+            )
+    written = {Path(f"{stem}.{name}.{kind}"): frame for name, frame in frames.items()}
+    for target, frame in written.items():
+        _write(target, getattr(frame, f"to_{kind}"), overwrite)
+    return list(written)
 
 
 def _write(target, write, overwrite):

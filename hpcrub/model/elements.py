@@ -25,14 +25,7 @@ class Beam(NamedTuple):
 def rectangular_beam(width: float, thickness: float, young_modulus: float, density: float) -> Beam:
     """Beam of rectangular section, bent across its thickness.
 
-    Parameters
-    ----------
-    width, thickness : float
-        Sides of the section [m].
-    young_modulus : float
-        [Pa].
-    density : float
-        [kg/m3].
+    width, thickness: sides of the section [m]; young_modulus: [Pa]; density: [kg/m3].
     """
     area = width * thickness
     return Beam(young_modulus * area, young_modulus * area * thickness**2 / 12, density * area)
@@ -44,15 +37,8 @@ def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     Dof (axial, transverse, rotation) at each end; the transverse direction is the axis turned by
     +90 degrees.
 
-    Parameters
-    ----------
-    beam : Beam
-    length : float
-        [m].
-
-    Returns
-    -------
-    mass, stiffness : ndarray (6, 6)
+    length: [m].
+    Returns mass, stiffness (6, 6).
     """
     axial, transverse = [0, 3], [1, 2, 4, 5]
     line, line1 = _linear(length)
@@ -68,15 +54,8 @@ def spoke_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90 degrees), ' along
     the axis.
 
-    Parameters
-    ----------
-    beam : Beam
-    length : float
-        [m].
-
-    Returns
-    -------
-    mass, stiffness : ndarray (8, 8)
+    length: [m].
+    Returns mass, stiffness (8, 8).
     """
     n, n1, n2 = _hermite(length)
     return _matrices(beam, length, _u(n), _v(n), _u(n1), _v(n2))
@@ -88,17 +67,8 @@ def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, 
     Dof (u, u', v, v') at each end, u radial (outward), v tangential and ' along the arc, both
     towards +theta; the section turns by v/R - u'.
 
-    Parameters
-    ----------
-    beam : Beam
-    length : float
-        Length of the arc [m].
-    radius : float
-        R [m].
-
-    Returns
-    -------
-    mass, stiffness : ndarray (8, 8)
+    length: of the arc [m]; radius: R [m].
+    Returns mass, stiffness (8, 8).
     """
     n, n1, n2 = _hermite(length)
     eps = _v(n1) + _u(n) / radius

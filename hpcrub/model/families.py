@@ -23,20 +23,13 @@ def choose(
 ) -> np.ndarray | None:
     """Combinations of modes that are the lowest families.
 
-    Parameters
-    ----------
-    values : (K,)
-        Eigenvalues of the lowest modes, increasing.
-    sectors : (N, p, K)
-        Displacements of p like points of N sectors in these modes, in frames that turn with them.
-    n_families : int
-    are_all : bool
-        Whether no higher mode may be one of a group of nearly the same eigenvalue with the last.
-
-    Returns
-    -------
-    (K, n_families N)
-        Orthonormal columns by increasing eigenvalue; None where the modes are too few.
+    values: (K,) eigenvalues of the lowest modes, increasing.
+    sectors: (N, p, K) displacements of p like points of N sectors in these modes, in frames that
+        turn with them.
+    are_all: whether no higher mode may be one of a group of nearly the same eigenvalue with the
+        last.
+    Returns (K, n_families N); orthonormal columns by increasing eigenvalue; None where the modes
+    are too few.
     """
     n, n_modes = len(sectors), len(values)
     power = np.fft.fft(sectors, axis=0)
@@ -96,16 +89,11 @@ def sentence(
 ) -> str:
     """Which of coupling, mistuning and damping rules the first family.
 
-    Parameters
-    ----------
-    full_hz, reduced_hz : (N,)
-        Frequencies of the first family of the tuned disk, full and reduced; one may be (0,) [Hz].
-    share : float
-        Part of the blades' stiffness in that of the family's modes [-].
-    half_range : float
-        Largest deviation of a blade's stiffness [-].
-    damping : float
-        Damping ratio [-].
+    full_hz, reduced_hz: (N,) frequencies of the first family of the tuned disk, full and reduced;
+        one may be (0,) [Hz].
+    share: part of the blades' stiffness in that of the family's modes [-].
+    half_range: largest deviation of a blade's stiffness [-].
+    damping: damping ratio [-].
     """
     spreads = [
         (name, np.ptp(found) / found.mean())

@@ -14,10 +14,7 @@ def root_stress(disk: Any, material: Any) -> float:
     moves across the chord, so that w is its tangential part over the cosine of the chord's angle
     with the radius there. Centrifugal stress is not in it.
 
-    Parameters
-    ----------
-    disk, material
-        Sections of the configuration.
+    disk, material: sections of the configuration.
     """
     at_root = disk.hub_radius * math.cos(disk.blade.lean)
     across = disk.hub_radius * math.sin(disk.blade.lean)  # distance of the chord from the axis

@@ -1,6 +1,5 @@
 """How far a study is: a bar on a terminal, plain lines in a log."""
 
-import codecs
 import io
 import sys
 import time
@@ -17,10 +16,8 @@ from hpcrub.results.layout import FAILED, PENDING
 
 LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
 REFRESH = 0.5  # [s] between two updates of the percentiles
-TEXT_SHARE = 0.01  # of the time, at most, is spent on these
 WIDTH = 106  # of the tables in a log
 BAR = 12  # width of the bar
-PLAIN = {"±": "+-", "σ": "sigma"}  # for an output that has no such characters
 
 
 def console() -> Console:
@@ -33,22 +30,11 @@ def console() -> Console:
     if launched_size():
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="hpcrub")
+        sys.stdout.reconfigure(errors="replace")  # an output without ± or σ
     out = Console(**plain)
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
     return out
-
-
-def _in_plain_characters(error):
-    """What an output gets for characters that it does not have."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    missing = error.object[error.start : error.end]
-    return "".join(PLAIN.get(c, "?") for c in missing), error.end
-
-
-codecs.register_error("hpcrub", _in_plain_characters)
 
 
 def print_line(out: Console, text: str) -> None:
@@ -71,7 +57,6 @@ class Progress:
         self.began = self.shown = time.monotonic()
         self.already = self.done = 0
         self.total = 0
-        self.took = 0.0  # [s] by the last text with percentiles
 
     def say(self, text: str) -> None:
         """Print a line."""
@@ -113,35 +98,22 @@ class Progress:
 
     def _interval(self):
         elapsed = time.monotonic() - self.began
-        shortest = REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
-        return max(shortest, self.took / TEXT_SHARE)
+        return REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
 
     def _text(self, amplification):
-        """Rate, time left, and the percentiles of the widest level, as far as the line has room."""
-        start = time.monotonic()
+        """Time left, rate, and the percentiles of the widest level."""
         rate = (self.done - self.already) / max(time.monotonic() - self.began, 1e-9)
         left = duration((self.total - self.done) / rate)
         values = amplification[-1][np.isfinite(amplification[-1])]
-        texts = [f"{left} left", f"({rate:.3g}/s, {left} left)"]
+        text = f"{left} left ({rate:.3g}/s)"
         if len(values):
             percentiles = self.config.convergence.percentiles
-            shown = [f"{p:.2f}" for p in np.percentile(values, percentiles)]
+            shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
             names = "/".join(f"{p:g}" for p in percentiles)
             half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
-            texts.append(f"{texts[-1]} A at ±{half_range:.3g} %: {'/'.join(shown)}")
-            texts.append(
-                f"{texts[1]} A at ±{half_range:.3g} %: {' / '.join(shown)} (percentiles {names})"
-            )
-        self.took = time.monotonic() - start
-        return self._longest(texts)
-
-    def _longest(self, texts):
-        """The last of the texts for which the line has room."""
-        if not self.bar:
-            return texts[-1]
+            text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
         taken = len(f"samples  {self.total}/{self.total}  ") + BAR
-        room = self.console.width - taken
-        return next((text for text in reversed(texts) if len(text) <= room), "")
+        return text[: self.console.width - taken] if self.bar else text
 
     def _show(self, what, n_done, n_total, text, final):
         self.shown = time.monotonic()

@@ -44,17 +44,7 @@ class RunLog:
     def __init__(
         self, output: str | Path, n_ranks: int, earlier: str = "set-up", seconds: float = 0.0
     ) -> None:
-        """Write the first line.
-
-        Parameters
-        ----------
-        output
-            Result file.
-        n_ranks
-            Ranks of this run.
-        earlier
-            Phase that is over, of so many `seconds`.
-        """
+        """Write the first line; earlier: phase that is over, of so many `seconds`."""
         self.path = Path(f"{without_suffix(os.path.abspath(output))}.runs.jsonl")
         self.n_ranks = n_ranks
         self.started, self.began = _now(), time.monotonic() - seconds

@@ -1,13 +1,11 @@
-"""A result file for a notebook: arrays by their names, xarray trees, pandas tables.
+"""A result file for a notebook: arrays by their names, pandas tables.
 
-Needs neither MPI nor the models; xarray and pandas only where they are asked for.
+Needs neither MPI nor the models; pandas only where it is asked for. xarray opens the file itself.
 """
 
 import difflib
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -18,7 +16,6 @@ from hpcrub.results.storage import ResultFile
 
 if TYPE_CHECKING:
     import pandas
-    import xarray
 
 BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
 
@@ -26,20 +23,8 @@ BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
 def open_file(path: str | Path) -> "Results":
     """Open a result file of any study, finished or still running, to read it.
 
-    Parameters
-    ----------
-    path
-        Result file of any version of hpcrub whose layout this one knows.
-
-    Returns
-    -------
-    Results
-        To be used in a `with` statement, or closed by its `close`.
-
-    Raises
-    ------
-    InputError
-        There is no such file, or it is damaged, or no result of hpcrub.
+    Returns `Results`, to be used in a `with` statement, or closed by its `close`.
+    Raises InputError when there is no such file, or it is damaged, or no result of hpcrub.
 
     Examples
     --------
@@ -72,12 +57,7 @@ class Results:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -156,23 +136,14 @@ class Results:
     def to_dataframe(self, table: str = "samples") -> "pandas.DataFrame":
         """One row for each sample, or each point, or another of the `tables`.
 
-        Parameters
-        ----------
-        table
-            A name of `tables`.
-
-        Returns
-        -------
-        pandas.DataFrame
-            Columns as the datasets are called; one column for each blade, counted from 1, where
-            they have values by blade. The rows are indexed by the table's dimensions.
-
-        Raises
-        ------
-        InputError
-            There is no such table, or pandas is not installed.
+        Columns are called as the datasets; one column for each blade, counted from 1, where they
+        have values by blade. The rows are indexed by the table's dimensions.
+        Raises InputError when there is no such table, or pandas is not installed.
         """
-        pandas = _library("pandas")
+        try:
+            import pandas
+        except ImportError:
+            raise InputError("pandas is not installed: pip install 'hpcrub[tables]'") from None
         tables = self.tables()
         if table not in tables:
             raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(tables)}")
@@ -197,35 +168,3 @@ class Results:
         """Values along one axis of a dataset."""
         here = dimension in self and self.file.shape(dimension) == (self.file.shape(name)[axis],)
         return self[dimension] if here else np.arange(self.file.shape(name)[axis])
-
-    def to_xarray(self) -> "xarray.DataTree":
-        """All of the file as a tree of named arrays, in memory.
-
-        Returns
-        -------
-        xarray.DataTree
-            Groups as in the file, with units and descriptions. The same as
-            `xarray.open_datatree(path)`, which reads only what is asked for.
-
-        Raises
-        ------
-        InputError
-            xarray is not installed.
-        """
-        xarray = _library("xarray")
-        groups: dict[str, dict[str, Any]] = {"/": {}}
-        for name in self:
-            group, _, short = name.rpartition("/")
-            dimensions = [d.rpartition("/")[2] for d in self.dimensions(name)]
-            attributes = {"units": self.units(name), "long_name": self.description(name)}
-            groups.setdefault(f"/{group}", {})[short] = dimensions, self[name], attributes
-        tree = {group: xarray.Dataset(arrays) for group, arrays in groups.items()}
-        tree["/"].attrs = self.attributes
-        return xarray.DataTree.from_dict(tree)
-
-
-def _library(name):
-    try:
-        return import_module(name)
-    except ImportError:
-        raise InputError(f"{name} is not installed: pip install 'hpcrub[tables]'") from None

@@ -17,11 +17,9 @@ How a file survives a kill at any moment:
 import contextlib
 import datetime
 import os
-import re
 import stat
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import h5py
@@ -30,7 +28,7 @@ import numpy as np
 from hpcrub import __version__
 from hpcrub.config.schema import of_file
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason
-from hpcrub.results import ownership, provenance
+from hpcrub.results import ownership, provenance, trouble
 from hpcrub.results.layout import NUMBER, READABLE, Dataset, Plan
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
@@ -39,7 +37,6 @@ from hpcrub.results.layout import NUMBER, READABLE, Dataset, Plan
 SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
-MAGIC = b"\x89HDF\r\n\x1a\n"
 OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
 # what h5py raises on damage; a wrong index of ours (IndexError) is none
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
@@ -57,13 +54,8 @@ def require_parallel() -> None:
 def lay_out(path: str | Path, plan: Plan) -> None:
     """Create the result file at its final size, replacing one of that name in a single step.
 
-    For one rank only.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written, the disk is too small, or the name is that of a file of
-        somebody else.
+    For one rank only. Raises InputError when the folder cannot be written, the disk is too small,
+    or the name is that of a file of somebody else.
     """
     path = os.path.realpath(path)
     part = Path(f"{path}.hpcrub-part")
@@ -191,23 +183,13 @@ class ResultFile:
     def __init__(self, path: str | Path, comm: Any = None, mode: str = "r") -> None:
         """Open a file; collective with several ranks.
 
-        Parameters
-        ----------
-        path
-            Result file.
-        comm
-            MPI communicator of the ranks that open it, None for one process.
-        mode
-            "r" to read, "r+" to write too.
-
-        Raises
-        ------
-        InputError
-            It cannot be opened, or is no result file of a layout that this program knows.
+        comm: MPI communicator of the ranks that open it, None for one process.
+        mode: "r" to read, "r+" to write too.
+        Raises InputError when it is no result file of a layout that this program knows.
         """
         self.path = Path(path).expanduser()
         parallel = comm is not None and comm.size > 1
-        _require_file(self.path)
+        trouble.require_file(self.path)
         try:
             if parallel:
                 self._file = h5py.File(self.path, mode, driver="mpio", comm=comm, **LIBVER)
@@ -216,7 +198,7 @@ class ResultFile:
             else:
                 self._file = h5py.File(self.path, mode, **LIBVER, **SERIAL)
         except OSError as error:
-            raise InputError(_unreadable(self.path, error)) from None
+            raise InputError(trouble.unreadable(self.path, error)) from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
         self._datasets: dict[str, h5py.Dataset] = {}
         try:
@@ -234,12 +216,7 @@ class ResultFile:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _layout(self):
@@ -275,7 +252,7 @@ class ResultFile:
     def names(self) -> list[str]:
         """Names of all datasets that the file holds, those of its user included."""
         with self._damage():
-            return list(_names_in(self._file, set()))
+            return list(_names_in(self._file))
 
     def __contains__(self, name: str) -> bool:
         try:
@@ -355,44 +332,29 @@ class ResultFile:
                 self._dataset(name)[where] = value
             self._flush()
         except (OSError, RuntimeError) as error:
-            raise WriteError(f"cannot write {self.path}: {_cause(error, self.path)}") from None
+            raise WriteError(
+                f"cannot write {self.path}: {trouble.unwritable(error, self.path)}"
+            ) from None
 
     def close(self) -> None:
         """Close the file; collective with several ranks."""
         self._file.close()
 
 
-def _names_in(group, seen):
-    """Names of all datasets below a group, each object once (seen is modified).
-
-    h5py's visititems would crash on damaged metadata.
-    """
+def _names_in(group):
+    """Names of all datasets below a group. h5py's visititems would crash on damaged metadata."""
     for name in group:
-        if isinstance(group.get(name, getlink=True), h5py.HardLink):
-            item = group[name]
-            address = h5py.h5o.get_info(item.id).addr
-            if address in seen:
-                continue
-            seen.add(address)
-            if isinstance(item, h5py.Dataset):
-                yield item.name.lstrip("/")
-            elif isinstance(item, h5py.Group):
-                yield from _names_in(item, seen)
+        item = group.get(name)  # None: a link that leads nowhere
+        if isinstance(item, h5py.Dataset):
+            yield item.name.lstrip("/")
+        elif isinstance(item, h5py.Group):
+            yield from _names_in(item)
 
 
-def read_arrays(path: str | Path, most: int) -> dict[str, Any]:
-    """All datasets of any HDF5 file by name; text is a scalar of str.
-
-    Raises OSError, and ValueError when they claim more than ``most`` bytes or lie in other files.
-    """
+def read_arrays(path: str | Path) -> dict[str, Any]:
+    """All datasets of any HDF5 file by name; text is a scalar of str. Raises OSError."""
     with h5py.File(path, "r", **SERIAL) as file:
-        datasets = {name: file[name] for name in _names_in(file, set())}
-        for name, dataset in datasets.items():
-            if dataset.external or dataset.is_virtual:
-                raise ValueError(f"{name} lies in another file")
-        if sum(dataset.nbytes for dataset in datasets.values()) > most:
-            raise ValueError("its arrays claim more than a file of this size can hold")
-        return {name: _array(dataset) for name, dataset in datasets.items()}
+        return {name: _array(file[name]) for name in _names_in(file)}
 
 
 def _array(dataset):
@@ -411,19 +373,6 @@ def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:
                 file.create_dataset(name, data=values, **(small if values.ndim else {}))
 
 
-def _require_file(path):
-    try:
-        if not path.is_file():
-            raise InputError(f"{path} is no file" if path.exists() else f"{path} does not exist")
-        with open(path, "rb") as file:
-            start = file.read(4096)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {reason(error)}") from None
-    ours = start.startswith(b'{"program": "hpcrub"')  # a user block, of layout 1
-    if not (start.startswith(MAGIC) or ours):
-        raise InputError(f"{path} is not an HDF5 file" + (", it is empty" if not start else ""))
-
-
 def _open_to_read(path):
     try:
         return h5py.File(path, "r")
@@ -431,40 +380,6 @@ def _open_to_read(path):
         if OTHER_LOCKING in str(error):  # this process has it open to write
             return h5py.File(path, "r", **SERIAL)
         raise
-
-
-def _unreadable(path, error):
-    if error.errno is None and "truncated" in str(error):
-        return f"{path} is truncated"
-    what = f"cannot open {path}" if error.errno else f"{path} is damaged"
-    return f"{what}: {reason(error)}" if error.errno else f"{what} ({reason(error)})"
-
-
-def _cause(error, path):
-    """What went wrong: HDF5 buries the system's own words in its line, MPI-IO drops them."""
-    said = re.search(r"error message = '([^']*)'", str(error))
-    if said:
-        return said[1]
-    try:
-        with open(path, "r+b", buffering=0) as file:  # the same again, without MPI-IO
-            first = file.read(1)
-            file.seek(0)
-            file.write(first)
-            os.fsync(file)
-    except OSError as again:
-        return reason(again)
-    return reason(error)
-
-
-def require_kept(path: Path) -> None:
-    """Raises HpcrubError when a closed result file has lost its name, or the disk its content."""
-    try:
-        with open(path, "rb") as file:
-            os.fsync(file)  # a disk may fail after the last write, a server refuse it late
-    except FileNotFoundError:
-        raise HpcrubError(f"{path} was removed or moved while this job ran") from None
-    except OSError as error:
-        raise WriteError(f"cannot write {path}: {reason(error)}") from None
 
 
 def _words(value):

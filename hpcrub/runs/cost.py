@@ -55,14 +55,9 @@ def trial(
 ) -> Trial:
     """Compute the last level's first disk at some speeds, and measure.
 
-    Parameters
-    ----------
-    loads
-        Periods around the disk of the loads whose linear responses the study computes.
-    integrates, histories
-        Whether it integrates in time, and whether it keeps the motion, too.
-    poll
-        As for `sweep.run_sweep`.
+    loads: periods around the disk of the loads whose linear responses the study computes;
+    integrates, histories: whether it integrates in time, and keeps the motion, too; poll: as for
+    `sweep.run_sweep`.
     """
     started = time.perf_counter()
     modes = modes_of(config, problem, deviation(config, len(config.levels) - 1, 0))

@@ -13,7 +13,7 @@ from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import RunLog, Work
-from hpcrub.results import ownership, storage
+from hpcrub.results import ownership, storage, trouble
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Job, Run
@@ -105,25 +105,10 @@ def execute(
 ) -> Finished:
     """One run from its configuration to its figures, on all ranks.
 
-    Parameters
-    ----------
-    team
-        All ranks.
-    run
-        Study and configuration.
-    existing
-        What to do with a result file that is there.
-    draw
-        Draws the figures of result files (rank 0); None: there are none to draw.
-
-    Raises
-    ------
-    InputError
-        Something is wrong with the input; no work has begun.
-    Interrupted
-        A stop signal came; what is finished is in the file.
-    HpcrubError
-        Every sample has failed, or the file cannot be written.
+    draw: draws the figures of result files (rank 0); None: there are none to draw.
+    Raises InputError before any work has begun, Interrupted after a stop signal, when what is
+    finished is in the file, and HpcrubError when every sample has failed or the file cannot be
+    written.
     """
     began = time.monotonic()
     path = run.config.output
@@ -175,7 +160,7 @@ def _compute(team, run, examined, log):
         raise
     log.phase("close")
     file.close()
-    team.on_root(lambda: storage.require_kept(file.path))
+    team.on_root(lambda: trouble.require_kept(file.path))
 
 
 def _fill(team, run, examined, file, log):

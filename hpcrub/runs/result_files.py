@@ -15,29 +15,18 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
 
 
-def plan(
-    run: Run, attributes: dict[str, Any] | None = None, programs: Sequence[str] | None = None
-) -> Plan:
-    """All that is known of a result file before anything is computed.
+def lay_out(
+    path: str | Path,
+    run: Run,
+    attributes: dict[str, Any] | None = None,
+    programs: Sequence[str] | None = None,
+) -> None:
+    """Create the result file of a run, with all that is known before anything is computed.
 
-    Parameters
-    ----------
-    run
-        Study and configuration.
-    attributes
-        Attributes of the root, beside those that every file has.
-    programs
-        That have computed what it will hold; this one if left out.
-
-    Returns
-    -------
-    Plan
-        For `storage.lay_out`.
-
-    Raises
-    ------
-    InputError
-        A source of the study cannot be used, or there are too many programs.
+    attributes: of the root, beside those that every file has. programs: those that have computed
+    what it will hold; this one if left out.
+    Raises InputError as `storage.lay_out`, and when a source of the study cannot be used or there
+    are too many programs.
     """
     lengths = run.sizes()
     values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(run)}
@@ -52,7 +41,8 @@ def plan(
         attributes["time_step_s"] = run.config.step
     if found := run.fingerprints():
         attributes["sources_sha256"] = " ".join(found.values())
-    return Plan(run.config, _lines(run), lengths, run.scales(), values, attributes)
+    plan = Plan(run.config, _lines(run), lengths, run.scales(), values, attributes)
+    storage.lay_out(path, plan)
 
 
 def _indices(run):
@@ -78,16 +68,6 @@ def _rows(programs):
 def file_size(run: Run) -> int:
     """Bytes that the result file of a run takes."""
     return storage.file_size(_lines(run), run.sizes())
-
-
-def lay_out(
-    path: str | Path,
-    run: Run,
-    attributes: dict[str, Any] | None = None,
-    programs: Sequence[str] | None = None,
-) -> None:
-    """Create the result file of a run, as `storage.lay_out`; the others as for `plan`."""
-    storage.lay_out(path, plan(run, attributes, programs))
 
 
 def check(file: ResultFile, run: Run) -> None:
@@ -123,19 +103,8 @@ def check_config(file: ResultFile, config: Config) -> None:
 def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
     """Refuse to go on with a file that was not begun by the same program for the same run.
 
-    Parameters
-    ----------
-    path
-        Result file.
-    run
-        What is asked for.
-    allow_mixed
-        Go on with what another program text has begun.
-
-    Raises
-    ------
-    InputError
-        Says what differs: configuration, layout, program text, or a source.
+    allow_mixed: go on with what another program text has begun. Raises InputError, which says what
+    differs: configuration, layout, program text, or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)

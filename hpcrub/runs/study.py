@@ -186,20 +186,8 @@ class Tasks:
     ) -> None:
         """A job that has not begun.
 
-        Parameters
-        ----------
-        run
-            What is computed.
-        team
-            All ranks.
-        prepared
-            What the study's `prepare` returned.
-        file
-            Open to write on all ranks.
-        progress
-            On rank 0, None elsewhere.
-        phase
-            Called with the name of every phase that begins.
+        prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
+        on rank 0, None elsewhere; phase: called with the name of every phase that begins.
         """
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file

@@ -28,17 +28,7 @@ def warm_up(
     """Load what a study will need on all ranks, so that from now on they can stop promptly.
 
     Rank 0 goes first, and the others find what it compiled; without a place to keep it all compile.
-
-    Parameters
-    ----------
-    team
-        All ranks.
-    config, problem
-        Of the study: kind of disk and contact law decide what is compiled.
-    histories
-        Whether it keeps motions.
-    progress
-        Where to say that something is compiled (rank 0).
+    Kind of disk, contact law and `histories`, whether the study keeps motions, decide what that is.
     """
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
     if numba.config.CACHE_DIR:  # type: ignore[attr-defined]

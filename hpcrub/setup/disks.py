@@ -29,16 +29,7 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
 
     The samples of an explicit pattern are runs of it, each a little stiffer than the one before.
     In the file of a part they have the numbers that they have in the whole study.
-
-    Parameters
-    ----------
-    level, sample
-        Counted in the file.
-
-    Returns
-    -------
-    ndarray
-        (N,) [-]
+    level, sample: counted in the file. Returns (N,) [-].
     """
     if config.pattern_deviation is not None:
         return config.pattern_deviation + APART * config.samples[sample]
@@ -92,19 +83,9 @@ def prepare_disks(config: Config) -> Disks:
 
 
 def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> Modes:
-    """Modes of one disk.
+    """Modes of one disk; deviation: that of the blades' stiffness (N,) [-].
 
-    Parameters
-    ----------
-    model
-        The tuned disk.
-    deviation
-        Relative deviation of the blades' stiffness (N,) [-].
-
-    Raises
-    ------
-    InputError
-        The blades deviate, but the model file does not tell their stiffness.
+    Raises InputError when the model file does not tell the stiffness of blades that deviate.
     """
     if np.any(deviation) and not model.reduced.modal_blade_stiffness.any():
         raise InputError(f"disk.model: {config.disk.model} has no K_blade, blades are all alike")

@@ -116,17 +116,7 @@ def memory(config: Config) -> int:
 def require_blade_stiffness(config: Config, drawn: bool) -> None:
     """Refuse blades that are mistuned where the model file does not tell their stiffness.
 
-    Parameters
-    ----------
-    config
-        Configuration of a study; without a model file all is well.
-    drawn
-        Whether disks are drawn at random, and not mistuned by a pattern alone.
-
-    Raises
-    ------
-    InputError
-        The model file has no K_blade.
+    drawn: whether disks are drawn at random, and not by a pattern alone. Raises InputError.
     """
     path, mistuning = config.disk.model, config.mistuning
     if path is None or mistuning.by == "cantilever_modes":

@@ -39,22 +39,10 @@ class Group(NamedTuple):
 
 
 def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndarray) -> np.ndarray:
-    """Branch of every steady point.
+    """Branch of every steady point (starts, speeds), int, from 0, that with the most points first.
 
-    Parameters
-    ----------
-    amplitude : ndarray
-        Of the windows (starts, speeds, windows) [m].
-    localisation : ndarray
-        Likewise, [-].
-    point_status : ndarray
-        Of layout.POINT_STATUS (starts, speeds).
-
-    Returns
-    -------
-    ndarray
-        Number of the branch (starts, speeds), int, from 0, that with the most points first; -1
-        where the motion is not steady.
+    -1 where the motion is not steady. amplitude [m], localisation [-]: of the windows
+    (starts, speeds, windows); point_status: as `layout.POINT_STATUS` (starts, speeds).
     """
     windows = np.stack([amplitude, localisation])
     known = np.isin(point_status, (STEADY, IRREGULAR)) & np.isfinite(windows).all(axis=(0, 3))
@@ -77,12 +65,8 @@ def split(motions: np.ndarray, level: float) -> np.ndarray:
     not. So clearly different motions are never together, and such as differ by chance never apart
     for another reason.
 
-    Parameters
-    ----------
-    motions : ndarray
-        Amplitude and localisation of P motions in W windows (2, P, W).
-    level : float
-        Probability with which chance separates two motions in one of the quantities.
+    motions: amplitude and localisation of P motions in W windows (2, P, W); level: probability with
+    which chance separates two motions in one of the quantities.
     """
     first, second = np.triu_indices(motions.shape[1], 1)
     if not len(first):

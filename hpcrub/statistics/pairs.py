@@ -17,17 +17,9 @@ def share_interval(above: int, n: int, confidence: float = 0.95) -> tuple[float,
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> np.ndarray:
-    """Spearman's correlation of n pairs, and its interval (Bonett and Wright 2000).
+    """Spearman's correlation of n pairs, lower and upper end of its interval (3,) [-].
 
-    Parameters
-    ----------
-    x, y
-        Of every sample (n,).
-
-    Returns
-    -------
-    ndarray
-        (3,) correlation, lower and upper end [-]; NaN of fewer than four pairs.
+    NaN of fewer than four pairs. Source: Bonett and Wright (2000).
     """
     n = len(x)
     if n < 4:
@@ -41,16 +33,8 @@ def rank_correlation(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> 
 def density(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Density of pairs, by a Gaussian kernel of Scott's width.
 
-    Parameters
-    ----------
-    x, y
-        Of every sample (n,).
-
-    Returns
-    -------
-    tuple
-        Grids of x and of y (G,), as far as three standard deviations of the kernel beyond the
-        samples; density (G, G), the largest is 1, None where the pairs lie on a line.
+    Returns grids of x and of y (G,), as far as three standard deviations of the kernel beyond the
+    samples, and the density (G, G), whose largest is 1; None where the pairs lie on a line.
     """
     grid_x, grid_y = map(_grid, (x, y))
     pairs = np.vstack([x, y])

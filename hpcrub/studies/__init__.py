@@ -43,26 +43,10 @@ def run_of(config: Config) -> Run:
 def open_result(
     path: str | os.PathLike[str], config: Config | None = None, mode: str = "r"
 ) -> ResultFile:
-    """Open a result file that holds all that its study needs.
+    """Open a result file of any version that holds all that its study needs.
 
-    Parameters
-    ----------
-    path
-        Result file, of any version of the program.
-    config
-        The configuration that it must have; None for any.
-    mode
-        "r" to read, "r+" to write too.
-
-    Returns
-    -------
-    ResultFile
-        To be closed by the caller, or used in a `with` statement.
-
-    Raises
-    ------
-    InputError
-        Says what is wrong with the file.
+    config: the configuration that it must have; None for any. mode: "r" to read, "r+" to write too.
+    Raises InputError, which says what is wrong with the file.
     """
     file = ResultFile(Path(path), mode=mode)
     try:

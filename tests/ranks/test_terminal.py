@@ -58,7 +58,7 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
     monkeypatch.setattr(sys, "stdout", plain)
     progress.console().print("sigma of ±2 %: σ")
     plain.flush()
-    assert plain.buffer.getvalue().rstrip() == b"sigma of +-2 %: sigma"
+    assert plain.buffer.getvalue().rstrip() == b"sigma of ?2 %: ?"
 
 
 def screen(output, width):
@@ -102,7 +102,7 @@ def test_bar_and_tables_fit_the_terminal(tiny):
     assert sum("━" in line for line in lines) == 2, "\n".join(lines)  # tuned disk, samples
     (bar,) = [line for line in lines if line.startswith("samples") and "━" in line]
     assert "60/60" in bar
-    assert bar.endswith("left)") or " A at ±4 %: " in bar
+    assert " left (" in bar
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
     told = [line for line in re.split(r"[\r\n]+", plain) if str(tiny.parent) not in line]
     assert max(map(len, told)) <= COLUMNS  # the name of a file may be longer

@@ -94,16 +94,6 @@ def test_netcdf_opens_the_file_of_every_study(any_study):
                 assert variable.units
 
 
-def test_the_reader_has_the_tree_that_xarray_reads(any_study):
-    with hpcrub.open(any_study) as file:
-        mine = file.to_xarray()
-        with xarray.open_datatree(any_study, engine="h5netcdf") as tree:
-            xarray.testing.assert_equal(mine, tree)
-            for group in tree.groups:
-                for name, array in tree[group].variables.items():
-                    assert mine[group][name].attrs == array.attrs
-
-
 @pytest.fixture
 def done(path):
     """A contact file of two levels, two samples, three speeds, of which one sample is done."""
@@ -162,11 +152,7 @@ def test_exported_tables_are_those_of_the_file(done, tmp_path, kind, capsys):
     told = [line.removeprefix("written: ") for line in capsys.readouterr().out.splitlines()]
     assert sorted(map(str, out.iterdir())) == sorted(told)
     with hpcrub.open(done) as file:
-        samples, points, tree = file.to_dataframe(), file.to_dataframe("points"), file.to_xarray()
-    if kind == "netcdf":
-        with xarray.open_datatree(out / "result.nc", engine="h5netcdf") as found:
-            xarray.testing.assert_equal(found, tree)
-        return
+        samples, points = file.to_dataframe(), file.to_dataframe("points")
     read = pandas.read_parquet if kind == "parquet" else pandas.read_csv
     for name, frame in (("samples", samples), ("points", points)):
         found = read(out / f"result.{name}.{kind}")

@@ -12,7 +12,7 @@ import pytest
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
-from hpcrub.results import layout, storage
+from hpcrub.results import layout, storage, trouble
 from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies.contact import file as contact_file
@@ -358,21 +358,21 @@ def test_size_is_foretold(path, tiny_config):
 def test_a_file_that_the_disk_or_somebody_has_taken_away_is_told(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
     with pytest.raises(HpcrubError, match=r"a\.h5 was removed or moved while this job ran"):
-        storage.require_kept(path)
+        trouble.require_kept(path)
     path.touch()
-    storage.require_kept(path)
+    trouble.require_kept(path)
 
     def fail(file):
         raise OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(WriteError, match=r"cannot write .*a\.h5: Input/output error"):
-        storage.require_kept(path)
+        trouble.require_kept(path)
 
 
 def test_the_system_is_asked_for_the_reason_that_mpi_io_drops(tmp_path):
     error = RuntimeError("Can't write data (file write failed)")
-    assert storage._cause(error, "/dev/full") == "No space left on device"
+    assert trouble.unwritable(error, "/dev/full") == "No space left on device"
     (tmp_path / "sound").write_bytes(b"abc")
-    assert storage._cause(error, tmp_path / "sound") == str(error)
+    assert trouble.unwritable(error, tmp_path / "sound") == str(error)
     assert (tmp_path / "sound").read_bytes() == b"abc"

@@ -40,22 +40,10 @@ def pair_sides(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Nodes of the low side in the order of those that they become one sector further on.
 
-    Parameters
-    ----------
-    nodes : (n_nodes, 3) [m]
-    low, high : (p,) nodes of the sides; exchanged where they were named the other way round
-    n_sectors : int
-
-    Returns
-    -------
-    low, high : (p,) in pairs
-    error : float
-        Largest distance of a pair [m].
-
-    Raises
-    ------
-    InputError
-        The sides do not pair.
+    nodes: (n_nodes, 3) [m].
+    low, high: (p,) nodes of the sides; exchanged where they were named the other way round.
+    Returns low, high (p,) in pairs; error, largest distance of a pair [m].
+    Raises InputError: the sides do not pair.
     """
     found = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
     low, high, error = min(found, key=lambda pairs: pairs[2])
@@ -80,12 +68,8 @@ def _pair(nodes, low, high, n_sectors):
 def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
 
-    Returns
-    -------
-    rows : (n_sectors, n)
-        Every sector owns as many, one sector after another.
-    own : (n_own,)
-        Rows of a sector that are not those of the next one's low side.
+    Returns rows (n_sectors, n), every sector owns as many, one sector after another; own (n_own,),
+    rows of a sector that are not those of the next one's low side.
     """
     low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
     table = row_table(model.dof, len(model.nodes))
@@ -107,14 +91,7 @@ def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
 def assemble(model: NeutralModel) -> SparseDisk:
     """The whole disk of a NeutralModel of kind "sector" or "disk".
 
-    Returns
-    -------
-    SparseDisk
-
-    Raises
-    ------
-    InputError
-        Sides do not pair, a contact node lacks rows, or a blade has none.
+    Raises InputError: sides do not pair, a contact node lacks rows, or a blade has none.
     """
     model = to_cylindrical(model)
     if model.kind == "sector":

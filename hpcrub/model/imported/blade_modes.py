@@ -24,25 +24,11 @@ def inner_rows(disk: SparseDisk, blade: int) -> np.ndarray:
 def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
     """Cantilever modes of every blade, on the coordinates of a basis.
 
-    Parameters
-    ----------
-    disk : SparseDisk
-        With the blades' stiffness.
-    basis : (n, m)
-    n_modes : int
-        Modes of each blade.
-
-    Returns
-    -------
-    frequencies : (N, n_modes) [Hz]
-        Natural frequencies of every blade alone, its root held, at rest.
-    participation : (N, n_modes, m) [sqrt(kg)]
-        Amplitude q of each mass-normalised cantilever mode per unit coordinate.
-
-    Raises
-    ------
-    InputError
-        Without the blades' stiffness, or with fewer rows than modes.
+    disk: with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
+    Returns frequencies (N, n_modes) [Hz], natural frequencies of every blade alone, its root held,
+    at rest; participation (N, n_modes, m) [sqrt(kg)], amplitude q of each mass-normalised
+    cantilever mode per unit coordinate.
+    Raises InputError: without the blades' stiffness, or with fewer rows than modes.
     """
     if disk.blade_stiffness is None:
         raise InputError("K_blade: blade-alone frequencies need the blades' stiffness")
@@ -61,10 +47,7 @@ def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.nd
 def modal_stiffness(frequencies: np.ndarray, participation: np.ndarray) -> np.ndarray:
     """Stiffness of every blade's cantilever modes on the coordinates, (N, m, m).
 
-    Parameters
-    ----------
-    frequencies : (N, c) [Hz]
-    participation : (N, c, m) [sqrt(kg)]
+    frequencies: (N, c) [Hz]; participation: (N, c, m) [sqrt(kg)].
     """
     q = 2 * np.pi * frequencies[:, :, None] * participation
     return np.swapaxes(q, 1, 2) @ q

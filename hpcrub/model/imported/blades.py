@@ -13,12 +13,8 @@ SHARED = 1e-9  # of the largest entry: below, a stiffness joins no rows
 def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
     """Connected parts of a sparse stiffness.
 
-    Returns
-    -------
-    part : (n,) int
-        Part that every row belongs to.
-    touched : (n,) bool
-        Whether a row has any stiffness.
+    Returns part (n,) int, part that every row belongs to; touched (n,) bool, whether a row has any
+    stiffness.
     """
     strong = abs(K) > SHARED * abs(K).max()
     _, part = connected_components(strong, directed=False)
@@ -34,24 +30,13 @@ def number(
 ) -> np.ndarray:
     """Blade of every contact node of a whole disk, counted by angle from that at x > 0.
 
-    Parameters
-    ----------
-    nodes : (n_nodes, 3)
-    dof : (n, 2)
-    contact_node : (C,)
-    blade_stiffness : (n, n), of all blades, or None
-        Its connected parts are the blades.
-    n_blades : int
-        Without it: the number of clusters of nearby contact nodes that are blades.
-
-    Returns
-    -------
-    (C,) int
-
-    Raises
-    ------
-    InputError
-        Neither is known, or they differ.
+    nodes: (n_nodes, 3).
+    dof: (n, 2).
+    contact_node: (C,).
+    blade_stiffness: (n, n), of all blades, or None, its connected parts are the blades.
+    n_blades: without it: the number of clusters of nearby contact nodes that are blades.
+    Returns (C,) int.
+    Raises InputError: neither is known, or they differ.
     """
     if blade_stiffness is not None:
         part, _ = joined(blade_stiffness)

@@ -30,14 +30,7 @@ class Findings(NamedTuple):
 def check(model: NeutralModel) -> Findings:
     """Measure a NeutralModel.
 
-    Returns
-    -------
-    Findings
-
-    Raises
-    ------
-    InputError
-        Says in one sentence what cannot be right.
+    Raises InputError: says in one sentence what cannot be right.
     """
     radius = np.hypot(model.nodes[:, 0], model.nodes[:, 1])
     _check_contact_nodes(model, radius)

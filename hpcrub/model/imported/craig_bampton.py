@@ -21,25 +21,11 @@ TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its squ
 def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Craig-Bampton basis of a SparseDisk at one speed of rotation.
 
-    Parameters
-    ----------
-    disk : SparseDisk
-    n_modes : int
-        Fixed-interface modes kept; more where they are no whole families.
-    speed : float
-        Of rotation, that of the mode shapes [rad/s].
-
-    Returns
-    -------
-    basis : (n, m)
-        u_r of all contact nodes, their u_theta, their u_z where there are any, then the modes.
-    boundary : (m - n_modes,)
-        Rows of the contact nodes, in this order.
-
-    Raises
-    ------
-    InputError
-        The disk is not held, or has fewer modes.
+    n_modes: fixed-interface modes kept; more where they are no whole families.
+    speed: of rotation, that of the mode shapes [rad/s].
+    Returns basis (n, m), u_r of all contact nodes, their u_theta, their u_z where there are any,
+    then the modes; boundary (m - n_modes,), rows of the contact nodes, in this order.
+    Raises InputError: the disk is not held, or has fewer modes.
     """
     boundary = boundary_rows(disk)
     n = disk.mass.shape[0]
@@ -126,22 +112,9 @@ def lowest_modes(
     A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
     blocks start from fixed random numbers: the same bits in every call.
 
-    Parameters
-    ----------
-    K, M : (n, n) sparse, positive definite
-    n_modes : int
-    factor : result of `factorised`, optional
-        Of K.
-
-    Returns
-    -------
-    eigenvalues : (n_modes,) increasing [rad2/s2]
-    modes : (n, n_modes) mass-normalised
-
-    Raises
-    ------
-    InputError
-        There are none: the disk is not held, or M is no mass matrix.
+    K, M: (n, n) sparse, positive definite; factor: result of `factorised`, optional, of K.
+    Returns eigenvalues (n_modes,) increasing [rad2/s2]; modes (n, n_modes) mass-normalised.
+    Raises InputError: there are none: the disk is not held, or M is no mass matrix.
     """
     try:
         values, modes = _lowest_modes(K, M, n_modes, factor)

@@ -19,20 +19,10 @@ def sector_frequencies(
 ) -> np.ndarray:
     """Frequencies of the modes with some nodal diameters, from one sector.
 
-    Parameters
-    ----------
-    model : NeutralModel
-        Of kind "sector".
-    n_diameters : int
-        Nodal diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
-    n_modes : int
-    speed : float
-        Of rotation [rad/s].
-
-    Returns
-    -------
-    (n_modes,) [Hz]
-        Every double frequency once.
+    model: of kind "sector".
+    n_diameters: nodal diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
+    speed: of rotation [rad/s].
+    Returns (n_modes,) [Hz]; every double frequency once.
     """
     model = to_cylindrical(model)
     P = _wave(model, n_diameters)
@@ -122,16 +112,8 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
 def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
     """Nodal diameters of every mode from displacements of like points of all blades.
 
-    Parameters
-    ----------
-    shapes : (p, N, K)
-        p displacements of each of N blades in K modes.
-    angle : (N,) [rad]
-    n_blades : int
-
-    Returns
-    -------
-    (K,) int
+    shapes: (p, N, K) p displacements of each of N blades in K modes; angle: (N,) [rad].
+    Returns (K,) int.
     """
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
@@ -143,17 +125,11 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode from displacements of all contact points.
 
-    Parameters
-    ----------
-    shapes : (p, C, K)
-        p displacements of each of C points in K modes.
-    blade : (C,) int
-        Number of each point's blade. The first points of all blades are taken to be alike.
-    angle : (C,) [rad]
-
-    Returns
-    -------
-    (K,) int
+    shapes: (p, C, K) p displacements of each of C points in K modes.
+    blade: (C,) int, number of each point's blade. The first points of all blades are taken to be
+        alike.
+    angle: (C,) [rad].
+    Returns (K,) int.
     """
     count = np.bincount(blade)
     parts = np.split(np.argsort(blade, kind="stable"), np.cumsum(count)[:-1])

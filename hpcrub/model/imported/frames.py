@@ -24,16 +24,8 @@ def node_angle(nodes: np.ndarray) -> np.ndarray:
 def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Displacements x, y, z of nodes whose radial, tangential and axial ones are known.
 
-    Parameters
-    ----------
-    nodes : ndarray (n, 3)
-        Places [m].
-    parts : ndarray (n, 3, ...)
-        Radial, tangential and axial displacements.
-
-    Returns
-    -------
-    ndarray (n, 3, ...)
+    nodes: (n, 3) places [m]; parts: (n, 3, ...) radial, tangential and axial displacements.
+    Returns (n, 3, ...).
     """
     angle = node_angle(nodes).reshape(-1, *(1,) * (parts.ndim - 2))
     c, s = np.cos(angle), np.sin(angle)

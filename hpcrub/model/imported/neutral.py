@@ -60,20 +60,9 @@ class NeutralModel(NamedTuple):
 def from_arrays(arrays: dict) -> NeutralModel:
     """Check the arrays of a model file.
 
-    Parameters
-    ----------
-    arrays : dict
-        Arrays by the names of `docs/model_file.md`.
-
-    Returns
-    -------
-    NeutralModel
-        In SI units, all matrices whole and symmetric.
-
-    Raises
-    ------
-    InputError
-        Says which array is missing, has another shape, or holds what cannot be.
+    arrays: by the names of `docs/model_file.md`.
+    Returns the model in SI units, all matrices whole and symmetric.
+    Raises InputError: says which array is missing, has another shape, or holds what cannot be.
     """
     left = _Arrays(arrays)
     version = left.number("hpcrub_model")
@@ -152,15 +141,8 @@ def _stored(name, matrix):
 def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:
     """K0, K1, K2 of the parabola in W^2 through the stiffness at three speeds.
 
-    Parameters
-    ----------
-    stiffness : sequence of three matrices (n, n)
-    speeds : (3,) [rad/s]
-
-    Returns
-    -------
-    tuple of three matrices
-        K0 [N/m], K1 [N s2/m], K2 [N s4/m].
+    stiffness: sequence of three matrices (n, n); speeds: (3,) [rad/s].
+    Returns K0 [N/m], K1 [N s2/m], K2 [N s4/m].
     """
     square = np.asarray(speeds, dtype=float) ** 2
     coefficients = np.linalg.inv(np.vander(square / square.max(), 3, increasing=True))

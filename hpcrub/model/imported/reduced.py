@@ -21,19 +21,9 @@ def reduce_disk(
 ) -> tuple[NeutralModel, np.ndarray]:
     """Reduce a SparseDisk to a NeutralModel of kind "reduced".
 
-    Parameters
-    ----------
-    disk : SparseDisk
-    n_modes : int
-        Fixed-interface modes kept.
-    speed : float
-        Of rotation, that of the mode shapes of the basis [rad/s].
-
-    Returns
-    -------
-    model : NeutralModel
-    basis : (n, m)
-        Coordinates to the rows of the disk.
+    n_modes: fixed-interface modes kept.
+    speed: of rotation, that of the mode shapes of the basis [rad/s].
+    Returns model; basis (n, m), coordinates to the rows of the disk.
     """
     basis, boundary = craig_bampton.basis(disk, n_modes, speed)
     n_points = len(disk.contact_node)
@@ -82,10 +72,7 @@ def project_blades(disk: SparseDisk, basis: np.ndarray) -> np.ndarray | None:
 def interface(model: NeutralModel) -> Interface:
     """Contact interface of a NeutralModel of kind "reduced" in cylindrical node frames.
 
-    Returns
-    -------
-    Interface
-        Its amplitude is the largest tangential displacement of a contact node.
+    Its amplitude is the largest tangential displacement of a contact node.
     """
     rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
     if (rows[:, :2] < 0).any():
@@ -118,19 +105,10 @@ def interface(model: NeutralModel) -> Interface:
 def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> ReducedModel:
     """What the studies start from, of a NeutralModel of kind "reduced".
 
-    Parameters
-    ----------
-    model : NeutralModel
-    speed : float
-        Of rotation, that of the mode shapes [rad/s].
-    by_modes : bool
-        Whether blades are mistuned by their cantilever modes (component mode mistuning), and not by
-        all of their stiffness.
-
-    Raises
-    ------
-    InputError
-        The model is not positive definite, or has no cantilever modes.
+    speed: of rotation, that of the mode shapes [rad/s].
+    by_modes: whether blades are mistuned by their cantilever modes (component mode mistuning), and
+        not by all of their stiffness.
+    Raises InputError: the model is not positive definite, or has no cantilever modes.
     """
     model = to_cylindrical(model)
     m = len(model.dof)

@@ -13,18 +13,10 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
     the matrices do not, where blades turn by degrees: a parabola through each of them then gives a
     blade that is none.
 
-    Parameters
-    ----------
-    model : NeutralModel
-        Of kind "sector" or "disk", with stiffness fitted through three speeds.
-    speeds : ndarray (3,)
-        These speeds, 0 among them [rad/s].
-
-    Returns
-    -------
-    float
-        That of the larger magnitude of both places; the parabola through the frequencies' squares
-        is taken to be right.
+    model: of kind "sector" or "disk", with stiffness fitted through three speeds.
+    speeds: (3,) these speeds, 0 among them [rad/s].
+    Returns that of the larger magnitude of both places; the parabola through the frequencies'
+    squares is taken to be right.
     """
     if model.kind == "sector":
         diameters = model.n_sectors // 2

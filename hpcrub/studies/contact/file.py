@@ -24,19 +24,8 @@ def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
     """Write one sample, its status last; one rank.
 
-    Parameters
-    ----------
-    file
-        Open for writing.
-    level, sample
-        Place of the sample.
-    values
-        By the names in `layout.SAMPLE`, `status` included; others may be missing in a failed one.
-
-    Raises
-    ------
-    WriteError
-        The file cannot be written.
+    values: by the names in `layout.SAMPLE`, `status` included; others may be missing in a failed
+    one. Raises WriteError when the file cannot be written.
     """
     present = _present(file, "samples", SAMPLE, values)
     status = {"samples/status": present.pop("samples/status")}

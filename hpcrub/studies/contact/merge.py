@@ -40,30 +40,13 @@ def merge(
     samples: int | None = None,
     allow_mixed: bool = False,
 ) -> tuple[int, int]:
-    """Merge result files of parts of one study.
+    """Merge result files of parts of one study into `out`, which appears when it is whole.
 
-    Parameters
-    ----------
-    out
-        File of the whole study; it appears when it is whole.
-    paths
-        Result files of parts, or of the whole study.
-    overwrite
-        Replace an existing file.
-    samples
-        Number of samples a level of the whole study, if not that of the parts' own.
-    allow_mixed
-        Take parts that were computed by different program texts.
-
-    Returns
-    -------
-    tuple
-        Number of finished samples, and of all.
-
-    Raises
-    ------
-    InputError
-        Parts that are unsound, of different studies or programs, or contradict each other.
+    overwrite: replace an existing file; samples: number of samples a level of the whole study, if
+    not that of the parts' own; allow_mixed: take parts that different program texts have computed.
+    Returns the number of finished samples, and of all.
+    Raises InputError for parts that are unsound, of different studies or programs, or contradict
+    each other.
     """
     unfinished = Path(f"{os.path.realpath(out)}.hpcrub-merge")
     lock = ownership.Lock(out)  # first: another job may just have finished the file

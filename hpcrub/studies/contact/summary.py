@@ -20,14 +20,7 @@ from hpcrub.studies.contact import trust
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
     """Print what a finished or interrupted study has found.
 
-    Parameters
-    ----------
-    file
-        Its result file.
-    job
-        The `MonteCarlo` of rank 0.
-    seconds
-        Wall time of this run [s].
+    job: the `MonteCarlo` of rank 0; seconds: wall time of this run [s].
     """
     out, found = console(), trust.survey(file)
     if file.config.pattern_deviation is not None:

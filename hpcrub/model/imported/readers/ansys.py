@@ -23,23 +23,13 @@ def read(
 ) -> dict:
     """Arrays of a model file from Ansys's files.
 
-    Parameters
-    ----------
-    path : NAME.full of the disk at rest (WRFULL, or a modal analysis)
-    mesh : NAME.cdb (CDWRITE) with the nodes and their components
-    lists : names of node components
-    blade : NAME.full of the element component that CYCFREQ,BLADE names, alone
-    stiffness : NAME.full of prestressed analyses at two other speeds [Hz]
-
-    Returns
-    -------
-    dict
-        As `rows.arrays_of`.
-
-    Raises
-    ------
-    InputError
-        The package, a file or a component is missing.
+    path: NAME.full of the disk at rest (WRFULL, or a modal analysis).
+    mesh: NAME.cdb (CDWRITE) with the nodes and their components.
+    lists: names of node components.
+    blade: NAME.full of the element component that CYCFREQ,BLADE names, alone.
+    stiffness: NAME.full of prestressed analyses at two other speeds [Hz].
+    Returns as `rows.arrays_of`.
+    Raises InputError: the package, a file or a component is missing.
     """
     try:
         from ansys.mapdl.reader import Archive

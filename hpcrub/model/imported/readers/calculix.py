@@ -21,22 +21,12 @@ def read(
 ) -> dict:
     """Arrays of a model file from jobs of CalculiX.
 
-    Parameters
-    ----------
-    path : deck NAME.inp of the disk at rest; NAME.sti, NAME.mas and NAME.dof lie beside it
-    lists : names of node sets of the deck
-    blade : deck with the elements of the blades alone, its matrices beside it
-    stiffness : decks of jobs at two other speeds [Hz], their matrices beside them
-
-    Returns
-    -------
-    dict
-        As `rows.arrays_of`.
-
-    Raises
-    ------
-    InputError
-        A file or a set is missing or cannot be read.
+    path: deck NAME.inp of the disk at rest; NAME.sti, NAME.mas and NAME.dof lie beside it.
+    lists: names of node sets of the deck.
+    blade: deck with the elements of the blades alone, its matrices beside it.
+    stiffness: decks of jobs at two other speeds [Hz], their matrices beside them.
+    Returns as `rows.arrays_of`.
+    Raises InputError: a file or a set is missing or cannot be read.
     """
     deck = decks.read(path)
     mesh = Mesh(

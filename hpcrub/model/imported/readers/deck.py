@@ -23,10 +23,7 @@ class Deck(NamedTuple):
 def read(path: str | Path) -> Deck:
     """Read a deck and the files that it includes.
 
-    Raises
-    ------
-    InputError
-        Unreadable, or without nodes.
+    Raises InputError: unreadable, or without nodes.
     """
     nodes: dict = {}
     sets: dict = {}

@@ -15,22 +15,12 @@ NODE_LISTS = ("low", "high")
 def read(folder: str | Path, n_sectors: int = 0) -> dict:
     """Arrays of a model file from a folder.
 
-    Parameters
-    ----------
-    folder : with NAME.mtx of M and K (or K0, K1, K2, or K_at_1 to K_at_3 and speeds_hz.csv), and
+    folder: with NAME.mtx of M and K (or K0, K1, K2, or K_at_1 to K_at_3 and speeds_hz.csv), and
         K_blade.mtx if there is one; nodes.csv (number, x, y, z), dof.csv (node number, direction of
         every row), contact.csv (node number[, blade from 0[, clearance]]), and where they apply
-        low.csv, high.csv (node numbers of the sides), fixed.csv (node number[, direction])
-    n_sectors : of one sector
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        A file is missing or cannot be read.
+        low.csv, high.csv (node numbers of the sides), fixed.csv (node number[, direction]).
+    n_sectors: of one sector.
+    Raises InputError: a file is missing or cannot be read.
     """
     folder = Path(folder)
     nodes = _table(folder / "nodes.csv", 4)

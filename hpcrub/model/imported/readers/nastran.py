@@ -24,23 +24,13 @@ def read(
 ) -> dict:
     """Arrays of a model file from Nastran's files.
 
-    Parameters
-    ----------
-    path : text OP4 file with KGG and MGG: six rows for every grid point, by increasing number
-    mesh : bulk data with the grid points
-    lists : names of CSV files of grid point numbers
-    blade : OP4 file whose KGG is that of the blades alone, on the same grid points
-    stiffness : OP4 files whose KGG is that at two other speeds [Hz]
-
-    Returns
-    -------
-    dict
-        As `rows.arrays_of`; rows without mass and stiffness are left out.
-
-    Raises
-    ------
-    InputError
-        The package or a file is missing or cannot be read.
+    path: text OP4 file with KGG and MGG: six rows for every grid point, by increasing number.
+    mesh: bulk data with the grid points.
+    lists: names of CSV files of grid point numbers.
+    blade: OP4 file whose KGG is that of the blades alone, on the same grid points.
+    stiffness: OP4 files whose KGG is that at two other speeds [Hz].
+    Returns as `rows.arrays_of`; rows without mass and stiffness are left out.
+    Raises InputError: the package or a file is missing or cannot be read.
     """
     try:
         from pyNastran.bdf.bdf import read_bdf

@@ -49,18 +49,9 @@ def arrays_of(
 ) -> dict:
     """Arrays of a model file, but for `units` and the blades' numbers in a whole disk.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    lists : Lists
-    stiffness : matrices by speed of rotation [Hz], one or three
-    mass : Rows
-    blade : stiffness of the blades alone
-
-    Raises
-    ------
-    InputError
-        A list or a node is missing, or a matrix has rows of its own.
+    stiffness: matrices by speed of rotation [Hz], one or three.
+    blade: stiffness of the blades alone.
+    Raises InputError: a list or a node is missing, or a matrix has rows of its own.
     """
     dof = mass.dof
     number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place

@@ -13,15 +13,9 @@ FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20
 def skin(elements: list) -> np.ndarray:
     """Faces that belong to one element only.
 
-    Parameters
-    ----------
-    elements : list of (n,) sequences of int
-        Nodes, corners first, of tetrahedra, wedges and hexahedra; others have no faces.
-
-    Returns
-    -------
-    (F, 4) int
-        Corners of every outer face, a triangle's last one twice.
+    elements: (n,) nodes of each, corners first, of tetrahedra, wedges and hexahedra;
+        others have no faces.
+    Returns (F, 4) int; corners of every outer face, a triangle's last one twice.
     """
     seen = {}
     for nodes in elements:
