@@ -17,7 +17,7 @@ _disk = {}  # keys of the section `disk` that are not the reference's
 def take_disk_of(path):
     """Use the disk of an input file in every case of this process; None: the reference disk."""
     if path is not None:
-        (config,) = load_runs(path)
+        config, *_ = load_runs(path)
         _disk.update(config.disk.model_dump(mode="json"))
 
 

@@ -25,7 +25,7 @@ def table(results):
     if not paths:
         return "Not run.\n"
     files = [open_result(path) for path in paths]
-    reference = next(f for f in files if "lean_deg=53.11" in f.path.name)
+    reference = next(f for f in files if "lean_deg=-43.74" in f.path.name)
     base = flatten(reference.config.model_dump(mode="json"))
     mistuning = reference.config.mistuning
     text = HEAD.format(samples=mistuning.samples, runs=mistuning.tuned_runs)

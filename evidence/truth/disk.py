@@ -20,16 +20,16 @@ def disk_section(blade=None, **changes):
         "n_blades": 12,
         "tip_radius": 0.5,
         "hub_radius": 0.2,
-        "inner_radius": 0.03813,
+        "inner_radius": 0.1608,
         "width": 0.1,
-        "ring_thickness": 23.67e-3,
-        "spoke_thickness": 33.23e-3,
+        "ring_thickness": 14.25e-3,
+        "spoke_thickness": 7.899e-3,
     }
     blade_values = {
         "n_elements": 5,
-        "thickness": 14.134e-3,
-        "lean": np.radians(53.11),
-        "bow": -0.0492,
+        "thickness": 13.309e-3,
+        "lean": np.radians(-43.74),
+        "bow": 0.07924,
     }
     blade_section = SimpleNamespace(**(blade_values | (blade or {})))
     return SimpleNamespace(**(values | changes), blade=blade_section)

@@ -37,12 +37,12 @@ class Blade(Section):
     """Blades: a chord that leans and bows."""
 
     n_elements: Whole = Field(5, ge=1, le=50, description="beam elements per blade")
-    thickness_mm: Number = Field(14.134, gt=0, le=1e4, description="thickness of a blade [mm]")
+    thickness_mm: Number = Field(13.309, gt=0, le=1e4, description="thickness of a blade [mm]")
     lean_deg: Number = Field(
-        53.11, gt=-90, lt=90, description="angle of the chord with the radius at the root [deg]"
+        -43.74, gt=-90, lt=90, description="angle of the chord with the radius at the root [deg]"
     )
     bow: Number = Field(
-        -0.0492, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
+        0.07924, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
     )
 
     thickness: ClassVar = si("thickness_mm", "m", per=1000)
@@ -56,11 +56,11 @@ class Disk(Section):
     tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
     hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
     inner_radius_mm: Number = Field(
-        38.13, gt=0, le=1e5, description="radius at which the spokes are clamped [mm]"
+        160.8, gt=0, le=1e5, description="radius at which the spokes are clamped [mm]"
     )
     width_mm: Number = Field(100.0, gt=0, le=1e5, description="axial width of all sections [mm]")
-    ring_thickness_mm: Number = Field(23.67, gt=0, le=1e4, description="thickness of ring [mm]")
-    spoke_thickness_mm: Number = Field(33.23, gt=0, le=1e4, description="thickness of spokes [mm]")
+    ring_thickness_mm: Number = Field(14.25, gt=0, le=1e4, description="thickness of ring [mm]")
+    spoke_thickness_mm: Number = Field(7.899, gt=0, le=1e4, description="thickness of spokes [mm]")
     blade: Blade = Blade()
     model: FileName | None = Field(
         None,

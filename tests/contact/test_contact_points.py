@@ -18,7 +18,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.setup import problem as study
 from tests.contact.test_kernel import integrate_lanes, textbook
 
-N_BLADES, SPEED = 4, 34.0
+N_BLADES, SPEED = 4, 36.0
 APART = 0.03  # [rad] from the tip to the second point
 DEVIATION = np.array([-0.03, 0.02, 0.04, -0.01])
 

@@ -25,7 +25,7 @@ def test_audit_of_the_disk_closes_to_rounding(name):
     books = energy_balance.audit(bank_of(name, n_modes=12), N_BLOCKS)
     work = books.work[:, :, LANES]
     assert (work[:, energy_balance.IMPACT].sum(axis=0) > 1.0).all()  # J: contact did occur
-    assert (work[:, energy_balance.FRICTION].sum(axis=0) < -1.0).all()
+    assert (work[:, energy_balance.FRICTION].sum(axis=0) > 1.0).all()  # J: blades yield its way
     turned_over = np.abs(work).sum(axis=(0, 1))
     assert (books.unexplained[:, LANES].sum(axis=0) < 1e-11 * turned_over).all()
     assert books.unexplained.max() < 1e-13 * books.energy.max()

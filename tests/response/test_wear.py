@@ -11,7 +11,7 @@ from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
-SPEEDS = np.array([33.9, 34.4, 34.9])
+SPEEDS = np.array([33.4, 33.9, 34.4])
 
 
 def around(*waves, n_bars=960):

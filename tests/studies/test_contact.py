@@ -280,10 +280,10 @@ def test_an_existing_result_is_kept_unless_told(copied, capfd):
     [
         (
             [
-                *("--set", "time.scheme=central_difference", "--set", "time.step_s=1e-4"),
+                *("--set", "time.scheme=central_difference", "--set", "time.step_s=2e-4"),
                 *("--set", "time.steps_per_bump_width=1"),
             ],
-            "time.step_s: 0.0001 is not below",
+            "time.step_s: 0.0002 is not below",
         ),
         (["--set", "disk.blade.thickness_mm=-1"], "disk.blade.thickness_mm"),
         (["--output", "tiny.yaml/result.h5"], "cannot write"),
@@ -348,7 +348,7 @@ def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypat
     damping = {"periodic": 0.02, "not": 0.005}
     spread = {}
     for name, ratio in damping.items():
-        keys = {"speeds.from_hz": 34.25, "speeds.to_hz": 34.25, "reduction.n_modes": 60}
+        keys = {"speeds.from_hz": 34.9, "speeds.to_hz": 34.9, "reduction.n_modes": 60}
         keys["material.damping_ratio"] = ratio
         options = [f"--set={key}={value}" for key, value in keys.items()]
         assert main(tiny, *options, "--output", f"{name}.h5") == 0
@@ -359,4 +359,4 @@ def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypat
         assert runs[0] == peak
         spread[name] = np.ptp(runs) / peak
         file.close()
-    assert spread["periodic"] < 1e-3 < 1e-2 < spread["not"] < 0.2
+    assert spread["periodic"] < 5e-3 < 1e-2 < spread["not"] < 0.2

@@ -103,7 +103,7 @@ def test_wrong_sweeps(tmp_path, sweep, message):
     ("second", "message"),
     [
         (
-            "{time.scheme: central_difference, time.step_s: 1.0e-4, time.steps_per_bump_width: 1}",
+            "{time.scheme: central_difference, time.step_s: 2.0e-4, time.steps_per_bump_width: 1}",
             "the stability limit",
         ),
         ("{output: there.h5}", "there.h5 exists: --resume goes on with it"),

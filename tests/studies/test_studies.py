@@ -254,7 +254,10 @@ def test_interaction_map(folder):
 @pytest.mark.parametrize(
     ("failing", "words"),
     [
-        (("contact.friction=1.5",), "diverged: jamming"),
+        (
+            ("disk.blade.lean_deg=55", "disk.blade.bow=-0.05", "contact.friction=1.5"),
+            "diverged: jamming",
+        ),
         (("disk.spoke_thickness_mm=0.1", "contact.friction=0.5"), "diverged: displacements"),
     ],
 )
