@@ -46,15 +46,22 @@ def scene(gap, damping_ratio, **law):
     )
 
 
-def thrown(mass, velocity, scene, h, duration):
+def spatial(modes):
+    """The Modes of a planar structure as those of one that could move axially, too."""
+    return modes._replace(axial=np.zeros_like(modes.normal))
+
+
+def thrown(mass, velocity, scene, h, duration, kind=lambda modes: modes):
     """Motion of a mass (`bars.Mass`) from u = 0 with a velocity [m/s].
 
-    Returns the places u (n,) [m] and forces (n,) [N] at the ends of n steps h [s], and the bank.
+    Returns the places u (n,) [m] and forces (n,) [N] at the ends of n steps h [s], and the bank;
+    kind: `spatial`, or the planar mass as it is.
     """
     omega = np.sqrt(mass.spring / mass.mass)
     ratio = mass.damper / (2.0 * mass.mass * omega)
     root = np.sqrt(mass.mass)
     modes = Modes.planar(np.array([omega]), np.array([[1.0 / root]]), np.zeros((1, 1)))
+    modes = kind(modes)
     scene = scene._replace(damping_ratio=ratio)
     bank = allocate(modes, scene, Grid(1, 1, 1), WIDTH)
     fill_lane(bank, 0, modes, scene, h)

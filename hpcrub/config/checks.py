@@ -181,11 +181,6 @@ def _contact_problems(c):
             f"contact.law: abradable does not fit study: {c.study}, which goes on from motions "
             "without the coating that they have worn"
         )
-    if contact.law != "rigid" and c.disk.n_directions == 3:
-        yield (
-            f"contact.law: {contact.law} is for disks that move in their plane; disk.model moves "
-            "in three directions"
-        )
     if contact.law == "elastic" and contact.casing_stiffness_n_per_m is None:
         yield "contact.casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"
     if contact.law == "rigid" and contact.casing_stiffness_n_per_m is not None:

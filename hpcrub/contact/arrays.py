@@ -78,5 +78,19 @@ def take_lanes(group: Any, lanes: slice | np.ndarray) -> Any:
     members = set(PER_LANE.get(type(group)) or group.per_lane())
     if isinstance(group, Scheme) and group.squared.ndim == 2:  # else all lanes share it
         members.add("squared")
-    taken = {name: aligned(getattr(group, name)[..., lanes]) for name in members}
+    taken = {}
+    for name in members:
+        member = getattr(group, name)
+        inner = isinstance(member, tuple)
+        taken[name] = take_lanes(member, lanes) if inner else aligned(member[..., lanes])
     return group._replace(**taken)
+
+
+def clear_lane(group: Any, lane: int) -> None:
+    """Set all that a group of arrays has of a lane to zero (modified)."""
+    for name in group.per_lane():
+        member = getattr(group, name)
+        if isinstance(member, tuple):
+            clear_lane(member, lane)
+        else:
+            member[..., lane] = 0.0

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import Bank, Scheme, State
+from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane
 from hpcrub.contact.lanes import TILE, aligned, aligned_zeros
-from hpcrub.contact.laws.abradable import Abradable
-from hpcrub.contact.laws.elastic import Elastic
+from hpcrub.contact.laws.giving import Giving
 from hpcrub.contact.laws.rigid import Rigid
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.recurrence import coefficients
@@ -55,9 +54,7 @@ def _law(modes, scene):
     """The class of ``laws`` for a kind of disk and of casing."""
     if len(modes.axial) > 0:
         return Solid
-    if scene.coating:
-        return Abradable
-    return Elastic if scene.elastic_casing else Rigid
+    return Giving if scene.coating or scene.elastic_casing else Rigid
 
 
 def _allocate_scheme(modes, scene, grid, width, law):
@@ -134,8 +131,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
         array[:, lane] = 0.0
     for array in (state.ramp, state.report):
         array[:, lane] = 0.0
-    for name in bank.law.per_lane():
-        getattr(bank.law, name)[:, lane] = 0.0
+    clear_lane(bank.law, lane)
     scheme.step[lane] = state.n_steps[lane] = 0
 
 

@@ -20,7 +20,10 @@ from numba.core.caching import FunctionCache
 from numba.core.imputils import lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
-STATIC_METHODS = "predict", "forces", "respond", "observe"  # of contact laws and observers
+STATIC_METHODS = (  # of contact laws, observers and surfaces
+    "predict", "forces", "respond", "observe",
+    "tick", "meet", "comply", "follow", "line", "check", "change", "wear", "despair",
+)  # fmt: skip
 COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
 
 

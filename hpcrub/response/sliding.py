@@ -13,15 +13,29 @@ model. Reference: Hoffmann, Gaul, A sufficient criterion for the onset of sprag-
 Archive of Applied Mechanics 73 (2004).
 """
 
+from typing import Any
+
 import numpy as np
 
+from hpcrub.contact import status
+from hpcrub.model.coating import ElasticCasing
 from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.reduction import Modes
 
+PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
 
-def critical_friction(modes: Modes) -> float:
-    """Smallest coefficient of friction at which a contact point locks itself; inf: none does."""
+
+def critical_friction(modes: Modes, casing: ElasticCasing | None = None) -> float:
+    """Smallest coefficient of friction at which a contact point locks itself; inf: none does.
+
+    Parameters
+    ----------
+    modes : Modes
+    casing : ElasticCasing, optional
+        That gives: its compliance 1/k is added to c(μ).
+    """
     normal, tangential = _compliances(modes)
+    normal = normal + (1.0 / casing.stiffness if casing else 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         critical = np.where(tangential < 0.0, -normal / tangential, np.inf)
     return float(critical.min())
@@ -48,6 +62,31 @@ def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -
     # the constraint makes two eigenvalues zero, which rounding moves a little
     rate = float(np.linalg.eigvals(state).real.max())
     return rate if rate > 1e-3 * modes.omega.min() else 0.0
+
+
+def permanent_contact(share: np.ndarray, modes: Modes, scene: Any) -> int:
+    """Whether a motion is one in permanent contact, whose amplitude means nothing.
+
+    A blade that touches the casing all the time either follows the casing, or, where sliding
+    contact is not stable, friction feeds its motion, which has no bounds that small displacements
+    know of. A coating bounds it: contact ends when enough is cut.
+
+    Parameters
+    ----------
+    share : ndarray (N,)
+        Share of the last window in which each blade touches; (0,) where it is not known.
+    modes : Modes
+    scene : response.sweep.Scene
+
+    Returns
+    -------
+    int
+        Code of ``status``: NONE, PERMANENT or FLUTTER.
+    """
+    if scene.coating or not (len(share) and share.max() > PERMANENT):
+        return status.NONE
+    locks = scene.friction > critical_friction(modes, scene.elastic_casing)
+    return status.FLUTTER if locks else status.PERMANENT
 
 
 def _compliances(modes):

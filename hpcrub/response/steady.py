@@ -4,10 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.contact import status
-
-PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
-
 
 class SteadyCriteria(NamedTuple):
     """When a run is checked and accepted: see `ensemble`.
@@ -69,30 +65,6 @@ def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) 
     criteria : SteadyCriteria
     """
     return correlation(before, last) > criteria.min_correlation
-
-
-def permanent_contact(share: np.ndarray, locks: bool) -> int:
-    """Whether a motion is one in permanent contact, whose amplitude means nothing.
-
-    A blade that touches the casing all the time either follows the casing, or, where sliding
-    contact is not stable, friction feeds its motion, which has no bounds that small displacements
-    know of.
-
-    Parameters
-    ----------
-    share : ndarray (N,)
-        Share of the last window in which each blade touches; (0,) where it is not known.
-    locks : bool
-        Whether friction is above `sliding.critical_friction`.
-
-    Returns
-    -------
-    int
-        Code of ``status``: NONE, PERMANENT or FLUTTER.
-    """
-    if not (len(share) and share.max() > PERMANENT):
-        return status.NONE
-    return status.FLUTTER if locks else status.PERMANENT
 
 
 def localisation(blade_amplitude: np.ndarray) -> np.ndarray:

@@ -26,8 +26,8 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response import wear
 from hpcrub.response.ensemble import LastWindow, Verdict, Windows
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
-from hpcrub.response.sliding import critical_friction
-from hpcrub.response.steady import SteadyCriteria, localisation, permanent_contact
+from hpcrub.response.sliding import permanent_contact
+from hpcrub.response.steady import SteadyCriteria, localisation
 from hpcrub.response.wear import N_ANGLES, Follower
 
 WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
@@ -268,7 +268,6 @@ class _Band:
         self.check = [0] * width  # block at which it is checked next
         self.watch: list[Any] = [None] * width  # LastWindow or Windows
         self.ensemble = scene.steady.rule == "ensemble"
-        self.critical = critical_friction(modes)
         self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
         self.coating = [Follower() for _ in range(width)]  # where there is one
 
@@ -366,8 +365,7 @@ class _Band:
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
-        locks = self.scene.friction > self.critical
-        stuck = permanent_contact(self._share_touched(lane, now), locks)
+        stuck = permanent_contact(self._share_touched(lane, now), self.modes, self.scene)
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # it grows without bounds: no further window can tell more
         if reason not in status.FATAL:
@@ -435,11 +433,11 @@ class _Band:
                 self.coating[lane].see(size, self._seconds(lane, block))
             if (until - self.start[lane]) % self.window == 0:
                 revolutions = (until - self.start[lane]) // self.grid.blocks_per_revolution
-                self.coating[lane].keep(revolutions, self.bank.law.worn_depth(lane))
+                self.coating[lane].keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _write_wear(self, lane, index, out):
         """What became of the coating of a lane (out is modified)."""
-        followed, worn = self.coating[lane], self.bank.law.worn_depth(lane)
+        followed, worn = self.coating[lane], self.bank.law.surface.worn_depth(lane)
         radius = float(self.scene.interface.radius.max())
         out.largest_amplitude[index] = followed.largest
         out.largest_time[index] = followed.time

@@ -135,7 +135,7 @@ def _time_warnings(config, problem):
 
 def _friction_warnings(config, problem):
     scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    critical = critical_friction(modes)
+    critical = critical_friction(modes, scene.elastic_casing)
     if scene.friction > critical:
         rate = growth_rate(modes, scene.damping_ratio, scene.friction)
         yield (
@@ -143,6 +143,7 @@ def _friction_warnings(config, problem):
             f"locks itself; at contact.friction of {scene.friction:g} its displacement grows by "
             f"{rate:.3g} 1/s. Less friction, or a casing that reaches less beyond the clearance, "
             "may keep contacts short"
+            + (", and a coating is cut until they are" if scene.coating else "")
         )
 
 

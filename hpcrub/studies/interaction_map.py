@@ -8,8 +8,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.response import history
-from hpcrub.response.sliding import critical_friction
-from hpcrub.response.steady import permanent_contact
+from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
@@ -111,7 +110,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
         reason = reasons[end * len(reasons) // len(time) - 1][lane]
         if not status.are_fatal(reason):
-            reason = permanent_contact(share, scene.friction > critical_friction(modes)) or reason
+            reason = permanent_contact(share, modes, scene) or reason
         yield "point_reason", (disk, speed), reason
         if status.are_fatal(reason):
             continue

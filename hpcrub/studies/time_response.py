@@ -12,8 +12,8 @@ from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
-from hpcrub.response.sliding import critical_friction
-from hpcrub.response.steady import correlation, permanent_contact
+from hpcrub.response.sliding import permanent_contact
+from hpcrub.response.steady import correlation
 from hpcrub.response.sweep import Scene
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
@@ -127,7 +127,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     reason = pieces[-1].reason[0]
     if not status.are_fatal(reason):
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-        reason = permanent_contact(share, scene.friction > critical_friction(modes)) or reason
+        reason = permanent_contact(share, modes, scene) or reason
     if task == 0:
         yield "time_s", (), time
         if config.disk.n_points != config.disk.n_blades:

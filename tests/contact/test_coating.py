@@ -18,16 +18,17 @@ import pytest
 from evidence.truth.bars import Bar, Mass, Reference
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.one_mass import scene as wall
-from evidence.truth.one_mass import thrown
+from evidence.truth.one_mass import spatial, thrown
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
-from hpcrub.model.casing import bump_table
+from hpcrub.model.casing import bump_table, ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.revolution import Grid, cut_revolution
 from tests.contact.test_kernel import integrate_lanes
+from tests.contact.test_spatial import integrate, made_up
 from tests.program import ROOT
 
 MASS = Mass(0.8, 15.0, 0.8 * (2.0 * np.pi * 150.0) ** 2)
@@ -58,9 +59,9 @@ def exact(coating, casing, duration=DURATION):
     return Reference(MASS, bar, GAP, *(casing or ())).run(SPEED, 1e-5, round(duration / 1e-5))
 
 
-def computed(coating, casing, h, duration=DURATION):
+def computed(coating, casing, h, duration=DURATION, **kind):
     found = wall(GAP, 0.0, coating=coating, elastic_casing=casing)
-    return thrown(MASS, SPEED, found, h, duration)
+    return thrown(MASS, SPEED, found, h, duration, **kind)
 
 
 def extrapolated(values):
@@ -81,12 +82,24 @@ def test_one_mass_is_the_event_driven_motion(name):
     for h in steps:
         place, _, bank = computed(coating, casing, h, 2e-3)
         peaks.append(place.max())
-        worn.append(bank.law.worn[0, 0] if coating else 0.0)
+        worn.append(bank.law.surface.worn[0, 0] if coating else 0.0)
     errors = np.abs(np.array(peaks) / truth.highest - 1.0)
     assert abs(fitted_order(steps, errors) - 1.0) < 0.02
     assert abs(extrapolated(peaks[:3]) / truth.highest - 1.0) < 1e-6
     if coating:
         assert abs(extrapolated(worn[:3]) - truth.worn[-1]) < 1e-6 * truth.worn[-1]
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_one_mass_in_three_dimensions_moves_alike(name):
+    """The set of points that is solved exactly, and Gauss–Seidel, find the same forces."""
+    (place, force, bank), (same, as_large, solid) = (
+        computed(*WALLS[name], 1e-6, **kind) for kind in ({}, {"kind": spatial})
+    )
+    assert type(bank.law) is not type(solid.law)
+    assert np.abs(same - place).max() < 1e-12 * place.max()
+    assert np.abs(as_large - force).max() < 1e-9 * force.max()
+    assert abs(solid.law.surface.worn[0, 0] - bank.law.surface.worn[0, 0]) < 1e-15
 
 
 @pytest.mark.parametrize("name", WALLS)
@@ -105,7 +118,7 @@ def test_a_slow_incursion_wears_what_statics_say():
     found = wall(gap, 0.0, coating=HARD)._replace(bump_height=height, ramp_time=0.2)
     mass = Mass(1e6, 2e6 * 0.9 * omega, 1e6 * omega**2)
     place, _, bank = thrown(mass, 0.0, found, 1e-5, 0.21)
-    x, w, t = place[-1] + height - gap, bank.law.worn[0, 0], HARD.thickness
+    x, w, t = place[-1] + height - gap, bank.law.surface.worn[0, 0], HARD.thickness
     assert abs(x - (height - gap)) < 1e-3 * x
     assert abs(w + (HARD.yield_stress + HARD.hardening * w / t) * t / HARD.young - x) < 1e-10 * x
     assert w > 0.5 * x
@@ -175,23 +188,27 @@ def test_limits_of_the_law():
     assert np.abs(place - spring).max() < 1e-11 * spring.max()
 
 
-def worn_by(points, coating, casing, h, n_steps, offset):
-    """Forces (n, C) and worn depths (S,) by the incremental law of plasticity, step by step.
+def worn_by(points, scene, h, n_steps):
+    """Forces (n, C) and worn depths (Z, S) by the incremental law of plasticity, step by step.
 
     points: penetrations of the new coating at the ends of the steps (n, C) [m].
     """
-    strain, forces = np.zeros(n_steps), np.zeros_like(points)
+    coating, casing, face = scene.coating, scene.elastic_casing, scene.interface
+    offset = np.round(face.angle * n_steps / (2.0 * np.pi)).astype(int)
+    places = sorted(set(face.axial_position))
+    strip = [places.index(place) for place in face.axial_position]
+    strain, forces = np.zeros((len(places), n_steps)), np.zeros_like(points)
     before = np.zeros(points.shape[1])
     E, H, t = coating.young, coating.hardening, coating.thickness
     for n, row in enumerate(points):
         for i, p in enumerate(row):
-            bar = (n + 1 + offset[i]) % n_steps
+            bar = strip[i], (n + 1 + offset[i]) % n_steps
             trial = max(E * (p / t - strain[bar]), 0.0)
             beyond = trial - (coating.yield_stress + H * strain[bar])
             if beyond > 0.0:
                 strain[bar] = min(strain[bar] + beyond / (E + H), 1.0)
                 trial -= E * beyond / (E + H)
-            forces[n, i] = coating.area * trial
+            forces[n, i] = coating.area * face.share[i] * trial
             if casing:
                 rate = (p - t - max(before[i] - t, 0.0)) / h
                 forces[n, i] += max(casing.stiffness * (p - t) + casing.damping * rate, 0.0)
@@ -199,33 +216,52 @@ def worn_by(points, coating, casing, h, n_steps, offset):
     return forces, t * strain
 
 
-@pytest.mark.parametrize("name", ["coated", "both"])
+def rubbing(kind, law):
+    """Modes, Scene and speed of a disk that rubs."""
+    if kind == "planar":
+        modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
+        return modes, reference_scene(step=2e-5, record_interval=2e-5, **law), 34.6
+    modes, scene = made_up()
+    face = scene.interface._replace(axial_position=np.repeat([0.0, 0.01, 0.02, 0.03], 3))
+    h = 1.0 / (1200 * 30.0)
+    return modes, scene._replace(interface=face, step=h, record_interval=h, **law), 30.0
+
+
+# four points of a blade, stiffly coupled: some cut, some are pressed to the casing
+SOFTER = Coating(1e-3, 2e3, 0.15, 1e3, 1.0)
+KINDS = {
+    "planar coated": ("planar", {"coating": SOFT}),
+    "planar both": ("planar", {"coating": SOFT, "elastic_casing": MILD}),
+    "spatial coated": ("spatial", {"coating": SOFTER}),
+    "spatial both": ("spatial", {"coating": SOFTER, "elastic_casing": ElasticCasing(5e5, 10.0)}),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
 def test_a_disk_feels_the_incremental_law(name):
     """Penetrations and forces of every step of a disk; all of its blades cut the same bars."""
-    law = LAWS[name]
-    scene = reference_scene(step=2e-5, record_interval=2e-5, **law)
-    speed, modes = 34.6, mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
+    modes, scene, speed = rubbing(*KINDS[name])
     grid = cut_revolution(speed, scene)
     assert grid.stride == 1
-    assert grid.steps_per_revolution % 12 == 0
     pieces = list(history.integrate(modes, scene, [speed], 2.4 / speed))
     force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
     position = np.concatenate([piece.position[:, :, 0] for piece in pieces])
-    n, h = grid.steps_per_revolution, pieces[0].time[0, 0]
-    rows = bump_table(scene.interface.angle, 4, scene.bump_height, n, n)
-    turned = np.arange(len(force)) % n
-    grown = np.minimum((1.0 - np.exp(-5.0 * h * (np.arange(len(force)) + 1) / 0.01)), np.inf)
-    grown = np.where((np.arange(len(force)) + 1) * h >= 0.01, 1.0, grown / (1.0 - np.exp(-5.0)))
-    p = position @ modes.normal.T + grown[:, None] * rows[turned] - scene.clearance
-    offset = np.round(scene.interface.angle * n / (2.0 * np.pi)).astype(int)
-    expected, worn = worn_by(p, law["coating"], law.get("elastic_casing"), h, n, offset)
+    n, h, face = grid.steps_per_revolution, pieces[0].time[0, 0], scene.interface
+    rows = bump_table(face.angle, scene.n_bumps, scene.bump_height, n, n)
+    done = np.arange(len(force))
+    grown = np.array([ramp(h * (step + 1), scene.ramp_time) for step in done])
+    p = position @ modes.normal.T + grown[:, None] * rows[done % n]
+    p -= scene.clearance + face.clearance
+    expected, worn = worn_by(p, scene, h, n)
     assert (expected > 0.0).sum(axis=1).max() >= 3
-    pressed = p > law["coating"].thickness * (1.0 - 1e-9)
+    t = scene.coating.thickness
+    pressed = p > t * (1.0 - 1e-9)
     assert pressed.any()
-    assert worn.max() > 1e-5
-    free = ~pressed if "elastic_casing" not in law else np.ones_like(pressed)
+    assert worn.max() > 0.01 * t
+    assert (worn.max(axis=1) > 0.0).all()
+    free = np.ones_like(pressed) if scene.elastic_casing else ~pressed
     assert np.abs(force - expected)[free].max() < 1e-6 * expected.max()
-    assert p.max() < law["coating"].thickness * (1.0 + 1e-9) or "elastic_casing" in law
+    assert p.max() < t * (1.0 + 1e-9) or scene.elastic_casing
 
 
 TWIN = """
@@ -233,16 +269,19 @@ import sys
 import numpy as np
 sys.path.insert(0, {root!r})
 from tests.contact.test_coating import LAWS, turned
-np.savez({out!r}, **{{name: turned(name) for name in LAWS}})
+np.savez({out!r}, **{{str(solid): turned("both", solid=solid, revolution=240)
+                  for solid in (False, True)}})
 """
 
 
-def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200):
+def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200, solid=False):
     """Displacements and worn depths of some lanes after some blocks, in one row."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
-    scene = reference_scene(**LAWS[name])
+    scene = reference_scene(**LAWS[name])._replace(scheme="exact_modal")
+    if solid:
+        modes = spatial(modes)
     found, bank = integrate_lanes(modes, scene, speeds, n_blocks, width, revolution)
-    worn = bank.law.worn if hasattr(bank.law, "worn") else np.zeros((0, width))
+    worn = bank.law.surface.worn
     return np.concatenate([found.reshape(-1, len(speeds)), worn[:, : len(speeds)]])
 
 
@@ -253,19 +292,41 @@ def test_compiled_laws_are_their_plain_python_twins(tmp_path):
         [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )
     with np.load(out) as twins:
-        for name in LAWS:
-            twin = twins[name]
+        for solid in (False, True):
+            twin = twins[str(solid)]
             assert np.abs(twin).max() > 1e-5
-            assert np.abs(turned(name) - twin).max() < 1e-10 * np.abs(twin).max()
+            off = turned("both", revolution=240, solid=solid) - twin
+            assert np.abs(off).max() < 1e-10 * np.abs(twin).max()
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_lanes_do_not_see_each_other(name):
+def test_a_planar_disk_is_the_same_disk_in_three_dimensions(name):
+    planar = turned(name, n_blocks=3)
+    assert np.abs(turned(name, n_blocks=3, solid=True) - planar).max() < 1e-9 * planar.max()
+
+
+@pytest.mark.parametrize("solid", [False, True])
+@pytest.mark.parametrize("name", LAWS)
+def test_lanes_do_not_see_each_other(name, solid):
     speeds = np.linspace(33.5, 36.0, 8)
-    together = turned(name, speeds, n_blocks=6)
+    together = turned(name, speeds, n_blocks=6, solid=solid)
     for lane in (0, 3, 7):
-        alone = turned(name, speeds[lane : lane + 1], width=1, n_blocks=6)
+        alone = turned(name, speeds[lane : lane + 1], n_blocks=6, solid=solid)
         assert np.array_equal(alone[:, 0], together[:, lane])
+
+
+def test_stiff_casings_are_the_rigid_one_in_three_dimensions():
+    """With the error 1/k, of stiffly coupled points and friction that turns."""
+    modes, scene = made_up(0)
+    rigid, _ = integrate(modes, scene, [30.0], 500)
+    stiffness = 10.0 ** np.arange(9, 13)
+    errors = [
+        np.abs(integrate(modes, scene._replace(elastic_casing=ElasticCasing(k)), [30.0], 500)[0]
+               - rigid).max() / np.abs(rigid).max()
+        for k in stiffness
+    ]  # fmt: skip
+    assert errors[0] < 1e-2
+    assert abs(fitted_order(1.0 / stiffness, np.array(errors)) - 1.0) < 0.02
 
 
 def test_a_lane_filled_later_meets_a_new_coating():
@@ -282,5 +343,5 @@ def test_a_lane_filled_later_meets_a_new_coating():
     run(fresh, 7)
     for lane in (0, 5):
         assert np.array_equal(bank.state.position[:, lane], fresh.state.position[:, 0])
-        assert np.array_equal(bank.law.worn_depth(lane), fresh.law.worn_depth(0))
-    assert fresh.law.worn_depth(0).max() > 1e-5
+        assert np.array_equal(bank.law.surface.worn_depth(lane), fresh.law.surface.worn_depth(0))
+    assert fresh.law.surface.worn_depth(0).max() > 1e-5

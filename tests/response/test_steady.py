@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from hpcrub.config import schema as config
-from hpcrub.contact import status
 from hpcrub.response.steady import (
     SteadyCriteria,
     correlation,
     is_constant,
     is_repeated,
     localisation,
-    permanent_contact,
 )
 from hpcrub.setup import problem as study
 
@@ -63,19 +61,6 @@ def test_the_motion_must_repeat_itself_as_far_as_asked(off):
     cosine = CRITERIA.min_correlation + off
     turned = cosine * np.sin(t) + np.sqrt(1.0 - cosine**2) * np.cos(t)
     assert is_repeated(np.sin(t), turned, CRITERIA) == (off > 0.0)
-
-
-@pytest.mark.parametrize(
-    ("share", "locks", "found"),
-    [
-        ([0.2, 0.98, 0.2], True, status.NONE),  # heavy rubbing
-        ([0.2, 1.00, 0.2], False, status.PERMANENT),
-        ([1.0, 1.00, 1.0], True, status.FLUTTER),
-        ([], True, status.NONE),  # contacts that are not counted
-    ],
-)
-def test_motions_in_permanent_contact_are_told_from_rubbing(share, locks, found):
-    assert permanent_contact(np.array(share), locks) == found
 
 
 def test_nan_is_never_steady():

@@ -2,13 +2,12 @@
 
 A law is a NamedTuple of arrays, its state in a `bank.Bank`. Its type chooses the code when the
 kernel is compiled, so that no scene compiles or pays for another law. `rigid.Rigid` is the law of
-planar disks, `solid.Solid` that of disks that move in three dimensions; `elastic.Elastic` and
-`abradable.Abradable` are those of planar disks before a casing that gives or wears. Another one
-needs:
+planar disks, `giving.Giving` before a casing that gives or wears, `solid.Solid` that of disks that
+move in three dimensions before any of the `surfaces`. Another one needs:
 
 ``per_lane()``
-    Static method: names of its arrays whose last axis are the lanes. They are zero in an idle lane,
-    which must then get no force.
+    Static method: names of its arrays whose last axis are the lanes, and of groups of such arrays.
+    They are zero in an idle lane, which must then get no force.
 ``allocate(modes, scene, grid, width)``
     Class method: its state for idle lanes.
 ``loads(modes, scene)``

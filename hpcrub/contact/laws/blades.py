@@ -81,7 +81,8 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
 def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
     """Points that carry a force, from those of the step before (state, law are modified).
 
-    A point that penetrates does, unless others have held it out in the step before.
+    A point that penetrates does, unless others have held it out in the step before: on the first
+    line of its surface, or that of the step before.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
     for i in law.points:
         before = load(lanes, law.touching, i)
         penetrates = below(zero, load(lanes, state.penetration, i))
-        new = select(penetrates, select(below(before, zero), zero, one), zero)
+        new = select(penetrates, select(below(before, zero), zero, larger(one, before)), zero)
         store(law.touching, i, select(contact, new, before))
         store(state.multiplier, i, zero)
 
@@ -155,7 +156,7 @@ def solve_blades(
         n_groups = list_near(lanes, state, law, splat(lanes, -np.inf))
         turn_all(lanes, scheme, state, law, law.groups[n_groups])
         store(law.right, 0, stuck)
-        solve_stuck(state, law, law.groups[n_groups])
+        law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
 
 

@@ -24,6 +24,7 @@ from hpcrub.contact.lanes import (
     larger,
     length,
     load,
+    positive_part,
     select,
     splat,
     store,
@@ -136,6 +137,7 @@ def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> 
     store(state.report, FLAW, code)
     scale = inverse(own)
     store(law.stiffness, j, scale)
+    law.surface.comply(lanes, law.surface, j, positive_part(own))
     for a in range(n_active):
         at = first + 3 * state.active[a]
         w = load(lanes, law.compliance, at)

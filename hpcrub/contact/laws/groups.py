@@ -1,8 +1,8 @@
 """The multipliers of one group of blades, whose problem is solved exactly.
 
-The set of points that carry a force is guessed, the linear equations of the set are solved, and
-points of the wrong sign change sides: principal pivoting (Júdice and Pires 1994), in all lanes at
-once.
+The set of points that carry a force is guessed, and the line of each that its surface has; the
+linear equations of the set are solved, and points that are not on their line change it: principal
+pivoting (Júdice and Pires 1994), in all lanes at once.
 """
 
 from typing import Any
@@ -70,7 +70,7 @@ def choose(
 
 @compiled(inner=True)
 def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
-    """Forces of the chosen points that leave no gap at those that touch (law.right, modified).
+    """Depths x that the forces of the chosen points undo on their lines (law.right, modified).
 
     Parameters
     ----------
@@ -79,20 +79,20 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
 
     Notes
     -----
+    A line of the surface says x = slope·d + start of the depth d that the other forces leave.
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
     matrix, and its force 0.
     """
     n_rows, zero, one = state.penetration.shape[0], splat(lanes, 0.0), splat(lanes, 1.0)
     for r in range(n):
         a = law.chosen[r]
-        touches = positive_part(load(lanes, law.touching, state.active[a]))
-        store(law.right, r, touches * load(lanes, state.depth, a))
+        i = state.active[a]
+        slope, start = law.surface.line(lanes, law.surface, i, load(lanes, law.touching, i))
+        store(law.right, r, fma(slope, load(lanes, state.depth, a), start))
         for c in range(n):
-            b = law.chosen[c]
-            both = touches * positive_part(load(lanes, law.touching, state.active[b]))
-            value = both * load(lanes, law.coupling, b * n_rows + a)
+            value = slope * load(lanes, law.coupling, law.chosen[c] * n_rows + a)
             if r == c:
-                value = value + (one - touches)
+                value = value + (one - slope)
             store(law.factor, r * n + c, value)
     for p in range(n):
         scale = inverse(load(lanes, law.factor, p * n + p))
@@ -127,7 +127,7 @@ def find_wrong(
     limit: np.ndarray,
     trying: np.ndarray,
 ) -> np.ndarray:
-    """Mark the points whose force pulls, or that penetrate without one (law.wrong, modified).
+    """Mark the points that are not on the line guessed (law.wrong, modified).
 
     Parameters
     ----------
@@ -145,10 +145,9 @@ def find_wrong(
     Returns
     -------
     ndarray (L,)
-        How many there are in each lane.
+        Zero in the lanes that have none.
     """
-    n_rows = state.penetration.shape[0]
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
     count, own = zero, 0
     for a in range(start, end):
         i = state.active[a]
@@ -161,10 +160,9 @@ def find_wrong(
             force = load(lanes, law.right, own)
             own += 1
         near = below(threshold, load(lanes, law.deepest, law.blade[i]))
-        pulls = select(below(force, zero), one, zero)
-        penetrates = select(below(limit, depth), select(near, one, zero), zero)
-        touches = below(zero, load(lanes, law.touching, i))
-        wrong = select(trying, select(touches, pulls, penetrates), zero)
+        code = load(lanes, law.touching, i)
+        wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
+        wrong = select(trying, select(near, wrong, zero), zero)
         store(law.wrong, a - start, wrong)
         count = count + wrong
     return count
@@ -174,24 +172,24 @@ def find_wrong(
 def change_sides(
     lanes: tuple, state: State, law: Any, start: int, end: int, all_at_once: bool
 ) -> None:
-    """Let points of the wrong sign change sides (law.touching, modified).
+    """Let points that are not on their line take that which they are on (law.touching, modified).
 
     Parameters
     ----------
     start, end : int
         Places in `State.active` of the first point of the group and after the last.
     all_at_once : bool
-        Whether all change sides, or only the last.
+        Whether all change, or only the last.
     """
-    one, free = splat(lanes, 1.0), splat(lanes, 1.0)
+    zero, free = splat(lanes, 0.0), splat(lanes, 1.0)
     for back in range(end - start):
         a = end - 1 - back
         i = state.active[a]
         wrong = load(lanes, law.wrong, a - start)
         if not all_at_once:
-            wrong, free = wrong * free, free * (one - wrong)
-        touches = load(lanes, law.touching, i)
-        store(law.touching, i, touches + wrong * (one - touches - touches))
+            found = below(zero, wrong)
+            wrong, free = select(below(zero, free), wrong, zero), select(found, zero, free)
+        store(law.touching, i, law.surface.change(lanes, load(lanes, law.touching, i), wrong))
 
 
 @compiled(inner=True)

@@ -1,7 +1,8 @@
-"""The rigid casing of a disk that moves in three dimensions.
+"""The contact law of disks that move in three dimensions.
 
 Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
-(`blades`, `groups`), and there are many modes and points (`blocks`).
+(`blades`, `groups`), and there are many modes and points (`blocks`). What they meet is one of
+`surfaces`.
 """
 
 from typing import Any, NamedTuple
@@ -23,6 +24,7 @@ from hpcrub.contact.lanes import (
 )
 from hpcrub.contact.laws.blades import solve_blades
 from hpcrub.contact.laws.blocks import predict_blocks
+from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
@@ -102,8 +104,8 @@ class Solid(NamedTuple):
     before: np.ndarray  # increment d at the end of the step before (K, L) (modified)
     cosine: np.ndarray  # cos β (C, L) (modified)
     sine: np.ndarray  # sin β (C, L) (modified)
-    # (C, L): 1 where a point carried a force in its lane's last contact, -1 where others kept it
-    # from the casing, else 0 (modified)
+    # (C, L): line of the surface (1 of a hard one) where a point carried a force in its lane's last
+    # contact, -1 where others kept it from the casing, else 0 (modified)
     touching: np.ndarray
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
     turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
@@ -115,27 +117,34 @@ class Solid(NamedTuple):
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)
     touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
+    surface: Any  # of a class of `surfaces`
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations; see ``laws``."""
+        bank.law.surface.tick(bank.law.surface)
         return predict_blocks(lanes, bank, step, n_active)
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see ``laws``."""
-        n_active = solve_blades(lanes, bank.scheme, bank.state, bank.law, deepest)
-        count_contacts(lanes, bank.state, bank.law, n_active)
-        return turned_forces(lanes, bank.state, bank.law, n_active)
+        scheme, state, law = bank.scheme, bank.state, bank.law
+        deepest = law.surface.meet(lanes, law.surface, state, deepest)
+        if not any_lane(below(splat(lanes, 0.0), deepest)):
+            return 0
+        n_active = solve_blades(lanes, scheme, state, law, deepest)
+        law.surface.wear(lanes, law.surface, state, n_active)
+        count_contacts(lanes, state, law, n_active)
+        return turned_forces(lanes, state, law, n_active)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
         return (
             "coupling", "stiffness", "across", "compliance", "before", "cosine", "sine",
-            "touching", "deepest", "factor", "right", "wrong", "touched",
+            "touching", "deepest", "factor", "right", "wrong", "touched", "surface",
         )  # fmt: skip
 
     @classmethod
@@ -173,6 +182,7 @@ class Solid(NamedTuple):
             right=aligned_zeros((most, width)),
             wrong=aligned_zeros((most, width)),
             touched=aligned_zeros((interface.n_blades, width)),
+            surface=surface_of(scene, grid, n_points, width),
         )
 
     @classmethod
@@ -182,6 +192,7 @@ class Solid(NamedTuple):
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
+        self.surface.fill(lane, scene, bank.scheme.step[lane])
         gain, friction = bank.scheme.gain[:, lane], scene.friction
         forces = modes.normal, modes.tangential, modes.axial
         W = np.stack([delassus(modes.normal.T, by.T, gain) for by in forces])
