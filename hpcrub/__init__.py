@@ -5,6 +5,7 @@ file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it. What
 `hpcrub.HpcrubError` of one line, bad input a `hpcrub.InputError`.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
     from hpcrub.errors import HpcrubError, InputError
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
+LAZY = {
+    "open": ("hpcrub.results.reader", "open_file"),
+    "run": ("hpcrub.commands.notebook", "run"),
+    "Config": ("hpcrub.config.schema", "Config"),
+    "HpcrubError": ("hpcrub.errors", "HpcrubError"),
+    "InputError": ("hpcrub.errors", "InputError"),
+}
 __all__ = ["Config", "HpcrubError", "InputError", "__version__", "open", "plot", "run"]
 
 
@@ -26,24 +34,9 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     """What a notebook needs, imported when it is asked for: `import hpcrub` takes no time."""
-    if name == "open":
-        from hpcrub.results.reader import open_file
-
-        return open_file
-    if name == "run":
-        from hpcrub.commands.notebook import run
-
-        return run
-    if name == "Config":
-        from hpcrub.config.schema import Config
-
-        return Config
-    if name in ("HpcrubError", "InputError"):
-        from hpcrub import errors
-
-        return getattr(errors, name)
     if name == "plot":
-        from importlib import import_module
-
         return import_module("hpcrub.plot")
-    raise AttributeError(f"module 'hpcrub' has no attribute {name!r}")
+    if name not in LAZY:
+        raise AttributeError(f"module 'hpcrub' has no attribute {name!r}")
+    module, member = LAZY[name]
+    return getattr(import_module(module), member)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence.page import ROOT
-from hpcrub.config.schema import Config, load_runs, replaced
+from hpcrub.config.schema import Config, load_runs
 from hpcrub.response import sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
@@ -32,7 +32,7 @@ def paper():
 
 def case(changes):
     """Configuration of one case, changed from the default."""
-    return replaced(Config(), changes)
+    return Config().replace(changes)
 
 
 def measure(config, n_samples):

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from evidence.page import ROOT
 from evidence.program import ENVIRONMENT, command
-from hpcrub.config.schema import replaced
 
 # tasks that cost nothing: what is left is rank 0's work for each, its book of the study included
 MESSAGES = """\
@@ -51,7 +50,7 @@ def messages():
 def whole_studies(config, n_each, all_ranks):
     """{ranks: summary in the run log} of a study of n_each samples per level; the ranks share the
     cores."""
-    few = replaced(config, {"mistuning.samples": n_each})
+    few = config.replace({"mistuning.samples": n_each})
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.yaml"

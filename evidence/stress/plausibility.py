@@ -21,7 +21,7 @@ import numpy as np
 
 from evidence import page
 from hpcrub import studies
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.contact.status import STEADY
 from hpcrub.errors import InputError
 from hpcrub.response.sweep import NARROWEST, Motion, SweepResult, run_sweep
@@ -161,16 +161,16 @@ def input_of(keys: dict[str, Any], most: float = MOST) -> Config:
 
     Raises InputError.
     """
-    config = imported.resolved(replaced(Config(), keys))
+    config = imported.resolved(Config().replace(keys))
     window = config.steady_state.window_revolutions / config.speeds.from_hz
     time = min(4.0 * max(FIRST_CHECK, 2.0 * window), most * config.step)
     times = {"steady_state.first_check_s": time / 4.0, "steady_state.max_time_s": time}
-    return studies.run_of(replaced(config, times)).checked().config
+    return studies.run_of(config.replace(times)).checked().config
 
 
 def finer(config: Config, factor: float) -> Config:
     """The same with a time step so many times shorter."""
-    return replaced(config, {"time.step_s": config.step / factor})
+    return config.replace({"time.step_s": config.step / factor})
 
 
 def sweep(config: Config, motion: Motion | None = None) -> tuple[SweepResult, Motion]:
@@ -219,7 +219,7 @@ def compare(keys: dict[str, Any]) -> Outcome:
 def is_short(keys: dict[str, Any]) -> bool:
     """Whether a scene needs no more steps than there is time for here, or will be refused."""
     try:
-        config = replaced(Config(), keys)
+        config = Config().replace(keys)
     except InputError:
         return True
     two_windows = 2.2 * config.steady_state.window_revolutions / config.speeds.from_hz

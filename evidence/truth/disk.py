@@ -84,3 +84,12 @@ def reference_scene(n_modes=60, **changes):
         "friction": 0.15,
     }
     return Scene(**(values | changes))
+
+
+def mistune(disk, deviation):
+    """Full model whose blade i is 1 + deviation[i] times as stiff; deviation: (N,) [-]."""
+    scale = np.asarray(deviation)[:, None, None]
+    stiffness = disk.stiffness.copy()
+    rows, columns = disk.blade_dof[:, :, None], disk.blade_dof[:, None, :]
+    np.add.at(stiffness, (rows, columns), scale * disk.blade_stiffness)
+    return disk._replace(stiffness=stiffness, blade_stiffness=(1 + scale) * disk.blade_stiffness)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import resolution
-from hpcrub.config.text import scientific_notation, show
+from hpcrub.config.text import show
 
 GO_ON = "branches", "energy"  # studies that start from motions of others
 MAX_SPEEDS = 100_000
@@ -35,33 +35,6 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     if unit == "percent":
         return values / 100
     return (values * len(values) / values.sum()) ** 2 - 1
-
-
-def pattern_half_range(data: dict[str, Any], default_modulus: float) -> float:
-    """Width of the level that holds a pattern, from an input not yet validated.
-
-    Parameters
-    ----------
-    data : dict[str, Any]
-        Input file as a dict, with a list `mistuning.pattern`.
-    default_modulus : float
-        Young's modulus when the input gives none [GPa].
-
-    Returns
-    -------
-    float
-        Largest |E/E0 - 1| [%]; 0 when it cannot be computed or is 100 or more, which the
-        validation of the keys concerned then refuses.
-    """
-    try:
-        e0 = data.get("material", {}).get("young_modulus_gpa", default_modulus)
-        values = [scientific_notation(v) for v in data["mistuning"]["pattern"]]
-        unit = data["mistuning"].get("pattern_unit", "percent")
-        found = deviation_of(values, unit, scientific_notation(e0))
-        width = float(np.abs(found).max(initial=0.0)) * 100
-        return width if width < 100 else 0.0
-    except (AttributeError, TypeError, ValueError, ArithmeticError):
-        return 0.0
 
 
 def _disk_problems(c):

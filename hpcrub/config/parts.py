@@ -7,7 +7,6 @@ a part computes the same bits as the whole study, and `hpcrub.merge` can put it 
 import re
 from typing import Any
 
-from hpcrub.config import schema as configuration
 from hpcrub.config.schema import Config
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
@@ -23,26 +22,10 @@ def parse(text: str) -> tuple[int, int]:
 
 
 def cut(config: Config, number: int, count: int) -> Config:
-    """Configuration of one of several parts of a study, each a range of samples of all levels.
+    """Configuration of one of `count` parts of a study, each a range of samples of all levels.
 
-    Parameters
-    ----------
-    config
-        Of the whole study.
-    number
-        Of the part, from 1.
-    count
-        Number of parts.
-
-    Returns
-    -------
-    Config
-        Its output is NAME.part-K-of-N.h5.
-
-    Raises
-    ------
-    InputError
-        The study cannot be cut in this way.
+    number: of the part, from 1. Its output is NAME.part-K-of-N.h5.
+    Raises InputError when the study cannot be cut in this way.
     """
     if config.is_part:
         raise InputError("part: the input is of a part already, it cannot be cut again")
@@ -52,7 +35,7 @@ def cut(config: Config, number: int, count: int) -> Config:
     first, end = (k * n_samples // count for k in (number - 1, number))
     width = len(str(count))  # the parts of a folder listed in order
     output = f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5"
-    return configuration.replaced(config, {"part.samples": [first, end], "output": output})
+    return config.replace({"part.samples": [first, end], "output": output})
 
 
 def whole(config: Config, output: str, samples: int | None = None) -> Config:
@@ -63,4 +46,4 @@ def whole(config: Config, output: str, samples: int | None = None) -> Config:
     keys: dict[str, Any] = {"part.samples": None, "output": str(output)}
     if samples is not None:
         keys["mistuning.samples"] = samples
-    return configuration.replaced(config, keys)
+    return config.replace(keys)

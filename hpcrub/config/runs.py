@@ -12,7 +12,7 @@ import copy
 import os
 from typing import Any
 
-from hpcrub.config.text import flatten, show
+from hpcrub.config.text import flatten, set_key, show
 from hpcrub.config.types import names_a_file, without_suffix
 from hpcrub.errors import InputError
 
@@ -20,22 +20,9 @@ MOST = 1000  # runs
 
 
 def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
-    """Inputs of all runs.
+    """Inputs of all runs, without `runs`, of an input that is not validated yet, `output` given.
 
-    Parameters
-    ----------
-    data
-        Input as a dict, `output` given; not yet validated.
-
-    Returns
-    -------
-    list of dict
-        Without `runs`.
-
-    Raises
-    ------
-    InputError
-        `runs` is not a list of mappings, or two runs have the same output.
+    Raises InputError when `runs` is not a list of mappings, or two runs have the same output.
     """
     data = dict(data)
     if "runs" not in data:
@@ -80,16 +67,3 @@ def _replaced(entry):
 
 def _short(value):
     return show(value).strip("'").replace("/", "-").replace(" ", "")
-
-
-def set_key(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a key of an input, by its path (data is modified).
-
-    Raises InputError when the path leads through something that is not a section.
-    """
-    *sections, key = path.split(".")
-    for name in sections:
-        data = data.setdefault(name, {})
-        if not isinstance(data, dict):
-            raise InputError(f"{path}: {name} is not a section")
-    data[key] = value

@@ -13,16 +13,14 @@ from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.casing import Casing
+from hpcrub.config.disk import Disk, Material, Reduction
 from hpcrub.config.former import translated, without_former
 from hpcrub.config.sections import (
     Contact,
     Convergence,
-    Disk,
     Forcing,
     Limits,
-    Material,
     Mistuning,
-    Reduction,
     Speeds,
     SteadyState,
     Time,
@@ -91,17 +89,17 @@ class Config(Section):
     def _former_keys(cls, data):
         return without_former(data) if isinstance(data, dict) else data
 
-    @model_validator(mode="before")
-    @classmethod
-    def _pattern_is_one_sample(cls, data):
+    @model_validator(mode="after")
+    def _pattern_is_one_sample(self):
         """With a pattern: one sample, one level as wide as the pattern, unless given."""
-        mistuning = data.get("mistuning") if isinstance(data, dict) else None
-        is_one = isinstance(mistuning, dict) and isinstance(mistuning.get("pattern"), list | tuple)
-        if not is_one:
-            return data
-        deviation = config_checks.pattern_half_range(data, Material().young_modulus_gpa)
-        filled = {"samples": 1, "half_range_percent": [deviation]} | mistuning
-        return data | {"mistuning": filled}
+        if self.pattern_deviation is not None:
+            width = float(np.abs(self.pattern_deviation).max()) * 100
+            given = {
+                name: getattr(self.mistuning, name) for name in self.mistuning.model_fields_set
+            }
+            filled = {"samples": 1, "half_range_percent": (width,)} | given
+            object.__setattr__(self, "mistuning", Mistuning.model_construct(**filled))
+        return self
 
     @model_validator(mode="after")
     def _keys_fit_together(self):
@@ -176,31 +174,21 @@ class Config(Section):
         values, unit = self.mistuning.pattern, self.mistuning.pattern_unit
         if values is None or isinstance(values, str):
             return None
-        return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
+        with np.errstate(all="ignore"):  # of a sum that is zero, which the checks refuse
+            return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
 
     def replace(self, keys: Mapping[str, Any]) -> "Config":
         """The same with some keys replaced, as if the input had had these, validated again.
 
-        Parameters
-        ----------
-        keys
-            Values by their paths or sections: {"casing.n_bumps": 3, "study": "modal"} or
-            {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay.
-
-        Returns
-        -------
-        Config
-
-        Raises
-        ------
-        InputError
-            Names the first wrong key, its value and what is allowed.
+        keys: values by their paths or sections, {"casing.n_bumps": 3, "study": "modal"} or
+        {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay.
+        Raises InputError as `from_yaml`.
         """
         if not isinstance(keys, Mapping):
             raise InputError(f"{config_text.show(keys)} does not replace keys, as {{path: value}}")
         data = self.model_dump(mode="json", exclude_unset=True)
         for path, value in config_text.flatten(dict(keys)).items():
-            config_runs.set_key(data, path, value)
+            config_text.set_key(data, path, value)
         return _validated(data)
 
     def to_yaml(self) -> str:
@@ -216,17 +204,9 @@ class Config(Section):
 
     @classmethod
     def from_yaml(cls, text: str) -> "Config":
-        """Validated configuration of a YAML text.
+        """Validated configuration of a YAML text with any of the keys.
 
-        Parameters
-        ----------
-        text : str
-            YAML with any of the keys.
-
-        Raises
-        ------
-        InputError
-            Names the first wrong key, its value and what is allowed.
+        Raises InputError, which names the first wrong key, its value and what is allowed.
         """
         return _validated(_mapping(text))
 
@@ -237,24 +217,10 @@ def of_file(text: str) -> Config:
 
 
 def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
-    """Read and validate an input file.
+    """The configuration of an input file, or all those of its `runs`.
 
-    Parameters
-    ----------
-    path : str | Path
-        YAML file.
-    overrides : Iterable[str]
-        Texts "key.path=value" that replace keys of the file.
-
-    Returns
-    -------
-    list[Config]
-        List of Config: one, or all those of its `runs`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or names the first wrong key, its value and what is allowed.
+    overrides: texts "key.path=value" that replace keys of the file.
+    Raises InputError when the file cannot be read, and as `Config.from_yaml`.
     """
     try:
         with open(path, encoding="utf-8-sig") as file:
@@ -272,32 +238,12 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 
 
-def replaced(config: Config, keys: dict[str, Any]) -> Config:
-    """A configuration with some keys replaced, such as {"casing.n_bumps": 3}, validated again.
-
-    Raises InputError as `Config.from_yaml`.
-    """
-    return config.replace(keys)
-
-
 def differences(
     a: Config, b: Config, where: tuple[str, str] = ("in the file", "asked for")
 ) -> list[str]:
-    """Keys in which two configurations differ, `output` aside.
+    """Keys in which two configurations differ, `output` aside; where: words for a and b.
 
-    Parameters
-    ----------
-    a : Config
-        Config of the file.
-    b : Config
-        Config asked for.
-    where : tuple[str, str]
-        Words for a and b.
-
-    Returns
-    -------
-    list[str]
-        List of lines such as "casing.n_bumps: 4 in the file, 3 asked for"
+    Returns lines such as "casing.n_bumps: 4 in the file, 3 asked for".
     """
     first, second = (config_text.flatten(c.model_dump(mode="json")) for c in (a, b))
     show = config_text.show

@@ -68,50 +68,38 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def apply_override(data: dict[str, Any], override: str) -> None:
-    """Set one key of an input not yet validated.
+def set_key(data: dict[str, Any], path: str, value: Any) -> None:
+    """Set a key of an input, by its path (data is modified).
 
-    Parameters
-    ----------
-    data : dict[str, Any]
-        Input file as a dict (modified).
-    override : str
-        "key.path=value", the value as in the file.
-
-    Raises
-    ------
-    InputError
-        The override is not of that form.
+    Raises InputError when the path leads through something that is not a section.
     """
-    path, equals, text = override.partition("=")
-    *sections, key = path.strip().split(".")
-    if not equals or not key or not all(sections):
-        raise InputError(f"override {show(override)} is not of the form key.path=value")
-    try:
-        value = yaml_text.parse(text)
-    except InputError as error:
-        raise InputError(f"override {show(override)}: {error}") from None
-    if isinstance(value, dict):
-        raise InputError(f"override {show(override)}: give one key at a time, as key.path=value")
+    *sections, key = path.split(".")
     for name in sections:
         data = data.setdefault(name, {})
         if not isinstance(data, dict):
-            raise InputError(f"override {show(override)}: {name} is not a section")
+            raise InputError(f"{path}: {name} is not a section")
     data[key] = value
 
 
-def key_table(model: type[BaseModel]) -> list[Key]:
-    """Every key of a pydantic model, sections unfolded.
+def apply_override(data: dict[str, Any], override: str) -> None:
+    """Set one key of an input not yet validated (data is modified).
 
-    Parameters
-    ----------
-    model : type[BaseModel]
-        Class of the whole configuration.
-
-    Returns
-    -------
-    list[Key]
+    override: "key.path=value", the value as in the file. Raises InputError for any other form.
     """
+    path, equals, text = override.partition("=")
+    if not equals or not all(path.strip().split(".")):
+        raise InputError(f"override {show(override)} is not of the form key.path=value")
+    try:
+        value = yaml_text.parse(text)
+        if isinstance(value, dict):
+            raise InputError("give one key at a time, as key.path=value")
+        set_key(data, path.strip(), value)
+    except InputError as error:
+        raise InputError(f"override {show(override)}: {error}") from None
+
+
+def key_table(model: type[BaseModel]) -> list[Key]:
+    """Every key of a pydantic model, sections unfolded."""
     return [
         Key(path, show(default).strip("'"), _allowed(node), node.get("description", ""))
         for path, node in _leaves(model).items()
@@ -120,15 +108,7 @@ def key_table(model: type[BaseModel]) -> list[Key]:
 
 
 def first_error(model: type[BaseModel], error: ValidationError) -> str:
-    """The first of pydantic's errors as one line, and how many more there are.
-
-    Parameters
-    ----------
-    model : type[BaseModel]
-        Class of the whole configuration.
-    error : ValidationError
-        Pydantic's ValidationError.
-    """
+    """The first of pydantic's errors as one line, and how many more there are."""
     lines = []
     for detail in error.errors(include_url=False):
         if detail["loc"] == ():

@@ -2,7 +2,7 @@
 
 For users whose input says `1e-6`, `no` or the same key twice. Scalars follow YAML 1.2, because
 YAML 1.1 (PyYAML's) reads `1e-6` as a text, `010` as eight, `12:30` as 750 and `no` as false.
-Anchors, aliases, tags and duplicate keys have no use in an input file and are refused.
+Aliases, tags and duplicate keys have no use in an input file and are refused.
 """
 
 import re
@@ -13,7 +13,6 @@ import yaml
 from hpcrub.errors import InputError
 
 MAX_CHARACTERS = 100_000
-MAX_DEPTH = 10
 
 _TAG = "tag:yaml.org,2002:"
 _PLAIN = {
@@ -31,6 +30,12 @@ class _Loader(yaml.SafeLoader):
     """SafeLoader with the scalars above only, and unique text keys."""
 
     yaml_implicit_resolvers = {}
+
+    def compose_node(self, parent, index):
+        if self.check_event(yaml.AliasEvent):
+            what = "aliases (*) are not supported; quote a text that needs one"
+            raise yaml.composer.ComposerError(None, None, what, self.peek_event().start_mark)
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node, deep=False):
         seen = set()
@@ -68,27 +73,13 @@ _Dumper.add_representer(
 
 
 def parse(text: str) -> Any:
-    """Read one YAML document.
+    """Read one YAML document: None, bool, int, float, str, or lists and dicts of them.
 
-    Parameters
-    ----------
-    text : str
-        The document, at most `MAX_CHARACTERS` long.
-
-    Returns
-    -------
-    Any
-        None, bool, int, float, str, or lists and dicts of them.
-
-    Raises
-    ------
-    InputError
-        The text is no YAML, or YAML that an input file has no use for; says where.
+    Raises InputError for what is no YAML, or has no use in an input file; it says where.
     """
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")
     try:
-        _refuse_exotic(text)
         return yaml.load(text, _Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
         where = f"{_place(error.problem_mark)}: " if error.problem_mark else ""
@@ -96,6 +87,8 @@ def parse(text: str) -> Any:
         if what.startswith("but "):
             what = f"{error.context} {what}"
         raise InputError(where + what) from None
+    except RecursionError:
+        raise InputError("not YAML that an input needs: nested too deeply") from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError("not YAML: " + " ".join(str(error).split())) from None
 
@@ -103,23 +96,6 @@ def parse(text: str) -> Any:
 def dump(data: Any) -> str:
     """Write dicts, lists and scalars as YAML that `parse` reads back to the same values."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-
-
-def _refuse_exotic(text):
-    """Refuse anchors, aliases, tags and deep nesting before anything is built from them."""
-    depth = 0
-    for event in yaml.parse(text, _Loader):
-        what = None
-        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
-            what = "anchors (&) and aliases (*) are not supported; quote a text that needs them"
-        elif getattr(event, "tag", None) is not None:
-            what = f"tags ({event.tag}) are not supported; quote a text that needs a '!'"
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > MAX_DEPTH:
-            what = f"nested deeper than {MAX_DEPTH} levels"
-        if what:
-            raise InputError(f"{_place(event.start_mark)}: {what}")
 
 
 def _place(mark):

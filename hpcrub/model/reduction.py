@@ -178,23 +178,6 @@ def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) 
     return _project(stiffness, modes.shapes)
 
 
-def mistune(disk: Disk, deviation: np.ndarray) -> Disk:
-    """Full model whose blade i is 1 + deviation[i] times as stiff.
-
-    Parameters
-    ----------
-    disk : Disk
-        The tuned one.
-    deviation : ndarray (N,)
-        [-].
-    """
-    scale = np.asarray(deviation)[:, None, None]
-    stiffness = disk.stiffness.copy()
-    rows, columns = disk.blade_dof[:, :, None], disk.blade_dof[:, None, :]
-    np.add.at(stiffness, (rows, columns), scale * disk.blade_stiffness)
-    return disk._replace(stiffness=stiffness, blade_stiffness=(1 + scale) * disk.blade_stiffness)
-
-
 def _craig_bampton_basis(disk, n_modes):
     """Static response to each contact dof, then fixed-interface modes, (n, 2 n_c + n_modes)."""
     mass, stiffness = disk.mass, disk.stiffness
@@ -208,11 +191,7 @@ def _craig_bampton_basis(disk, n_modes):
     basis[inside, :n_boundary] = -cho_solve(cho_factor(K_ii), K_ib)
     if n_modes > 0:
         M_ii = mass[np.ix_(inside, inside)]
-        if np.allclose(disk.blade_stiffness, disk.blade_stiffness[:1], rtol=1e-9):
-            modes = _families(K_ii, M_ii, n_modes, len(disk.blade_dof))
-        else:  # a mistuned disk has no nodal diameters
-            _, modes = eigh(K_ii, M_ii, subset_by_index=[0, n_modes - 1])
-        basis[inside, n_boundary:] = modes
+        basis[inside, n_boundary:] = _families(K_ii, M_ii, n_modes, len(disk.blade_dof))
     return basis
 
 

@@ -1,8 +1,7 @@
 """What a study will take, from a trial of a small part of it on this machine."""
 
 import time
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,13 +50,11 @@ def trial(
     loads: tuple[int, ...] = (1,),
     integrates: bool = True,
     histories: bool = False,
-    poll: Callable[[], Any] | None = None,
 ) -> Trial:
     """Compute the last level's first disk at some speeds, and measure.
 
     loads: periods around the disk of the loads whose linear responses the study computes;
-    integrates, histories: whether it integrates in time, and keeps the motion, too; poll: as for
-    `sweep.run_sweep`.
+    integrates, histories: whether it integrates in time, and keeps the motion, too.
     """
     started = time.perf_counter()
     modes = modes_of(config, problem, deviation(config, len(config.levels) - 1, 0))
@@ -70,13 +67,13 @@ def trial(
     solid = len(modes.axial) > 0  # its contacts are the harder to solve the longer a step is
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)
-    speeds, scene = _within_reason(modes, scene, _speeds(config, solid), poll)
+    speeds, scene = _within_reason(modes, scene, _speeds(config, solid))
     started = time.perf_counter()
     rest = sweep.Motion.at_rest(len(speeds), len(modes.omega))  # integrated even if nothing touches
-    result = sweep.run_sweep(modes, scene, speeds, poll, motion=rest)
+    result = sweep.run_sweep(modes, scene, speeds, motion=rest)
     rate = result.n_steps / (time.perf_counter() - started)
     until_steady = result.time.mean() if sweep.can_touch(problem.scene) else 0.0
-    kept = _history_rate(modes, problem.scene, config, poll) if histories else np.inf
+    kept = _history_rate(modes, problem.scene, config) if histories else np.inf
     return Trial(seconds_per_disk, until_steady, rate, kept, result)
 
 
@@ -88,13 +85,13 @@ def _speeds(config, solid):
     return few if solid else np.resize(few, max(len(few), 2 * sweep.WIDTH))
 
 
-def _within_reason(modes, scene, speeds, poll):
+def _within_reason(modes, scene, speeds):
     """Scene and speeds that take at most LONGEST: fewer speeds, and then less time of each."""
     steady, some = scene.steady, speeds[:: -(-len(speeds) // sweep.WIDTH)]
     short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)
     rest = sweep.Motion.at_rest(len(some), len(modes.omega))
     started = time.perf_counter()
-    found = sweep.run_sweep(modes, scene._replace(steady=short), some, poll, motion=rest)
+    found = sweep.run_sweep(modes, scene._replace(steady=short), some, motion=rest)
     steps = LONGEST * found.n_steps / (time.perf_counter() - started)
     points = steps / found.n_steps * found.time.sum() / steady.max_time
     if points >= len(speeds):
@@ -105,12 +102,12 @@ def _within_reason(modes, scene, speeds, poll):
     return few, scene._replace(steady=steady._replace(first_check=first, max_time=longest))
 
 
-def _history_rate(modes: Modes, scene: Scene, config: Config, poll: Any) -> float:
+def _history_rate(modes: Modes, scene: Scene, config: Config) -> float:
     """Time steps per second of all lanes together while the motion is kept."""
     speeds = config.speeds.values_hz
     group = speeds[history.groups(speeds)[0]]
     started, duration = time.perf_counter(), min(MEASURED_TIME, config.history.duration_s)
-    for _ in history.integrate(modes, scene, group, duration, poll=poll):
+    for _ in history.integrate(modes, scene, group, duration):
         pass
     n_steps = len(history.LANES) * duration / scene.step
     return n_steps / (time.perf_counter() - started)

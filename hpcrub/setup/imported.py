@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced
@@ -50,7 +50,7 @@ def resolved(config: Config) -> Config:
     family = cyclic.frequencies_by_diameter(model, mid_speed(config))[:, 0]
     checks.check_frequency(float(np.nanmin(family)))
     keys["disk.first_family_hz"] = float(f"{np.nanmax(family):.{DIGITS}g}")
-    return replaced(config, keys)
+    return config.replace(keys)
 
 
 def mid_speed(config: Config) -> float:

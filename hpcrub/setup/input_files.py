@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub.config.casing import MOST_POINTS
 from hpcrub.config.checks import deviation_of
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results import model_file, tables
 from hpcrub.setup import imported
@@ -30,13 +30,13 @@ def resolved(config: Config) -> Config:
 def with_tables(config: Config) -> Config:
     """The same without a look at the model file, which may be large."""
     if not config.casing.profile_is_known:
-        config = replaced(config, _profile(config.casing.profile_csv))
+        config = config.replace(_profile(config.casing.profile_csv))
     if isinstance(path := config.casing.clearance_hz_mm, str):
         points = np.round(tables.columns(path, CLEARANCE_COLUMNS), DIGITS)
-        config = replaced(config, {"casing.clearance_hz_mm": points.tolist()})
+        config = config.replace({"casing.clearance_hz_mm": points.tolist()})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
-        config = replaced(config, _patterns(config))
+        config = config.replace(_patterns(config))
     return config
 
 

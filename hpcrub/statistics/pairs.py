@@ -6,17 +6,17 @@ from scipy.stats import gaussian_kde, norm, rankdata
 N_GRID = 80  # points of a density along each axis
 
 
-def share_interval(above: int, n: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Wilson's interval of a share, above of n."""
+def share_interval(above: int, n: int) -> tuple[float, float]:
+    """Wilson's interval of 95 % of a share, above of n."""
     if n == 0:
         return np.nan, np.nan
-    z = norm.ppf(0.5 + confidence / 2)
+    z = norm.ppf(0.975)
     p, centre = above / n, (above + z * z / 2) / (n + z * z)
     half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
     return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def rank_correlation(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> np.ndarray:
+def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Spearman's correlation of n pairs, lower and upper end of its interval (3,) [-].
 
     NaN of fewer than four pairs. Source: Bonett and Wright (2000).
@@ -25,7 +25,7 @@ def rank_correlation(x: np.ndarray, y: np.ndarray, confidence: float = 0.95) -> 
     if n < 4:
         return np.full(3, np.nan)
     r = np.corrcoef(rankdata(x), rankdata(y))[0, 1]
-    half = norm.ppf(0.5 + confidence / 2) * np.sqrt((1 + r * r / 2) / (n - 3))
+    half = norm.ppf(0.975) * np.sqrt((1 + r * r / 2) / (n - 3))
     at = np.arctanh(np.clip(r, -1 + 1e-12, 1 - 1e-12))
     return np.array([r, np.tanh(at - half), np.tanh(at + half)])
 

@@ -81,9 +81,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     eigenvalues, full = eigh(disk.stiffness, disk.mass)
     shapes = reduced.basis @ reduced.tuned_modes
     yield "full/frequencies_hz", (), np.sqrt(eigenvalues) / (2 * np.pi)
-    yield "full/nodal_diameters", (), nodal_diameters(full, n_blades)
+    yield "full/nodal_diameters", (), _diameters(full, n_blades)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-    yield "reduced/nodal_diameters", (), nodal_diameters(shapes, n_blades)
+    yield "reduced/nodal_diameters", (), _diameters(shapes, n_blades)
     yield "blade_share", (), families.share(reduced)
     points = disk.points
     for name in ("blades", "ring", "spokes"):
@@ -126,18 +126,11 @@ def _in_space(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
     return np.moveaxis(xyz / largest, 2, 0)
 
 
-def nodal_diameters(shapes: np.ndarray, n_blades: int) -> np.ndarray:
-    """Number of nodal diameters of every mode.
-
-    shapes: (n, K) on the dof of the full model, which come sector by sector in turning frames.
-    Returns (K,) int: the harmonic of the sectors with the largest share.
-    """
+def _diameters(shapes, n_blades):
+    """Nodal diameters of modes (n, K) on dof that come sector by sector in turning frames."""
     sectors = shapes.reshape(n_blades, -1, shapes.shape[1])
-    size = (np.abs(np.fft.fft(sectors, axis=0)) ** 2).sum(axis=1)
-    harmonic = np.arange(n_blades)
-    folded = np.zeros((n_blades // 2 + 1, shapes.shape[1]))
-    np.add.at(folded, np.minimum(harmonic, n_blades - harmonic), size)
-    return folded.argmax(axis=0)
+    angle = 2 * np.pi * np.arange(n_blades) / n_blades
+    return cyclic.nodal_diameters(sectors.swapaxes(0, 1), angle, n_blades)
 
 
 def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from evidence.truth.disk import MATERIAL, disk_section, reference_reduced, reference_scene
+from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_reduced, reference_scene
 from evidence.validation import full_disk, linear_load
 from evidence.validation.report import fitted_order
 from hpcrub.contact.status import STEADY
 from hpcrub.model.disk import build_disk
-from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 

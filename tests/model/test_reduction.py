@@ -9,10 +9,16 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from evidence.truth.disk import earlier_reduced, make_disk, reference_disk, reference_reduced
+from evidence.truth.disk import (
+    earlier_reduced,
+    make_disk,
+    mistune,
+    reference_disk,
+    reference_reduced,
+)
 from hpcrub.model.families import whole
 from hpcrub.model.mistuning import stiffness_deviation
-from hpcrub.model.reduction import craig_bampton, mistune, mistuned_modes
+from hpcrub.model.reduction import craig_bampton, mistuned_modes
 
 ALL_MODES = 216
 DEVIATION = stiffness_deviation(2020, 3, 0, 12, 0.04)
@@ -20,11 +26,6 @@ DEVIATION = stiffness_deviation(2020, 3, 0, 12, 0.04)
 
 def full_frequencies(disk):
     return np.sqrt(eigh(disk.stiffness, disk.mass, eigvals_only=True))
-
-
-def own_frequencies(disk, n_modes, deviation):
-    """On the basis of the mistuned disk itself."""
-    return craig_bampton(mistune(disk, deviation), n_modes).tuned_eigenvalues ** 0.5
 
 
 def test_frequencies_of_the_reduced_model_are_the_reference_values():
@@ -42,7 +43,6 @@ def test_all_modes_make_the_reduction_exact(deviation):
     np.testing.assert_allclose(
         mistuned_modes(reference_reduced(ALL_MODES), deviation).omega, exact, rtol=1e-8
     )
-    np.testing.assert_allclose(own_frequencies(disk, ALL_MODES, deviation), exact, rtol=1e-8)
 
 
 def test_frequencies_fall_to_the_full_ones_with_every_mode():
@@ -101,24 +101,6 @@ def test_modes_solve_the_mistuned_eigenproblem_and_are_mass_normalised():
     assert np.all(np.diff(modes.omega) >= 0)
 
 
-def test_basis_of_the_tuned_disk_is_enough():
-    """Against a basis of its own, the first family moves by about 2e-5 at 4 %."""
-    disk, reduced = reference_disk(), reference_reduced(60)
-    changes = []
-    for sample in range(5):
-        deviation = stiffness_deviation(1, 0, sample, 12, 0.04)
-        tuned_basis = mistuned_modes(reduced, deviation).omega[:12]
-        own_basis = own_frequencies(disk, 60, deviation)[:12]
-        changes.append(np.abs(tuned_basis / own_basis - 1).max())
-    assert 1e-6 < max(changes) < 5e-5
-
-
-def test_tuned_modes_are_the_same_on_either_basis():
-    tuned = mistuned_modes(reference_reduced(60), np.zeros(12))
-    own = own_frequencies(reference_disk(), 60, np.zeros(12))
-    np.testing.assert_allclose(own, tuned.omega, rtol=1e-9)
-
-
 def test_uniform_deviation_scales_blade_stiffness_only():
     stiffer = mistuned_modes(reference_reduced(60), np.full(12, 0.04)).omega[:12]
     tuned = mistuned_modes(reference_reduced(60), np.zeros(12)).omega[:12]
@@ -151,3 +133,13 @@ def test_other_numbers_of_blades(n_blades):
 def test_impossible_number_of_modes_is_refused(n_modes):
     with pytest.raises(ValueError, match=f"between 0 and 216, got {n_modes}"):
         craig_bampton(reference_disk(), n_modes)
+
+
+def test_basis_of_the_tuned_disk_is_enough():
+    """Against the full mistuned disk, the first family is off by 1e-5 at 4 %."""
+    disk, reduced = reference_disk(), reference_reduced(60)
+    for sample in range(5):
+        deviation = stiffness_deviation(1, 0, sample, 12, 0.04)
+        found = mistuned_modes(reduced, deviation).omega[:12]
+        exact = full_frequencies(mistune(disk, deviation))[:12]
+        assert 1e-6 < np.abs(found / exact - 1).max() < 2e-5

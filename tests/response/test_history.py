@@ -8,7 +8,7 @@ records, and nothing but the equation of motion connects them.
 import numpy as np
 import pytest
 
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
@@ -24,7 +24,7 @@ from tests.program import TINY
 
 @pytest.fixture(scope="module")
 def problem():
-    return build_problem(replaced(Config.from_yaml(TINY), {"steady_state.rule": "last_window"}))
+    return build_problem(Config.from_yaml(TINY).replace({"steady_state.rule": "last_window"}))
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from evidence.truth.disk import DAMPING_RATIO, LOAD, reference_disk, reference_reduced
+from evidence.truth.disk import DAMPING_RATIO, LOAD, mistune, reference_disk, reference_reduced
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.mistuning import stiffness_deviation
-from hpcrub.model.reduction import Modes, mistune, mistuned_modes
+from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import engine_order_response, linear_peak
 
 ANGLE = 2 * np.pi * np.arange(12) / 12

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import LOAD, reference_reduced, reference_scene
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.contact.bank import allocate
 from hpcrub.errors import InputError
 from hpcrub.model.casing import Profile
@@ -72,12 +72,12 @@ def test_a_loaded_disk_may_touch_a_casing_without_bumps():
 
 
 def test_the_keys_of_the_load():
-    config = replaced(Config(), {"forcing.in_contact": True, "forcing.engine_order": 6})
+    config = Config().replace({"forcing.in_contact": True, "forcing.engine_order": 6})
     scene = build_problem(config).scene
     assert (scene.load, scene.load_order, scene.repeats) == (150.0, 6, 2)
     assert time_grid(config).repeats == 2
     assert build_problem(Config()).scene.load == 0.0
     waves = [{"order": n, "amplitude_mm": 0.1} for n in (2, 3)]
     with pytest.raises(InputError, match="forcing.engine_order: a casing without equal bumps"):
-        build_problem(replaced(config, {"casing.harmonics": waves, "casing.bump_height_mm": 0.0,
+        build_problem(config.replace({"casing.harmonics": waves, "casing.bump_height_mm": 0.0,
                                         "forcing.engine_order": None}))  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 
 from hpcrub import plot
 from hpcrub.config import parts
-from hpcrub.config.schema import Config, replaced
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.setup import input_files
 from hpcrub.setup.disks import deviation, disks, sigma_of
@@ -158,10 +158,10 @@ def test_an_archive_of_something_else_is_refused(tmp_path, arrays):
 
 
 def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
-    config = replaced(study_of(csv_of(tmp_path / "disks.csv", PATTERNS)), {"study": "branches"})
+    config = study_of(csv_of(tmp_path / "disks.csv", PATTERNS)).replace({"study": "branches"})
     with pytest.raises(InputError, match="5 disks, and a study branches is of one"):
         disks(config)
-    first = replaced(config, {"mistuning.samples": 1})
+    first = config.replace({"mistuning.samples": 1})
     np.testing.assert_array_equal(disks(first), [np.zeros(12), PATTERNS[0] / 100])
 
 

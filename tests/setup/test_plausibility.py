@@ -13,7 +13,7 @@ from evidence.stress import plausibility as scenes
 from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config import resolution
-from hpcrub.config.schema import Config, load_runs, replaced
+from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup import input_files, plausibility
@@ -43,9 +43,9 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
     ],
 )
 def test_the_step_follows_the_bumps(keys, seconds):
-    config = replaced(Config(), keys)
+    config = Config().replace(keys)
     assert config.step == pytest.approx(min(seconds / 32, 3.3e-5), rel=1e-9)
-    assert replaced(config, {"time.step_s": 1e-9}).step == 1e-9
+    assert config.replace({"time.step_s": 1e-9}).step == 1e-9
 
 
 def test_the_step_follows_harmonics():
@@ -57,9 +57,9 @@ def test_the_step_follows_harmonics():
     assert config.step == pytest.approx(min(seconds / 32, 3.3e-5), rel=1e-6)
     assert config.step < 2e-5
     # half of its height reaches beyond the clearance, which is a part √½ of the width
-    half = replaced(config, {"casing.clearance_mm": 0.25})
+    half = config.replace({"casing.clearance_mm": 0.25})
     assert resolution.bump_time(half) == pytest.approx(seconds / np.sqrt(2), rel=1e-6)
-    out_of_reach = replaced(config, {"casing.clearance_mm": 0.51})
+    out_of_reach = config.replace({"casing.clearance_mm": 0.51})
     assert resolution.bump_time(out_of_reach) == np.inf
 
 
@@ -83,14 +83,14 @@ def test_a_casing_without_equal_bumps_needs_an_engine_order(tmp_path, capfd):
         capfd.readouterr().err
     )
     config = load_runs(path)[0]
-    assert replaced(config, {"forcing.engine_order": 5}).engine_order == 5
+    assert config.replace({"forcing.engine_order": 5}).engine_order == 5
     assert Config.from_yaml("casing: {harmonics: [{order: 3, amplitude_mm: 1}]}").engine_order == 3
     assert Config.from_yaml("casing: {n_bumps: 6}").engine_order == 6
 
 
 def test_the_step_follows_the_blades():
     """First bending of a clamped beam: 3.516 sqrt(E I / (rho A)) / l^2."""
-    config = replaced(Config(), {"disk.blade.thickness_mm": 100.0, "casing.clearance_mm": 2.0})
+    config = Config().replace({"disk.blade.thickness_mm": 100.0, "casing.clearance_mm": 2.0})
     omega = 3.516 * np.sqrt(210e9 / 7800 / 12) * 0.1 / 0.3**2
     assert config.step == pytest.approx(2 * np.pi / omega / 40, rel=1e-3)
 
@@ -100,7 +100,7 @@ def test_a_step_that_is_far_too_long_changes_nothing_that_is_steady():
     keys = {"material.damping_ratio": 0.05, "reduction.n_modes": 4, "speeds.to_hz": 34.4}
     found = []
     for step in (0.01, 1e-5):
-        config = replaced(Config.from_yaml(TINY), keys | {"time.step_s": step})
+        config = Config.from_yaml(TINY).replace(keys | {"time.step_s": step})
         problem = build_problem(config)
         modes = modes_of(config, problem, np.zeros(12))
         found.append(run_sweep(modes, problem.scene, config.speeds.values_hz).amplitude)
@@ -138,7 +138,7 @@ def test_what_cannot_have_a_result_is_refused_by_run_and_dry_run(
 def test_a_map_begins_after_the_bumps_have_grown():
     keys = {"study": "interaction_map", "casing.growth_time_s": 0.8}
     with pytest.raises(InputError, match="the bumps still grow in the last"):
-        studies.run_of(replaced(Config(), keys)).checked()
+        studies.run_of(Config().replace(keys)).checked()
 
 
 def test_what_is_not_resolved_is_marked_in_file_and_output(tmp_path, monkeypatch, capfd):
@@ -178,7 +178,7 @@ def test_a_tuned_disk_without_result_says_why(tmp_path, monkeypatch, capfd):
     ],
 )
 def test_a_model_of_few_modes_is_marked(keys, marked):
-    config = replaced(Config(), keys)
+    config = Config().replace(keys)
     lines = list(plausibility.warnings(config, build_problem(config)))
     assert [marked in line for line in lines] == [True] * bool(marked)
 

@@ -11,12 +11,13 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.truth.disk import mistune
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
 from hpcrub.commands.plot import main as draw_figures
 from hpcrub.config import schema as config
 from hpcrub.config import yaml_text
-from hpcrub.model.reduction import mistune, mistuned_modes
+from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
@@ -29,7 +30,7 @@ ONE_SPEED = {"speeds.from_hz": 34.0, "speeds.to_hz": 34.0}
 
 def test_strain_energy_is_that_of_the_full_model():
     """The same motion in the dof of the finite elements, blade by blade."""
-    cfg = config.replaced(config.Config.from_yaml(TINY), ONE_SPEED)
+    cfg = config.Config.from_yaml(TINY).replace(ONE_SPEED)
     model, deviation = build_problem(cfg), np.linspace(-0.03, 0.03, 12)
     problem = energy.Chosen(model, deviation[None])
     found = {name: values for name, _, values in energy.compute(cfg, problem, 1, lambda: None)}
@@ -62,9 +63,7 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
         return pieces
 
     monkeypatch.setattr(history, "integrate", watched)
-    cfg = config.replaced(
-        config.Config.from_yaml(TINY), {"speeds.to_hz": 36.0, "speeds.step_hz": 2}
-    )
+    cfg = config.Config.from_yaml(TINY).replace({"speeds.to_hz": 36.0, "speeds.step_hz": 2})
     problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
     list(energy.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
@@ -114,7 +113,7 @@ def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
         expected = f"energy.samples: {samples} is more than the 11 finished samples of source.h5"
         assert expected in capfd.readouterr().err
     keys = {"study": "energy", "sources": ["source.h5"], "energy.samples": 11}
-    found = energy.constants(config.replaced(config.Config.from_yaml(TINY), keys))
+    found = energy.constants(config.Config.from_yaml(TINY).replace(keys))
     places = list(zip(found["level"], found["number"], strict=True))
     assert len(set(places)) == 11
     assert where not in places
