@@ -229,7 +229,7 @@ def test_overrides_replace_keys(tmp_path):
         ("casing.n_bumps", "override 'casing.n_bumps' is not of the form key.path=value"),
         ("=3", "override '=3' is not of the form key.path=value"),
         ("casing..n_bumps=3", "is not of the form key.path=value"),
-        ("study.x=3", "override 'study.x=3': study is not a section"),
+        ("study.x=3", "override 'study.x=3': study.x: study is not a section"),
         ("casing={n_bumps: 3}", "give one key at a time"),
         ("casing.n_bumps=[1", "override 'casing.n_bumps=[1': line 1, column 3: expected"),
         ("casing.n_bumps=", "casing.n_bumps: null is not a whole number from 1 up to 1,000"),

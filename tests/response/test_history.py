@@ -135,7 +135,7 @@ FAILING = [
 @pytest.fixture(scope="module")
 def leaning():
     """Problem and modes of a disk whose blades lean with the rotation."""
-    problem = build_problem(replaced(Config.from_yaml(TINY), WITH_ROTATION))
+    problem = build_problem(Config.from_yaml(TINY).replace(WITH_ROTATION))
     return problem, mistuned_modes(problem.reduced, np.zeros(12))
 
 
