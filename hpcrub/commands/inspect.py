@@ -15,6 +15,7 @@ from hpcrub.ranks.progress import console
 from hpcrub.results.layout import DONE, FAILED, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result, run_of
+from hpcrub.studies.contact import depths
 from hpcrub.studies.contact import file as contact_file
 
 AT_ONCE = 2**20  # values read at once
@@ -58,6 +59,9 @@ def description(path: str) -> Iterator[str]:
         yield f"  done: {n_done} of {status.size} {what}{failed}"
         yield "  computed by:"
         yield from (f"    {printable(program)}" for program in file.programs())
+        if wear := list(depths.lines(file)):
+            yield "  wear of the coating:"
+            yield from (f"    {line}" for line in wear)
         if found := contact_file.read_trust(file):
             yield "  how far this can be trusted:"
             yield from (f"    {printable(line)}" for line in found)

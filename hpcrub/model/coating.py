@@ -36,6 +36,11 @@ class Coating(NamedTuple):
         """Penetration at which the new coating begins to wear, σ_Y t/E [m]."""
         return self.yield_stress * self.thickness / self.young
 
+    @property
+    def worn_through(self) -> float:
+        """Worn depth where a tip has come to the casing behind it [m]; the rest is compacted."""
+        return self.kept * max(0.0, self.thickness - self.depth_at_yield)
+
     def energy(self, worn: np.ndarray) -> np.ndarray:
         """Energy per area [J/m²] that has gone into worn depths of any shape [m]."""
         return (self.yield_stress + self.hardening * worn / (2.0 * self.thickness)) * worn

@@ -360,7 +360,7 @@ def test_wrong_parts_are_one_line(folder, capfd, part, message):
         ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
         ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
         ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
-        ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 to 2 values"),
+        ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
     ],
 )
 def test_impossible_parts_are_refused(text, message):

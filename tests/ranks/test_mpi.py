@@ -266,14 +266,8 @@ def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
     assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
-@pytest.mark.parametrize(
-    ("victim", "ranks", "resumed_on"),
-    [("mpirun", 2, 0), ("all ranks", 2, 3)],
-)
-def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resumed_on):
-    """By kill -9; what mpirun leaves behind when it is killed must not write on."""
-    folder, expected = study
+def killed_and_resumed(folder, held, victim, ranks, resumed_on):
+    """Bits after kill -9; what mpirun leaves behind when it is killed must not write on."""
     path = folder / f"killed-{victim}.h5"
     arguments = ["study.yaml", "--output", path.name, "--no-figures"]
     process = start(ranks, held, *arguments, folder=folder)
@@ -289,7 +283,27 @@ def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resu
     code, out, err = run(resumed_on, *arguments, "--resume", folder=folder)
     assert code == 0, out + err
     assert "samples are already there" in out
-    assert datasets(path) == expected
+    return datasets(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
+@pytest.mark.parametrize(
+    ("victim", "ranks", "resumed_on"),
+    [("mpirun", 2, 0), ("all ranks", 2, 3)],
+)
+def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resumed_on):
+    folder, expected = study
+    assert killed_and_resumed(folder, held, victim, ranks, resumed_on) == expected
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
+def test_what_is_worn_is_the_same_bits_killed_and_resumed_on_other_ranks(held, tmp_path):
+    (tmp_path / "study.yaml").write_text(f"{STUDY}contact: {{law: abradable}}\n")
+    code, out, err = run(0, "study.yaml", "--output", "one.h5", "--no-figures", folder=tmp_path)
+    assert code == 0, out + err
+    expected = datasets(tmp_path / "one.h5")
+    assert "samples/deepest_m" in expected
+    assert killed_and_resumed(tmp_path, held, "all ranks", 2, 2) == expected
 
 
 @pytest.mark.parametrize("mode", ["enough", "waits"])

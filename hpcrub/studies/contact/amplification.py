@@ -38,6 +38,14 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     return float(amplitude[best]), float(speeds_hz[best])
 
 
+def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
+    """Largest worn depth of a coating at any speed [m], and that speed [Hz]; NaN without."""
+    if not np.isfinite(result.worn_depth).any():
+        return np.nan, np.nan
+    best = np.nanargmax(result.worn_depth)
+    return float(result.worn_depth[best]), float(speeds_hz[best])
+
+
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene

@@ -3,10 +3,27 @@
 Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K = n // step.
 """
 
+from typing import NamedTuple
+
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 
-KINDS = ("contact", "linear")  # of amplifications
+
+class Kind(NamedTuple):
+    """One kind of numbers of which a study has statistics, one number for each sample."""
+
+    name: str  # group of its statistics
+    of: str  # dataset of the numbers in `samples`
+    units: str
+    words: str
+
+
+KINDS = (
+    Kind("contact", "amplification", "1", "contact amplifications"),
+    Kind("linear", "linear_amplification", "1", "linear amplifications"),
+    Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),  # of a coating
+    Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
+)
 _SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = (
@@ -18,6 +35,7 @@ _SCATTER = "standard deviation of the windows' amplitudes; NaN: not known"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
+_DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
@@ -57,6 +75,7 @@ LAYOUT = (
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     *_wear_lines("tuned", _S),
+    Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     Dataset("tuned/worn_m", ("speed", "angle"), "m", "largest worn depth of any strip, by angle"),
     Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing"),
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
@@ -75,17 +94,24 @@ LAYOUT = (
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
     *_wear_lines("samples", _VNS),
+    Dataset("samples/deepest_m", _VN, "m", "largest worn depth of any speed"),
+    Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
     Dataset("trust", ("line",), "1", "how far the results can be trusted", "S240", since=3),
     *(
         line
         for kind in KINDS
         for line in (
-            Dataset(f"statistics/{kind}/samples_seen", ("block",), "1", "samples seen", "i8"),
+            Dataset(f"statistics/{kind.name}/samples_seen", ("block",), "1", "samples seen", "i8"),
             *(
-                Dataset(f"statistics/{kind}/{name}", ("level", "percentile", "block"), "1", text)
+                Dataset(
+                    f"statistics/{kind.name}/{name}",
+                    ("level", "percentile", "block"),
+                    kind.units,
+                    text,
+                )
                 for name, text in (
-                    ("percentile", f"percentiles of the {kind} amplifications seen"),
+                    ("percentile", f"percentiles of the {kind.words} seen"),
                     ("percentile_low", f"lower end of the percentiles' confidence intervals{_BY}"),
                     ("percentile_high", f"upper end of the percentiles' confidence intervals{_BY}"),
                     ("mean_of_percentile", "mean of the percentile values so far"),
@@ -100,7 +126,8 @@ SCALES = {
     "speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen",
     "angle": "angle_deg",
 }  # fmt: skip
-_OF_COATING = {*_WEAR, "worn_m", "angle_deg"}
+_OF_COATING = {*_WEAR, "worn_m", "angle_deg", "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+_OF_COATING |= {kind.name for kind in KINDS[2:]}
 _NAMES = [line.name.partition("/")[::2] for line in LAYOUT]
 TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))
 
@@ -109,4 +136,9 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets of a study, those of a coating only where there is one."""
     if config.contact.law == "abradable":
         return LAYOUT
-    return tuple(line for line in LAYOUT if line.name.split("/")[-1] not in _OF_COATING)
+    return tuple(line for line in LAYOUT if _OF_COATING.isdisjoint(line.name.split("/")))
+
+
+def kinds(config: Config) -> tuple[Kind, ...]:
+    """Numbers of which a study has statistics, those of a coating only where there is one."""
+    return KINDS if config.contact.law == "abradable" else KINDS[:2]

@@ -34,8 +34,8 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import trust
-from hpcrub.studies.contact.amplification import linear_amplitude, peak, point_values
-from hpcrub.studies.contact.layout import KINDS
+from hpcrub.studies.contact.amplification import deepest, linear_amplitude, peak, point_values
+from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.summary import print_summary
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts
 from hpcrub.studies.contact.tuned import Integrated, TunedDisk, join, modes_of_tuned
@@ -48,8 +48,7 @@ class Outcome(NamedTuple):
     """What rank 0 needs to know of one finished sample."""
 
     status: int
-    amplification: float
-    linear_amplification: float
+    numbers: tuple[float, ...]  # of all kinds
     n_steps: int
     seconds: float
     writing: float  # of these seconds
@@ -82,7 +81,8 @@ class MonteCarlo:
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
         self.status: Any = None  # (V, n) on rank 0
-        self.amplification: Any = None  # (2, V, n) on rank 0
+        self.kinds = kinds(config)
+        self.numbers: Any = None  # of all kinds, (kinds, V, n) on rank 0
         self.tasks: Any = ()  # on rank 0
         self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # on rank 0
         self.failure = ""  # what the last sample that failed has said (rank 0)
@@ -132,9 +132,8 @@ class MonteCarlo:
         Returns the Reference, None when missing, and the number of tasks.
         """
         self.status = self.file.status()
-        names = "samples/amplification", "samples/linear_amplification"
-        self.amplification = np.stack([self.file.read(name) for name in names])
-        self.amplification[:, self.status != DONE] = np.nan
+        self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
+        self.numbers[:, self.status != DONE] = np.nan
         self.tuned.take_stock()
         n_pending = np.count_nonzero(self.status == PENDING)
         self.finished = _leading((self.status != PENDING).all(axis=0))
@@ -201,8 +200,7 @@ class MonteCarlo:
         ended = time.perf_counter()
         return Outcome(
             status=values["status"],
-            amplification=values.get("amplification", np.nan),
-            linear_amplification=values.get("linear_amplification", np.nan),
+            numbers=tuple(values.get(kind.of, np.nan) for kind in self.kinds),
             n_steps=response.result.n_steps if response.result else 0,
             seconds=response.seconds + ended - start,
             writing=ended - began,
@@ -212,10 +210,13 @@ class MonteCarlo:
     def _amplifications(self, modes, result):
         """Peaks of one sample beside the tuned disk's, and its status."""
         amplitude, speed = peak(result, self.speeds_hz)
+        depth, at = deepest(result, self.speeds_hz)
         linear = linear_amplitude(self.config, self.problem, modes)
         return {
             "peak_amplitude_m": amplitude,
             "peak_speed_hz": speed,
+            "deepest_m": depth,
+            "deepest_speed_hz": at,
             "amplification": amplitude / self.reference.contact,
             "linear_amplitude_m": linear,
             "linear_amplification": linear / self.reference.linear,
@@ -237,9 +238,9 @@ class MonteCarlo:
         self.status[where] = result.status
         self.failure = result.message or self.failure
         if result.status == DONE:
-            self.amplification[:, *where] = result.amplification, result.linear_amplification
+            self.numbers[:, *where] = result.numbers
         if self.progress:
-            self.progress.sample(*where, result, self.amplification[0])
+            self.progress.sample(*where, result, self.numbers[0])
         return self._is_enough()
 
     def _collect_tuned(self, task, response):
@@ -278,10 +279,9 @@ class MonteCarlo:
         self.looked_at = self.finished
         return self._converged_at() is not None
 
-    def _running(self, kind, compute):
-        """What `compute` finds for every level over the leading samples that are finished."""
+    def _running(self, values, compute):
+        """What `compute` finds of numbers (V, n) for every level over its leading samples."""
         c = self.config.convergence
-        values = self.amplification[KINDS.index(kind)]
         n_finished = [_leading(status != PENDING) for status in self.status]
         return [
             compute(values[level, :n], c.percentiles, c.step, c.z)
@@ -292,7 +292,7 @@ class MonteCarlo:
         """First number of percentile values at which all levels are converged, or None."""
         c = self.config.convergence
         compute = running_percentiles if c.criterion == "standard_error" else running_intervals
-        running = self._running("contact", compute)
+        running = self._running(self.numbers[0], compute)
         errors = [judged_error(c.criterion, partial(getattr, found)) for found in running]
         shortest = min(error.shape[-1] for error in errors)
         return first_converged(np.stack([e[:, :shortest] for e in errors]), c.target_error)
@@ -307,10 +307,10 @@ class MonteCarlo:
         length = None
         if self.config.convergence.stop_when_converged:
             length = self._converged_at()
-        for kind in KINDS:
-            for level, parts in enumerate(self._running(kind, running_statistics)):
+        for kind, numbers in zip(self.kinds, self.numbers, strict=True):
+            for level, parts in enumerate(self._running(numbers, running_statistics)):
                 cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
-                contact_file.write_statistics(self.file, kind, level, *cut)
+                contact_file.write_statistics(self.file, kind.name, level, *cut)
         if self.tuned.reference and self.tuned.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))
 

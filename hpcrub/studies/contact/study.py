@@ -15,7 +15,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact.layout import KINDS, MOST_LINES, SCALES, layout
+from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 
@@ -48,7 +48,7 @@ def constants(config: Config) -> dict[str, Any]:
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
         }
-        | {f"statistics/{kind}/samples_seen": seen for kind in KINDS}
+        | {f"statistics/{kind.name}/samples_seen": seen for kind in kinds(config)}
     )
 
 

@@ -14,7 +14,7 @@ from hpcrub.ranks.progress import WIDTH, console, duration, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import depths, trust
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -31,8 +31,10 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
         out.print(table if fits else level_table(file, found, narrow=True))
         if len(file.config.samples) > 1:
             out.print(interval_table(file))
+            if "samples/deepest_m" in file:
+                out.print(depths.table(file))
     print_line(out, tuned_line(file))
-    for line in point_lines(found):
+    for line in (*depths.lines(file), *point_lines(found)):
         print_line(out, line)
     out.print("How far this can be trusted:")
     for line in trust.lines(file, found):

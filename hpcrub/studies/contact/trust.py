@@ -45,6 +45,8 @@ def survey(file: ResultFile) -> Survey:
     lowest = highest = alone = 0
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps, largest = int(file.read("tuned/max_sweeps").max()), 0.0
+    wears = file.config.contact.law == "abradable"
+    name = "largest_amplitude_m" if wears else "amplitude_m"  # as `amplification.peak`
     for level, part in pieces(file):
         where = level, part
         states = file.read("samples/point_status", where)
@@ -52,7 +54,7 @@ def survey(file: ResultFile) -> Survey:
         reasons = reasons + status.count(file.read("samples/point_reason", where))
         sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
         done = file.status()[where] == DONE
-        amplitude = np.nan_to_num(file.read("samples/amplitude_m", where)[done])
+        amplitude = np.nan_to_num(file.read(f"samples/{name}", where)[done])
         if not len(amplitude):
             continue
         row, best = np.arange(len(amplitude)), amplitude.argmax(axis=1)
@@ -65,7 +67,7 @@ def survey(file: ResultFile) -> Survey:
             lowest += int(np.count_nonzero(best == 0))
             highest += int(np.count_nonzero(best == last))
             alone += int(np.count_nonzero(inner & (beside < ALONE * peak)))
-        if "samples/amplitude_error_m" in file:
+        if "samples/amplitude_error_m" in file and not wears:
             error = file.read("samples/amplitude_error_m", where)[done][row, best]
             errors.append((error / peak)[state == IRREGULAR])
         largest = max(largest, float(peak.max()))
@@ -126,7 +128,9 @@ def short(file: ResultFile) -> Iterator[str]:
     found = survey(file)
     n = max(1, int(found.peaks.sum()))
     irregular, lost = (100 * found.peaks[s] / n for s in (IRREGULAR, NOT_STEADY))
-    if irregular or lost:
+    if file.config.contact.law == "abradable":
+        yield _ended(found.points.sum(axis=0), found.peaks, file.config.steady_state.max_time_s)
+    elif irregular or lost:
         yield (
             f"{irregular:.0f} % of the peaks are irregular, means of windows known to "
             f"{100 * np.nan_to_num(found.error):.1f} %; {lost:.0f} % are not steady"
@@ -136,13 +140,16 @@ def short(file: ResultFile) -> Iterator[str]:
 
 def _steady_lines(file, found):
     points, n_peaks = found.points.sum(axis=0), max(1, found.peaks.sum())
-    known = max(1, points[1:].sum())
-    shares = [
-        f"{100 * points[s] / known:.0f} % of the points and {100 * found.peaks[s] / n_peaks:.0f} % "
-        f"of the peaks {word}"
-        for s, word in zip(KNOWN, ("steady", "irregular", "not steady"), strict=True)
-    ]
-    yield ", ".join(shares)
+    if file.config.contact.law == "abradable":
+        yield _ended(points, found.peaks, file.config.steady_state.max_time_s)
+    else:
+        known = max(1, points[1:].sum())
+        shares = [
+            f"{100 * points[s] / known:.0f} % of the points and "
+            f"{100 * found.peaks[s] / n_peaks:.0f} % of the peaks {word}"
+            for s, word in zip(KNOWN, ("steady", "irregular", "not steady"), strict=True)
+        ]
+        yield ", ".join(shares)
     if found.points[:, DIVERGED].any():
         yield f"{points[DIVERGED]} points have no result"
     if np.isfinite(found.error):
@@ -150,6 +157,16 @@ def _steady_lines(file, found):
             f"irregular peaks are means of windows with a standard error of {100 * found.error:.1f}"
             " % (median); other motions that exist at the same speed are not in it"
         )
+
+
+def _ended(points, peaks, max_time_s):
+    """Whether wear and motion have ended; a coating has no other amplitude than the largest."""
+    left, lost = (100 * n[NOT_STEADY] / max(1, n[1:].sum()) for n in (points, peaks))
+    return (
+        f"{100 - left:.0f} % of the points have ended: nothing wears any more, and the motion is "
+        f"steady, irregular or at rest. {left:.0f} % of the points and {lost:.0f} % of the peaks "
+        f"have not within {max_time_s:g} s, and may cut deeper"
+    )
 
 
 def _reference_lines(file):

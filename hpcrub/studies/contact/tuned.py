@@ -13,7 +13,13 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.disks import APART
 from hpcrub.setup.problem import Problem
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact.amplification import Reference, linear_amplitude, peak, point_values
+from hpcrub.studies.contact.amplification import (
+    Reference,
+    deepest,
+    linear_amplitude,
+    peak,
+    point_values,
+)
 from hpcrub.studies.contact.tasks import TunedPart, most_parts, n_parts
 
 ROUNDING = 1e-9  # of the clearance and the height of the casing together: no amplitude below
@@ -92,6 +98,7 @@ class TunedDisk:
         values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
         values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
         peaks = np.array([peak(run, speeds)[0] for run in runs])
+        values["run_deepest_m"] = np.array([deepest(run, speeds)[0] for run in runs])
         values["run_amplitude_m"] = np.array([run.amplitude for run in runs])
         values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
         values["reference_amplitude_m"] = np.median(known) if known.size else np.nan

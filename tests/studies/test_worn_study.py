@@ -1,0 +1,95 @@
+"""A contact study on a coating: its statistics, what it says of depths, and how far to trust it."""
+
+import numpy as np
+import pytest
+
+import hpcrub
+from hpcrub.commands import inspect
+from hpcrub.commands import run as cli
+from hpcrub.contact.status import NOT_STEADY
+from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from hpcrub.studies import open_result
+from hpcrub.studies.contact import depths, trust
+from tests.program import TINY
+
+COATED = (
+    TINY.replace("34.0, to_hz: 34.4", "34.8, to_hz: 35.2").replace("n_modes: 12", "n_modes: 60")
+    + "contact: {law: abradable}\noutput: coated.h5\n"
+)
+NUMBERS = {"amplitude": "peak_amplitude_m", "worn_depth": "deepest_m"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder of a finished study."""
+    folder = tmp_path_factory.mktemp("coated")
+    (folder / "coated.yaml").write_text(COATED, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert cli.main(["coated.yaml", "--no-figures"]) == 0
+    return folder
+
+
+@pytest.fixture
+def file(folder):
+    """Its open result file."""
+    file = open_result(folder / "coated.h5")
+    yield file
+    file.close()
+
+
+def test_the_largest_of_every_disk_are_those_of_its_points(file):
+    for name, of in (("deepest_m", "worn_depth_m"), ("peak_amplitude_m", "largest_amplitude_m")):
+        largest = file.read(f"samples/{of}").max(axis=2)
+        assert np.array_equal(file.read(f"samples/{name}"), largest)
+    at = file.read("speeds_hz")[file.read("samples/worn_depth_m").argmax(axis=2)]
+    assert np.array_equal(file.read("samples/deepest_speed_hz"), at)
+    assert file.read("tuned/run_deepest_m")[0] == file.read("tuned/worn_depth_m").max()
+
+
+@pytest.mark.parametrize("kind", NUMBERS)
+def test_their_percentiles_have_intervals_and_convergence(file, kind):
+    for level, values in enumerate(file.read(f"samples/{NUMBERS[kind]}")):
+        arguments = values, [1, 50, 99], 1, 2.81
+        expected = running_percentiles(*arguments)._asdict()
+        expected |= running_intervals(*arguments)._asdict()
+        for key in set(expected) - {"samples_seen"}:
+            stored = file.read(f"statistics/{kind}/{key}", level)
+            np.testing.assert_array_equal(stored, expected[key])
+
+
+def test_xarray_knows_names_and_units(folder):
+    group = hpcrub.open(folder / "coated.h5").to_xarray()["statistics/worn_depth"]
+    assert group["percentile"].dims == ("half_range", "percentile", "samples_seen")
+    assert group["percentile"].attrs["units"] == "m"
+
+
+def test_the_worst_disk_is_compared_with_the_tuned_one(folder, file):
+    tuned, deepest = file.read("tuned/run_deepest_m"), file.read("samples/deepest_m").max(axis=1)
+    found = list(depths.lines(file))
+    assert len(found) == 3
+    for line, depth in zip(found[1:], deepest, strict=True):
+        ratio = depth / np.median(tuned)
+        assert f"cuts {1e3 * depth:.3g} mm deep, {ratio:.2f} times the tuned one" in line
+        # by the binomial distribution: (1 − p)² = 2.5 %, when none of two was deeper
+        assert f"below {100 * (1 - np.sqrt(0.025)):.2g} %" in line
+    printed = list(inspect.description(str(folder / "coated.h5")))
+    assert [line.strip() for line in printed if line.strip() in found] == found
+    assert depths.table(file).row_count == 6
+
+
+def test_disks_that_have_cut_through_are_counted(file, monkeypatch):
+    """As if the coating had been as thin as the median disk has cut."""
+    least = float(np.median(file.read("samples/deepest_m")))
+    monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", least)
+    assert list(depths.lines(file))[-1].startswith("2 of 4 disks cut through the coating")
+
+
+def test_what_is_said_is_of_the_largest_amplitude_of_any_time(file):
+    """And of the share of points that still wear, not of windows in the end."""
+    found = trust.survey(file)
+    assert found.largest == file.read("samples/peak_amplitude_m").max()
+    left = (file.read("samples/point_status") == NOT_STEADY).mean()
+    (ended, *rest) = trust.lines(file)
+    assert ended.startswith(f"{100 - 100 * left:.0f} % of the points have ended")
+    assert not any("irregular peaks" in line for line in rest)
