@@ -22,23 +22,12 @@ def allocate(
 ) -> Bank:
     """Lanes for one sample and one band of speeds.
 
-    Parameters
-    ----------
-    modes : Modes
-        Of the sample.
-    scene : response.sweep.Scene
-        Casing, contact law and integration scheme.
-    grid : response.sweep.Grid
-        How a revolution is cut into steps, blocks and records.
-    width : int
-        Number of lanes.
-    speeds_hz : iterable of float, optional
-        Speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
-
-    Returns
-    -------
-    Bank
-        Lanes at rest.
+    modes: of the sample.
+    scene: response.sweep.Scene, casing, contact law and integration scheme.
+    grid: response.sweep.Grid, how a revolution is cut into steps, blocks and records.
+    width: number of lanes.
+    speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
+    Returns lanes at rest.
     """
     law = scene.law or _law(modes, scene)
     scheme = _allocate_scheme(modes, scene, grid, width, law)
@@ -119,12 +108,7 @@ def _allocate_state(scheme, width):
 def empty_lane(bank: Bank, lane: int) -> None:
     """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it.
 
-    Parameters
-    ----------
-    bank : Bank
-        Bank of the lane (modified).
-    lane : int
-        Index of the lane.
+    bank: bank of the lane (modified); lane: index of the lane.
     """
     scheme, state = bank.scheme, bank.state
     for array in (scheme.decay, scheme.gain, state.position, state.increment, state.multiplier):
@@ -138,18 +122,11 @@ def empty_lane(bank: Bank, lane: int) -> None:
 def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None:
     """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
-    Parameters
-    ----------
-    bank : Bank
-        Bank of the lane (modified).
-    lane : int
-        Index of the lane.
-    modes : Modes
-        Of the sample, at the lane's speed.
-    scene : response.sweep.Scene
-        Casing, contact law and integration scheme, at the lane's speed.
-    h : float
-        Time step [s].
+    bank: bank of the lane (modified).
+    lane: index of the lane.
+    modes: of the sample, at the lane's speed.
+    scene: response.sweep.Scene, casing, contact law and integration scheme, at the lane's speed.
+    h: time step [s].
     """
     empty_lane(bank, lane)
     scheme = bank.scheme
@@ -167,18 +144,11 @@ def set_motion(
 ) -> None:
     """Start a filled lane from a motion at the begin of a block (bank is modified).
 
-    Parameters
-    ----------
-    bank : Bank
-        Bank of the lane (modified).
-    lane : int
-        Index of the lane.
-    position : ndarray (K,)
-        Modal coordinates [m·√kg].
-    velocity : ndarray (K,)
-        Modal velocities, mean over the step before [m·√kg/s].
-    time : float
-        Since the bumps began to grow [s].
+    bank: bank of the lane (modified).
+    lane: index of the lane.
+    position: (K,) modal coordinates [m·√kg].
+    velocity: (K,) modal velocities, mean over the step before [m·√kg/s].
+    time: since the bumps began to grow [s].
     """
     h = bank.scheme.step[lane]
     bank.state.position[:, lane] = position
@@ -189,21 +159,9 @@ def set_motion(
 def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Motion of a lane, as `set_motion` takes it.
 
-    Parameters
-    ----------
-    bank : Bank
-        Bank of the lane.
-    lane : int
-        Index of the lane.
-
-    Returns
-    -------
-    position : ndarray (K,)
-        Modal coordinates [m·√kg].
-    velocity : ndarray (K,)
-        Modal velocities, mean over the step before [m·√kg/s].
-    time : float
-        Since the bumps began to grow [s].
+    bank: bank of the lane; lane: index of the lane.
+    Returns position (K,), modal coordinates [m·√kg]; velocity (K,), modal velocities, mean over the
+    step before [m·√kg/s]; time, since the bumps began to grow [s].
     """
     h, state = bank.scheme.step[lane], bank.state
     velocity = state.increment[:, lane] / h

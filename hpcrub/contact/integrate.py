@@ -21,10 +21,7 @@ bump_ramp = compiled(casing.ramp)
 def raise_bumps(scheme: Scheme, state: State) -> bool:
     """Factor of the bumps at the coming step (state is modified).
 
-    Returns
-    -------
-    bool
-        False once the bumps of all lanes have their full height.
+    Returns False once the bumps of all lanes have their full height.
     """
     rising = False
     for lane in range(scheme.step.shape[0]):
@@ -38,19 +35,11 @@ def raise_bumps(scheme: Scheme, state: State) -> bool:
 def integrate(lanes: tuple, bank: Bank, observer: Any, n_blocks: int) -> None:
     """Take every lane over some blocks of the bump table.
 
-    Parameters
-    ----------
-    lanes : tuple
-        As many zeros as there are lanes, which tells the compiler the width.
-    bank : Bank
-        Motion, coefficients and contact law of every lane (modified).
-    observer : Any
-        What is kept of the steps, of a class like those of ``observers`` (modified).
-    n_blocks : int
-        Blocks to integrate.
+    lanes: as many zeros as there are lanes, which tells the compiler the width.
+    bank: Motion, coefficients and contact law of every lane (modified).
+    observer: what is kept of the steps, of a class like those of ``observers`` (modified).
+    n_blocks: blocks to integrate.
 
-    Notes
-    -----
     The forces of the last step are applied before it returns. Joachim, Nyssen, Batailly (2020),
     section 2.2.2, gives the scheme; ``docs/theory.md`` derives this form of it.
     """

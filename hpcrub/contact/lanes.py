@@ -29,15 +29,8 @@ TIPS = (0,) * TILE
 def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
     """Zeros on a cache-line boundary, so that no vector load straddles two lines.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Shape of the array.
-
-    Returns
-    -------
-    ndarray
-        Zeros, float64.
+    shape: shape of the array.
+    Returns zeros, float64.
     """
     n_bytes = int(np.prod(shape)) * 8
     raw = np.zeros(n_bytes + 64, dtype=np.uint8)
@@ -161,29 +154,14 @@ def tile_relax(
 ) -> tuple[tuple, tuple, np.ndarray]:
     """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
 
-    Parameters
-    ----------
-    coupling : ndarray (n_rows², L)
-        C, of zero diagonal, with entry (i, j) in row i·n_rows + j [-].
-    n_rows : int
-        Rows of C.
-    rows : tuple of int
-        Rows of C that the members of the tiles belong to.
-    depth : tuple of ndarray (L,)
-        Tile of depths before the sweep [m].
-    x : tuple of ndarray (L,)
-        Tile of unknowns before the sweep [m].
-    changing : ndarray (L,) bool
-        Lanes to relax; the others stay as they are.
-
-    Returns
-    -------
-    depth : tuple of ndarray (L,)
-        Depths after the sweep [m].
-    x : tuple of ndarray (L,)
-        Unknowns after the sweep [m].
-    change : ndarray (L,)
-        Largest change of any x [m].
+    coupling: (n_rows², L) C, of zero diagonal, with entry (i, j) in row i·n_rows + j [-].
+    n_rows: rows of C.
+    rows: rows of C that the members of the tiles belong to.
+    depth: (L,) tile of depths before the sweep [m].
+    x: (L,) tile of unknowns before the sweep [m].
+    changing: (L,) bool, lanes to relax; the others stay as they are.
+    Returns depth (L,), depths after the sweep [m]; x (L,), unknowns after the sweep [m]; change
+    (L,), largest change of any x [m].
     """
     depth, x = list(depth), list(x)
     change = np.zeros_like(depth[0])

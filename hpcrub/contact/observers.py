@@ -34,14 +34,9 @@ def record_displacements(
 ) -> None:  # fmt: skip
     """Apply the corrector and record all observed displacements (bank and arrays are modified).
 
-    Parameters
-    ----------
-    history, peak : ndarray
-        As in `Record`.
-    row : int
-        Place of the record in the ring, in records.
-    block : int
-        Place of its block in the ring.
+    history, peak: as in `Record`.
+    row: place of the record in the ring, in records.
+    block: place of its block in the ring.
     """
     scheme, state = bank.scheme, bank.state
     n_observed = scheme.observed.shape[1]

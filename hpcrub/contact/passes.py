@@ -44,10 +44,7 @@ MANY = (0,) * TILE
 def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) -> tuple:
     """Penetrations of TILE contact points of a disk that does not move, s b − clearance [m].
 
-    Parameters
-    ----------
-    first : int
-        First contact point.
+    first: first contact point.
     """
     depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
     depth = tile_add(depth, scheme.own, 0, first, splat(lanes, -1.0))
@@ -58,15 +55,8 @@ def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) 
 def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int) -> np.ndarray:
     """Corrector of the step before, predictor of this one (state is modified).
 
-    Parameters
-    ----------
-    contacts : tuple
-        As many zeros as there are first active points to correct.
-
-    Returns
-    -------
-    ndarray (L,)
-        Deepest penetration of the first TILE contact points [m].
+    contacts: as many zeros as there are first active points to correct.
+    Returns (L,); deepest penetration of the first TILE contact points [m].
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
@@ -95,15 +85,8 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
 def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: int) -> np.ndarray:
     """Penetrations of one more tile of contact points (state is modified).
 
-    Parameters
-    ----------
-    first : int
-        First contact point of the tile.
-
-    Returns
-    -------
-    ndarray (L,)
-        Deepest of these penetrations [m].
+    first: first contact point of the tile.
+    Returns (L,); deepest of these penetrations [m].
     """
     depth = open_gap(lanes, scheme, state, step, first)
     for k in range(state.position.shape[0]):
@@ -116,10 +99,7 @@ def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: i
 def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     """The narrowest pass that holds the active points, then the other tiles (state is modified).
 
-    Returns
-    -------
-    ndarray (L,)
-        Deepest penetration of all contact points [m].
+    Returns (L,); deepest penetration of all contact points [m].
     """
     scheme, state = bank.scheme, bank.state
     if n_active > len(MANY):
@@ -158,15 +138,8 @@ def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
 def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple:
     """Corrector by itself, for a few active points (state is modified).
 
-    Parameters
-    ----------
-    contacts : tuple
-        As many zeros as there are first active points to correct.
-
-    Returns
-    -------
-    tuple of ndarray (L,)
-        First TILE observed displacements [m].
+    contacts: as many zeros as there are first active points to correct.
+    Returns (L,); first TILE observed displacements [m].
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)

@@ -14,31 +14,16 @@ def coefficients(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Modal coefficients of a time step.
 
-    Parameters
-    ----------
-    scheme : str
-        ``central_difference`` or ``exact_modal``.
-    omega : ndarray (K,)
-        Angular eigenfrequencies [rad/s].
-    damping_ratio : float or ndarray (K,)
-        Modal damping ratio ξ [-], of all modes or of each.
-    h : float
-        Time step [s].
-
-    Returns
-    -------
-    decay : ndarray (K,)
-        Factor of the last increment [-].
-    gain : ndarray (K,)
-        Factor of a modal force [s²].
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), section 2.2.2, for central differences. ``exact_modal``
-    follows each mode without error between two steps, as long as ωh ≤ 2. A faster mode would be
-    sampled too seldom: near ωh = 2πk its samples are those of a slow mode that does not exist
-    (aliasing). The trapezoidal rule takes its place, whose phase per step never reaches π.
-    ``docs/theory.md`` derives both.
+    scheme: ``central_difference`` or ``exact_modal``.
+    omega: (K,) angular eigenfrequencies [rad/s].
+    damping_ratio: (K,) modal damping ratio ξ [-], of all modes or of each.
+    h: time step [s].
+    Returns decay (K,), factor of the last increment [-]; gain (K,), factor of a modal force [s²].
+    Source: Joachim, Nyssen, Batailly (2020), section 2.2.2, for central differences.
+    ``exact_modal`` follows each mode without error between two steps, as long as ωh ≤ 2. A faster
+    mode would be sampled too seldom: near ωh = 2πk its samples are those of a slow mode that does
+    not exist (aliasing). The trapezoidal rule takes its place, whose phase per step never reaches
+    π. ``docs/theory.md`` derives both.
     """
     if scheme == "central_difference":
         c = damping_ratio * omega * h

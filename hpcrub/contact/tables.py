@@ -20,19 +20,10 @@ def by_columns(table: np.ndarray) -> np.ndarray:
 def delassus(motion: np.ndarray, load: np.ndarray, gain: np.ndarray) -> np.ndarray:
     """Displacement of every contact point per unit force on every other in one step.
 
-    Parameters
-    ----------
-    motion : ndarray (K, C)
-        Displacement of the points per unit modal coordinate [1/√kg].
-    load : ndarray (K, C)
-        Modal force of a unit force on each point [1/√kg].
-    gain : ndarray (K,)
-        Factor of a modal force in the scheme [s²].
-
-    Returns
-    -------
-    ndarray (C, C)
-        [m/N].
+    motion: (K, C) displacement of the points per unit modal coordinate [1/√kg].
+    load: (K, C) modal force of a unit force on each point [1/√kg].
+    gain: (K,) factor of a modal force in the scheme [s²].
+    Returns (C, C); [m/N].
     """
     return (motion * gain[:, None]).T @ load
 
@@ -48,15 +39,8 @@ def spread(table: np.ndarray, lane: int, values: np.ndarray) -> None:
 def row_bound(coupling: np.ndarray) -> float:
     """How far in others push a point at most, over the deepest penetration.
 
-    Parameters
-    ----------
-    coupling : ndarray (n, n)
-        W_ij/W_jj of zero diagonal [-].
-
-    Returns
-    -------
-    float
-        ρ/(1 − ρ), ρ the largest row sum of |coupling|; infinite from ρ = 1 on [-].
+    coupling: (n, n) W_ij/W_jj of zero diagonal [-].
+    Returns ρ/(1 − ρ), ρ the largest row sum of |coupling|; infinite from ρ = 1 on [-].
     """
     rho = np.abs(coupling).sum(axis=1).max()
     return rho / (1.0 - rho) if rho < 1.0 else np.inf

@@ -71,13 +71,7 @@ class Windows:
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
         """None yet.
 
-        Parameters
-        ----------
-        criteria : SteadyCriteria
-        decay : float
-            Rate of the slowest transient of the free disk [1/s].
-        window : float
-            Length of a window [s].
+        decay: rate of the slowest transient of the free disk [1/s]; window: length of a window [s].
         """
         self.criteria, self.decay = criteria, decay
         self.part = -math.expm1(-decay * window)  # of a transient, that a window takes
@@ -91,22 +85,12 @@ class Windows:
     ) -> Verdict | None:
         """Take note of a window.
 
-        Parameters
-        ----------
-        before, last : ndarray (O,)
-            Largest magnitudes of all observed displacements in the window before, and in the last
-            one [m].
-        signals : callable
-            Gives the history of one observed displacement in both.
-        time : float
-            Since the start [s].
-        over : bool
-            Whether there is no time for another window.
-
-        Returns
-        -------
-        Verdict
-            None: go on.
+        before, last: (O,) largest magnitudes of all observed displacements in the window before,
+            and in the last one [m].
+        signals: gives the history of one observed displacement in both.
+        time: since the start [s].
+        over: whether there is no time for another window.
+        Returns None to go on.
         """
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))

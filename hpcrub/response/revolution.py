@@ -54,12 +54,8 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
 
     A block turns the disk by a whole number of bump pitches, or periods of what the tips meet.
 
-    Parameters
-    ----------
-    speed_hz : float
-        Any speed of a rung [Hz]; the slowest of the rung counts.
-    scene : Scene
-        Its `step` and `least_steps`, `record_interval`, `repeats` and `divisor`.
+    speed_hz: any speed of a rung [Hz]; the slowest of the rung counts.
+    scene: its `step` and `least_steps`, `record_interval`, `repeats` and `divisor`.
     """
     lowest = slowest(rung(speed_hz))
     n_steps = math.ceil(max(1.0 / (lowest * scene.step), scene.least_steps) * (1.0 - 1e-12))

@@ -28,11 +28,7 @@ PERMANENT = 0.99  # share of the last window in which a blade touches that does 
 def critical_friction(modes: Modes, casing: ElasticCasing | None = None) -> float:
     """Smallest coefficient of friction at which a contact point locks itself; inf: none does.
 
-    Parameters
-    ----------
-    modes : Modes
-    casing : ElasticCasing, optional
-        That gives: its compliance 1/k is added to c(μ).
+    casing: ElasticCasing, optional, that gives: its compliance 1/k is added to c(μ).
     """
     normal, tangential = _compliances(modes)
     normal = normal + (1.0 / casing.stiffness if casing else 0.0)
@@ -71,17 +67,9 @@ def permanent_contact(share: np.ndarray, modes: Modes, scene: Any) -> int:
     contact is not stable, friction feeds its motion, which has no bounds that small displacements
     know of. A coating bounds it: contact ends when enough is cut.
 
-    Parameters
-    ----------
-    share : ndarray (N,)
-        Share of the last window in which each blade touches; (0,) where it is not known.
-    modes : Modes
-    scene : response.sweep.Scene
-
-    Returns
-    -------
-    int
-        Code of ``status``: NONE, PERMANENT or FLUTTER.
+    share: (N,) share of the last window in which each blade touches; (0,) where it is not known.
+    scene: response.sweep.Scene.
+    Returns code of ``status``: NONE, PERMANENT or FLUTTER.
     """
     if scene.coating or not (len(share) and share.max() > PERMANENT):
         return status.NONE

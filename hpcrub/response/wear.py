@@ -47,12 +47,8 @@ class Follower:
     def has_ended(self, steady: bool, amplitude: float) -> bool:
         """Whether nothing wears any more and the motion is steady, or has died away.
 
-        Parameters
-        ----------
-        steady : bool
-            Whether the motion has passed the test of a steady state.
-        amplitude : float
-            Of the last window [m].
+        steady: whether the motion has passed the test of a steady state.
+        amplitude: of the last window [m].
         """
         if self.growth > ENDED * float(self.depths[-1][1].max()):
             return False
@@ -78,18 +74,10 @@ def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
 def lobes(worn: np.ndarray, repeats: int) -> int:
     """Lobes of worn depths around the casing.
 
-    Parameters
-    ----------
-    worn : ndarray (Z, S)
-        Worn depths [m].
-    repeats : int
-        Times that the casing and the load repeat themselves in a turn.
-
-    Returns
-    -------
-    int
-        Strongest order that is not a multiple of ``repeats``, which are those of the casing; where
-        there is none, or casing and load have all orders, the strongest of all. 0: no wear.
+    worn: (Z, S) worn depths [m].
+    repeats: times that the casing and the load repeat themselves in a turn.
+    Returns strongest order that is not a multiple of ``repeats``, which are those of the casing;
+    where there is none, or casing and load have all orders, the strongest of all. 0: no wear.
     """
     size = np.abs(np.fft.rfft(worn.mean(axis=0)))
     if not size[0] > 0.0:

@@ -41,19 +41,10 @@ NEAR = 0.5  # distance at which blades are looked at from the begin, of the deep
 def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> int:
     """List the points of blades that penetrate more than a threshold in any lane (state.active).
 
-    Parameters
-    ----------
-    lanes, law
-        As in `integrate.integrate`; ``groups`` and ``deepest`` are modified.
-    state : State
-        Modified.
-    threshold : ndarray (L,)
-        Negative for blades that are near [m].
-
-    Returns
-    -------
-    int
-        Groups with points in the list; ``law.groups`` says where each begins.
+    lanes, law: as in `integrate.integrate`; ``groups`` and ``deepest`` are modified.
+    state: modified.
+    threshold: (L,) negative for blades that are near [m].
+    Returns groups with points in the list; ``law.groups`` says where each begins.
     """
     n_groups = n_active = 0
     law.groups[0] = 0
@@ -84,10 +75,7 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
     A point that penetrates does, unless others have held it out in the step before: on the first
     line of its surface, or that of the step before.
 
-    Parameters
-    ----------
-    deepest : ndarray (L,)
-        Deepest penetration of the step [m]; lanes without contact keep their guess.
+    deepest: (L,) deepest penetration of the step [m]; lanes without contact keep their guess.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     contact = below(zero, deepest)
@@ -111,10 +99,7 @@ def solve_blades(
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
 
-    Returns
-    -------
-    int
-        Entries of `State.active` that count.
+    Returns entries of `State.active` that count.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     limit = positive_part(deepest) * splat(lanes, TOLERANCE)
@@ -193,12 +178,7 @@ def turn_all(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int
 def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: int) -> None:
     """Penetrations of a group that the forces on the other groups leave (state.depth, modified).
 
-    Parameters
-    ----------
-    n_groups : int
-        Groups with listed points.
-    group : int
-        One of them.
+    n_groups: groups with listed points; group: one of them.
     """
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
@@ -216,12 +196,8 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
 def solve_stuck(state: State, law: Any, n_active: int) -> None:
     """Multipliers of the lanes marked in ``law.right`` by pivoting (state is modified).
 
-    Parameters
-    ----------
-    state, law
-        As in `integrate.integrate`.
-    n_active : int
-        Entries of `State.active`: all points, with their columns.
+    state, law: as in `integrate.integrate`.
+    n_active: entries of `State.active`: all points, with their columns.
     """
     n_rows = state.penetration.shape[0]
     rows = state.active[:n_active].copy()

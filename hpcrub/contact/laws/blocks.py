@@ -52,12 +52,8 @@ def add_forces(
 ) -> None:
     """Modal forces of some active points (law.before, modified).
 
-    Parameters
-    ----------
-    slots : tuple
-        As many zeros as there are points.
-    first : int
-        Place of the first of them in `State.active`; 0 to begin the sum.
+    slots: as many zeros as there are points.
+    first: place of the first of them in `State.active`; 0 to begin the sum.
     """
     columns = indices(slots, state.active, first)
     forces = tile_gather(lanes, state.multiplier, columns)
@@ -81,13 +77,9 @@ def advance_modes(
 ) -> None:
     """Corrector and predictor of some modes (state, law.before are modified).
 
-    Parameters
-    ----------
-    lanes, scheme, state, law
-        As in `integrate.integrate`; ``before`` holds the modal forces on entry, if there are any,
-        and the increments of the step before on return.
-    n_active : int
-        Zero where there are no forces.
+    lanes, scheme, state, law: as in `integrate.integrate`; ``before`` holds the modal forces on
+        entry, if there are any, and the increments of the step before on return.
+    n_active: zero where there are no forces.
     """
     loaded = scheme.external.shape[0] > 0
     for k in range(begin, end):
@@ -110,10 +102,7 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
 
     Block by block of modes, so that all points see a mode while it is in the cache.
 
-    Returns
-    -------
-    ndarray (L,)
-        Deepest penetration of all contact points [m].
+    Returns (L,); deepest penetration of all contact points [m].
     """
     scheme, state, law = bank.scheme, bank.state, bank.law
     n_modes, n_points = scheme.normal.shape

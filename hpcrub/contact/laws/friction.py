@@ -61,12 +61,8 @@ def turn(
 ) -> None:
     """Directions and columns of the points in ``law.fresh`` (law is modified).
 
-    Parameters
-    ----------
-    n_fresh : int
-        Entries of ``law.fresh`` that count, places in `State.active`.
-    n_active : int
-        Entries of `State.active` that count: rows of a column.
+    n_fresh: entries of ``law.fresh`` that count, places in `State.active`.
+    n_active: entries of `State.active` that count: rows of a column.
     """
     for a in range(n_fresh, n_fresh + TILE):
         law.fresh[a] = law.fresh[0]
@@ -85,12 +81,7 @@ def turn(
 def slip(lanes: tuple, slots: tuple, scheme: Scheme, state: State, law: Any, first: int) -> None:
     """Directions of slip of a few points in the step before (law is modified).
 
-    Parameters
-    ----------
-    slots : tuple
-        As many zeros as there are points.
-    first : int
-        Place of the first one in ``law.fresh``.
+    slots: as many zeros as there are points; first: place of the first one in ``law.fresh``.
     """
     for a in range(len(slots)):
         law.slipping[a] = state.active[law.fresh[first + a]]
@@ -109,12 +100,8 @@ def slip(lanes: tuple, slots: tuple, scheme: Scheme, state: State, law: Any, fir
 def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> None:
     """Column of the Delassus operator of one point (state and law are modified).
 
-    Parameters
-    ----------
-    b : int
-        Place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.
-    n_active : int
-        Rows of the column.
+    b: place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.
+    n_active: rows of the column.
     """
     n_rows = state.penetration.shape[0]
     j = state.active[b]

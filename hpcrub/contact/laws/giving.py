@@ -48,10 +48,7 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
 def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
     """Turn the depths x into forces, and keep what the points reach (state, law are modified).
 
-    Returns
-    -------
-    int
-        Points left in `State.active`: those that carry a force in any lane.
+    Returns points left in `State.active`: those that carry a force in any lane.
     """
     surface, n = law.surface, 0
     for a in range(n_active):

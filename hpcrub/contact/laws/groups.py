@@ -40,19 +40,8 @@ def choose(
 ) -> int:
     """Points of a group that touch in the guess of any lane (law is modified).
 
-    Parameters
-    ----------
-    n_groups : int
-        Groups with listed points.
-    group : int
-        One of them.
-    solving : ndarray (L,) bool
-        Lanes that count.
-
-    Returns
-    -------
-    int
-        Points whose places ``law.chosen`` holds, in order.
+    n_groups: groups with listed points; group: one of them; solving: (L,) bool, lanes that count.
+    Returns points whose places ``law.chosen`` holds, in order.
     """
     zero, n, n_fresh = splat(lanes, 0.0), 0, 0
     for a in range(law.groups[group], law.groups[group + 1]):
@@ -72,13 +61,8 @@ def choose(
 def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
     """Depths x that the forces of the chosen points undo on their lines (law.right, modified).
 
-    Parameters
-    ----------
-    n : int
-        Chosen points, the first of ``law.chosen``.
+    n: chosen points, the first of ``law.chosen``.
 
-    Notes
-    -----
     A line of the surface says x = slope·d + start of the depth d that the other forces leave.
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
     matrix, and its force 0.
@@ -129,23 +113,12 @@ def find_wrong(
 ) -> np.ndarray:
     """Mark the points that are not on the line guessed (law.wrong, modified).
 
-    Parameters
-    ----------
-    start, end : int
-        Places in `State.active` of the first point of the group and after the last.
-    n : int
-        Chosen points, the first of ``law.chosen``.
-    threshold : ndarray (L,)
-        Penetration from which on a blade counts in a lane [m].
-    limit : ndarray (L,)
-        Tolerance of a multiplier or penetration [m].
-    trying : ndarray (L,) bool
-        Lanes whose set is not found yet; the others have no wrong points.
-
-    Returns
-    -------
-    ndarray (L,)
-        Zero in the lanes that have none.
+    start, end: places in `State.active` of the first point of the group and after the last.
+    n: chosen points, the first of ``law.chosen``.
+    threshold: (L,) penetration from which on a blade counts in a lane [m].
+    limit: (L,) tolerance of a multiplier or penetration [m].
+    trying: (L,) bool, lanes whose set is not found yet; the others have no wrong points.
+    Returns (L,); zero in the lanes that have none.
     """
     n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
     count, own = zero, 0
@@ -174,12 +147,8 @@ def change_sides(
 ) -> None:
     """Let points that are not on their line take that which they are on (law.touching, modified).
 
-    Parameters
-    ----------
-    start, end : int
-        Places in `State.active` of the first point of the group and after the last.
-    all_at_once : bool
-        Whether all change, or only the last.
+    start, end: places in `State.active` of the first point of the group and after the last.
+    all_at_once: whether all change, or only the last.
     """
     zero, free = splat(lanes, 0.0), splat(lanes, 1.0)
     for back in range(end - start):
@@ -206,30 +175,15 @@ def solve_group(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of one group (state.multiplier, law are modified).
 
-    Parameters
-    ----------
-    state : State
-        On entry ``depth`` holds what the other groups leave of the penetrations [m].
-    n_groups : int
-        Groups with listed points.
-    group : int
-        One of them.
-    threshold : ndarray (L,)
-        Penetration from which on a blade counts in a lane [m].
-    limit : ndarray (L,)
-        Tolerance of a multiplier or penetration [m].
-    solving : ndarray (L,) bool
-        Lanes to solve; the others keep their multipliers.
+    state: on entry ``depth`` holds what the other groups leave of the penetrations [m].
+    n_groups: groups with listed points.
+    group: one of them.
+    threshold: (L,) penetration from which on a blade counts in a lane [m].
+    limit: (L,) tolerance of a multiplier or penetration [m].
+    solving: (L,) bool, lanes to solve; the others keep their multipliers.
+    Returns tried (L,), sets that were tried; unfinished (L,), 1 for lanes in which none was right,
+    else 0.
 
-    Returns
-    -------
-    tried : ndarray (L,)
-        Sets that were tried.
-    unfinished : ndarray (L,)
-        1 for lanes in which none was right, else 0.
-
-    Notes
-    -----
     On return ``law.wrong`` holds the multipliers from before.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)

@@ -37,10 +37,7 @@ GROUP = 48  # contact points of neighbouring blades whose forces are found at on
 def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
     """Count this step for the blades that carry a force (law.touched, modified).
 
-    Parameters
-    ----------
-    n_active : int
-        Entries of `State.active` that count, blade by blade.
+    n_active: entries of `State.active` that count, blade by blade.
     """
     zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
     force = zero
@@ -58,10 +55,7 @@ def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     """Normal, circumferential and axial forces of the multipliers (state, law are modified).
 
-    Returns
-    -------
-    int
-        Rows of ``state.multiplier`` that count, without those of no force in any lane.
+    Returns rows of ``state.multiplier`` that count, without those of no force in any lane.
     """
     n_points = state.penetration.shape[0] - 1
     zero, mu, n = splat(lanes, 0.0), splat(lanes, law.friction), 0

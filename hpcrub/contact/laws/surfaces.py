@@ -217,10 +217,7 @@ class Coated(NamedTuple):
     def meet(lanes: tuple, surface: "Coated", state: State, deepest: np.ndarray) -> np.ndarray:
         """Find the bars, and penetrations of what is left of them (surface, state are modified).
 
-        Returns
-        -------
-        ndarray (L,)
-            The deepest penetration [m].
+        Returns (L,); the deepest penetration [m].
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
         surface.clock[1] = surface.clock[0]
@@ -318,12 +315,8 @@ class Coated(NamedTuple):
     ) -> np.ndarray:  # fmt: skip
         """1 and the right code where x (L,) [m] is not the depth that the force at p (L,) undoes.
 
-        Parameters
-        ----------
-        limit : ndarray (L,)
-            Tolerance [m].
-        trying : ndarray (L,) bool
-            Lanes that count (their ``reached`` is modified).
+        limit: (L,) tolerance [m].
+        trying: (L,) bool, lanes that count (their ``reached`` is modified).
         """
         worn = load(lanes, surface.worn, surface.bar[j])
         store(surface.reached, j, select(trying, p + worn, load(lanes, surface.reached, j)))

@@ -45,13 +45,8 @@ TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     """List the points that may carry a force in any lane (state.active, modified).
 
-    Returns
-    -------
-    int
-        Points in the list.
+    Returns points in the list.
 
-    Notes
-    -----
     Others can gain a point in by at most ``bound`` times the deepest penetration: with ρ < 1 the
     largest row sum of |coupling|, every iterate of `solve` stays below 1/(1 − ρ) times it, so the
     bound is ρ/(1 − ρ). A point farther away stays free whatever the rest does, and leaving it out
@@ -91,21 +86,11 @@ def solve_few(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
-    Parameters
-    ----------
-    slots : tuple
-        As many zeros as there is room for points, no fewer than are active.
-    limit : ndarray (L,)
-        Tolerance of a multiplier or penetration [m].
-    changing : ndarray (L,) bool
-        Lanes in which anything penetrates.
-
-    Returns
-    -------
-    unsettled : ndarray (L,) bool
-        Lanes that did not converge.
-    sweeps : ndarray (L,)
-        Sweeps that each lane took.
+    slots: as many zeros as there is room for points, no fewer than are active.
+    limit: (L,) tolerance of a multiplier or penetration [m].
+    changing: (L,) bool, lanes in which anything penetrates.
+    Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), sweeps that each lane
+    took.
     """
     sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
     rows = indices(slots, state.active, 0)
@@ -126,15 +111,8 @@ def solve_few(
 def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndarray) -> np.ndarray:
     """One sweep over the active points (state is modified).
 
-    Parameters
-    ----------
-    changing : ndarray (L,) bool
-        Lanes to relax; the others stay as they are.
-
-    Returns
-    -------
-    ndarray (L,)
-        Largest change of any x [m].
+    changing: (L,) bool, lanes to relax; the others stay as they are.
+    Returns (L,); largest change of any x [m].
     """
     n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
     change = zero
@@ -225,8 +203,6 @@ def solve_stuck(law: Any, state: State, n_active: int) -> None:
 def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
-    Notes
-    -----
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged is
     frozen, so that its result does not depend on how long the others take; one that has not after
     MAX_SWEEPS is solved by pivoting.

@@ -20,16 +20,9 @@ SLACK = 1e-9  # violation accepted of a solution by pivoting, of the deepest pen
 def flaw(W: np.ndarray) -> int:
     """What keeps the contact forces from being unique.
 
-    Parameters
-    ----------
-    W : ndarray (n, n)
-        Delassus operator [m/N].
-
-    Returns
-    -------
-    int
-        Code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many points to
-        decide, NOT_FINITE.
+    W: (n, n) Delassus operator [m/N].
+    Returns code of ``status``: NONE, JAMMING, NOT_UNIQUE, UNPROVEN when there are too many points
+    to decide, NOT_FINITE.
     """
     if not np.isfinite(W).all():
         return NOT_FINITE
@@ -50,18 +43,9 @@ def flaw(W: np.ndarray) -> int:
 def is_p_matrix(W: np.ndarray) -> bool:
     """Whether all principal minors are positive.
 
-    Parameters
-    ----------
-    W : ndarray (n, n)
-        Any square matrix, as the Delassus operator [m/N].
+    W: (n, n) any square matrix, as the Delassus operator [m/N].
+    Returns whether W is a P-matrix.
 
-    Returns
-    -------
-    bool
-        Whether W is a P-matrix.
-
-    Notes
-    -----
     By the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and both
     W without row and column 0, and its Schur complement with respect to W_00, are P-matrices.
     """
@@ -80,16 +64,10 @@ def is_p_matrix(W: np.ndarray) -> bool:
 def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
     """Bring a column into the basis in place of that of a row (tableau, basis modified).
 
-    Parameters
-    ----------
-    tableau : ndarray (n, 2n + 2)
-        Columns of w, x, the artificial variable and the right-hand side.
-    basis : ndarray (n,) int
-        Column that is basic in each row.
-    row : int
-        Row whose variable leaves the basis.
-    column : int
-        Column that enters the basis.
+    tableau: (n, 2n + 2) columns of w, x, the artificial variable and the right-hand side.
+    basis: (n,) int, column that is basic in each row.
+    row: row whose variable leaves the basis.
+    column: column that enters the basis.
     """
     n, scale = tableau.shape[1], tableau[row, column]
     for k in range(n):
@@ -106,22 +84,11 @@ def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None
 def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
     """Row of the smallest ratio, the artificial variable first.
 
-    Parameters
-    ----------
-    tableau : ndarray (n, 2n + 2)
-        Columns of w, x, the artificial variable and the right-hand side.
-    basis : ndarray (n,) int
-        Column that is basic in each row.
-    column : int
-        Column that enters the basis.
+    tableau: (n, 2n + 2) columns of w, x, the artificial variable and the right-hand side.
+    basis: (n,) int, column that is basic in each row.
+    column: column that enters the basis.
+    Returns row; −1 for an unbounded ray.
 
-    Returns
-    -------
-    int
-        Row; −1 for an unbounded ray.
-
-    Notes
-    -----
     Equal ratios, as of equal penetrations, are compared as if the right-hand sides were different
     by ever smaller amounts (lexicographically): else the method runs in circles.
     """
@@ -157,14 +124,10 @@ def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: 
 def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) -> int:
     """Row of the largest penetration, the last of equal ones (tableau, basis are modified).
 
-    Parameters
-    ----------
-    tableau : ndarray (n, 2n + 2)
-        Set to the columns of w, x, the artificial variable and the right-hand side.
-    basis : ndarray (n,) int
-        Set to those of w.
-    M, p : ndarray
-        As in `solve_by_pivoting`.
+    tableau: (n, 2n + 2) set to the columns of w, x, the artificial variable and the right-hand
+        side.
+    basis: (n,) int, set to those of w.
+    M, p: as in `solve_by_pivoting`.
     """
     n, row = len(p), 0
     for i in range(n):
@@ -183,22 +146,11 @@ def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) 
 def solve_by_pivoting(M: np.ndarray, p: np.ndarray, x: np.ndarray) -> bool:
     """Solve x ≥ 0, w = Mx − p ≥ 0, x·w = 0 with some p > 0 by Lemke's method (x is modified).
 
-    Parameters
-    ----------
-    M : ndarray (n, n)
-        Delassus operator, its columns scaled at will.
-    p : ndarray (n,)
-        Penetrations [m].
-    x : ndarray (n,)
-        Result, in p over the unit of M; zero when none is found.
+    M: (n, n) Delassus operator, its columns scaled at will.
+    p: (n,) penetrations [m].
+    x: (n,) result, in p over the unit of M; zero when none is found.
+    Returns whether it is solved. Lemke's method solves every problem with a P-matrix.
 
-    Returns
-    -------
-    bool
-        Whether it is solved. Lemke's method solves every problem with a P-matrix.
-
-    Notes
-    -----
     Cottle, Pang, Stone (1992), chapter 4.
     """
     n = len(p)
