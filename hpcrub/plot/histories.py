@@ -8,11 +8,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED
+from hpcrub.contact.status import DIVERGED, IRREGULAR
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, say
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.time_response import first_steady
+from hpcrub.studies.time_response import first_known
 
 CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
 BINS = 500  # of the envelope of a whole history
@@ -94,9 +94,10 @@ def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
     if not len(checks):
         axes.set_title("ends before the first check of the steady state", fontsize=11)
         return
-    passed = first_steady(file, disk)
+    passed, status_of = first_known(file, disk), file.read("point_status", disk)
     check = len(checks) - 1 if passed is None else passed
-    end, word = checks[check], "not steady" if passed is None else "steady"
+    word = "irregular" if status_of == IRREGULAR else "steady"
+    end, word = checks[check], "not steady" if passed is None else word
     for k, colour, name in ((2, ORANGE, "first window compared"), (1, GREEN, "second window")):
         begin = end - k * window
         axes.axvspan(begin, begin + window, color=colour, alpha=0.35, lw=0, label=name)

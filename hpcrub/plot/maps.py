@@ -8,10 +8,12 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
 from hpcrub.contact import status
+from hpcrub.contact.status import IRREGULAR, NOT_STEADY
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, PINK
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import Z_95
 
 DECADES = 3.5  # of the amplitude, above which it is drawn
 N_INTERACTIONS = 2  # marked, on different engine orders
@@ -40,7 +42,8 @@ def interaction_map(canvas: Canvas) -> None:
     """Spectra over the speeds with engine orders and natural frequencies, a panel for every disk.
 
     The two strongest interactions are framed. Their frequency lies above the first family, as
-    contact stiffens the blades: Δ1B is this distance from the top of the family.
+    contact stiffens the blades: Δ1B is this distance from the top of the family. Squares on the
+    upper edge mark speeds whose motion does not repeat itself, and how well its amplitude is known.
     """
     file = canvas.file
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
@@ -58,6 +61,7 @@ def interaction_map(canvas: Canvas) -> None:
         for speed, reason in zip(speeds, reasons[disk], strict=True):
             if status.are_fatal(reason):
                 panel.axvline(speed, color=PINK, lw=2, label=status.words(reason))
+        _mark_unknown(panel, file, disk)
         panel.margins(x=0)
         panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
         panel.set_title(DISKS[disk], pad=20)
@@ -75,6 +79,26 @@ def interaction_map(canvas: Canvas) -> None:
     axes[0].set_ylabel("frequency [Hz]")
     canvas.legend_of_all(axes)
     canvas.colorbar(image, axes, label="tangential amplitude, largest of all tips [mm]")
+
+
+def _mark_unknown(panel: Axes, file: ResultFile, disk: int) -> None:
+    """Points whose amplitude is a mean with an error, or one draw, on the upper edge."""
+    if "point_status" not in file:
+        return
+    speeds, found = file.read("speeds_hz"), file.read("point_status", disk)
+    error = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
+    for what, colour in ((IRREGULAR, ORANGE), (NOT_STEADY, PINK)):
+        here = found == what
+        if not here.any():
+            continue
+        label = "not steady: one draw of many"
+        if what == IRREGULAR:
+            interval = 100 * Z_95 * np.median(error[here])
+            label = f"irregular, {DISKS[disk]}: ±{interval:.0f} % (95 % interval)"
+        panel.plot(
+            speeds[here], np.full(here.sum(), 0.988), "s", ms=3.5, color=colour, label=label,
+            transform=panel.get_xaxis_transform(), clip_on=False, zorder=5,
+        )  # fmt: skip
 
 
 def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interaction]:

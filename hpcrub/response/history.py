@@ -17,7 +17,10 @@ from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.passes import correct
+from hpcrub.contact.status import NOT_STEADY
+from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
+from hpcrub.response.ensemble import LastWindow, Verdict, Windows
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.sweep import Motion, Scene, judge
 
@@ -68,6 +71,65 @@ def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
     grid = cut_revolution(speed_hz, scene)
     n_blocks = math.ceil(duration * speed_hz * grid.blocks_per_revolution)
     return n_blocks * (grid.steps_per_block // grid.stride)
+
+
+def checks(speed_hz: float, duration: float, scene: Scene) -> range:
+    """Blocks after which a history of a speed [Hz] and a duration [s] is judged, as in a sweep."""
+    steady, per_turn = scene.steady, cut_revolution(speed_hz, scene).blocks_per_revolution
+    window, first = steady.window_revolutions * per_turn, steady.first_check * speed_hz * per_turn
+    last = math.ceil(duration * speed_hz * per_turn)
+    if steady.rule == "ensemble":
+        return range(max(math.ceil(first / window), 2) * window, last + 1, window)
+    return range(max(math.ceil(first), 2 * window), last + 1, steady.extend_revolutions * per_turn)
+
+
+def judged(
+    observed: np.ndarray, speed_hz: float, duration: float, modes: Modes, scene: Scene
+) -> tuple[Verdict, float]:
+    """What a sweep would say of a history: steady, irregular or neither, and its amplitude.
+
+    Parameters
+    ----------
+    observed : ndarray (R, O)
+        Records of the observed displacements [m], as `integrate` makes them.
+    speed_hz : float
+        [Hz]
+    duration : float
+        [s]
+    modes : Modes
+    scene : Scene
+
+    Returns
+    -------
+    verdict : Verdict
+    time : float
+        Since the start, when it was found [s]; NaN: the history ends before the first check.
+    """
+    steady, grid = scene.steady, cut_revolution(speed_hz, scene)
+    per_block = grid.steps_per_block // grid.stride
+    window = steady.window_revolutions * grid.blocks_per_revolution * per_block
+    omega = modes.at(speed_hz).omega
+    decay = float((ratios(scene.damping_ratio, omega) * omega).min())
+    kind = Windows if steady.rule == "ensemble" else LastWindow
+    watch, ends = kind(steady, decay, steady.window_revolutions / speed_hz), [np.nan]
+    unknown = np.full(observed.shape[1], np.nan)
+    found: Verdict | None = Verdict(NOT_STEADY, unknown, np.nan, np.nan, np.nan)
+    blocks = checks(speed_hz, duration, scene)
+    for block in blocks:
+        before, last = (observed[block * per_block - k * window :][:window] for k in (2, 1))
+        ends.append(block / (speed_hz * grid.blocks_per_revolution))
+
+        def signals(
+            tip: int, before: np.ndarray = before, last: np.ndarray = last
+        ) -> tuple[np.ndarray, np.ndarray]:
+            return before[:, tip], last[:, tip]
+
+        sizes = np.abs(before).max(axis=0), np.abs(last).max(axis=0)
+        found = watch.look(*sizes, signals, ends[-1], block == blocks[-1])
+        if found is not None:
+            break
+    assert found is not None  # the last check always ends it
+    return found, ends[-1]
 
 
 def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:

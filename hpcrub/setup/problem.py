@@ -145,8 +145,9 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
 
 
 def time_grid(config: Config) -> SimpleNamespace:
-    """What `sweep.cut_revolution` needs of a Scene, before there is a model."""
+    """What `cut_revolution` and `history.checks` need of a Scene, before there is a model."""
     return SimpleNamespace(
+        steady=config.steady_state,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
         repeats=config.repeats,

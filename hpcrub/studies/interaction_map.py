@@ -7,13 +7,15 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, IRREGULAR, NOT_STEADY, STEADY
 from hpcrub.response import history
 from hpcrub.response.sliding import permanent_contact
-from hpcrub.results.layout import POINT_REASON, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.statistics.percentiles import Z_95
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -24,6 +26,9 @@ LAYOUT = (
     Dataset("spectrum_m", (*_DS, "frequency"), "m", "tangential amplitude, largest of all tips"),
     Dataset("amplitude_m", _DS, "m", "largest tangential displacement within the window"),
     Dataset("point_reason", _DS, "1", f"{POINT_REASON}; where diverged, values are NaN", "u1"),
+    Dataset("point_status", _DS, "1", POINT_STATUS, "u1", since=3),
+    Dataset("mean_amplitude_m", _DS, "m", "amplitude, as in a contact study", since=3),
+    Dataset("mean_error_m", _DS, "m", "its standard error; NaN: unknown", since=3),
 )
 AT_SPEED = Dataset(
     "natural_frequencies_at_speed_hz",
@@ -112,8 +117,14 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         if not status.are_fatal(reason):
             reason = permanent_contact(share, modes, scene) or reason
         yield "point_reason", (disk, speed), reason
+        yield "point_status", (disk, speed), DIVERGED
         if status.are_fatal(reason):
             continue
+        duration = config.history.duration_s
+        found, _ = history.judged(tips[:end, :, lane], speeds[lane], duration, modes, scene)
+        yield "point_status", (disk, speed), found.status
+        yield "mean_amplitude_m", (disk, speed), found.amplitude
+        yield "mean_error_m", (disk, speed), found.error
         yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
         yield "amplitude_m", (disk, speed), np.abs(window).max()
 
@@ -152,12 +163,35 @@ def report(file: ResultFile) -> Iterator[str]:
             yield f"{name}: {line}"
         if not np.isfinite(amplitude).any():
             continue
+        error = np.zeros(len(speeds))
+        if "point_status" in file:
+            yield f"{name}: {how_known(file, disk)}"
+            known = np.isin(file.read("point_status", disk), (STEADY, IRREGULAR))
+            amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
+            error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
         best = int(np.nanargmax(amplitude))
         line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
+        interval = f" ± {1e3 * Z_95 * error[best]:.1f}" if error[best] else ""
         yield (
-            f"{name}: largest amplitude {1e3 * amplitude[best]:.1f} mm "
+            f"{name}: largest amplitude {1e3 * amplitude[best]:.1f}{interval} mm "
             f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
         )
+
+
+def how_known(file: ResultFile, disk: int) -> str:
+    """How many points of a disk are steady, irregular or neither, and what that means."""
+    found = file.read("point_status", disk)
+    n_steady, n_irregular, n_lost = (
+        int(np.count_nonzero(found == s)) for s in (STEADY, IRREGULAR, NOT_STEADY)
+    )
+    relative = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
+    relative = relative[found == IRREGULAR]
+    error = f", means known to {100 * np.median(relative):.1f} %" if n_irregular else ""
+    lost = ", each one draw of many" if n_lost else ""
+    return (
+        f"of {len(found)} points {n_steady} are steady, {n_irregular} irregular{error}, "
+        f"{n_lost} not steady{lost}"
+    )
 
 
 STUDY = Study(

@@ -1,6 +1,5 @@
 """One simulation in full: displacements, gaps and contact forces of all tips, steady or not."""
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
+from hpcrub.contact.status import DIVERGED, IRREGULAR, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
@@ -21,6 +20,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.setup.problem import time_grid
+from hpcrub.statistics.percentiles import Z_95
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -38,6 +38,9 @@ LAYOUT = (
     Dataset("tip", _DC, "1", "tip that was looked at; means nothing where diverged", "i8"),
     Dataset("point_status", ("disk",), "1", POINT_STATUS, "u1"),
     Dataset("point_reason", ("disk",), "1", POINT_REASON, "u1"),
+    Dataset("judged_s", ("disk",), "s", "check that point_status, amplitude are of", since=3),
+    Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study", since=3),
+    Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown", since=3),
 )
 SCALES = {"time": "time_s", "check": "check_s"}
 
@@ -74,13 +77,7 @@ def sizes(config: Config) -> dict[str, int]:
 
 
 def _checks(config):
-    """Blocks after which the steady state is tested, as `sweep` does."""
-    steady, speed = config.steady_state, config.speeds.from_hz
-    per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
-    first = math.ceil(steady.first_check_s * speed * per_revolution)
-    first = max(first, 2 * steady.window_revolutions * per_revolution)
-    last = math.ceil(config.history.duration_s * speed * per_revolution)
-    return range(first, last + 1, steady.extend_revolutions * per_revolution)
+    return history.checks(config.speeds.from_hz, config.history.duration_s, time_grid(config))
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -146,9 +143,13 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "tip", task, tip
     yield "correlation", task, correlated
     yield "amplitude_change", task, change
-    steady = first_passed(correlated, change, config.steady_state) is not None
-    bounded = STEADY if steady else NOT_STEADY
-    yield "point_status", task, DIVERGED if status.are_fatal(reason) else bounded
+    yield "point_status", task, DIVERGED
+    if not status.are_fatal(reason):
+        found, when = history.judged(tangential, speed, duration, modes, scene)
+        yield "judged_s", task, when
+        yield "point_status", task, found.status
+        yield "amplitude_m", task, found.amplitude
+        yield "amplitude_error_m", task, found.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
@@ -185,26 +186,36 @@ def first_passed(correlated: np.ndarray, change: np.ndarray, steady: Any) -> int
     return int(np.argmax(passed)) if passed.any() else None
 
 
-def first_steady(file: ResultFile, disk: int) -> int | None:
-    """`first_passed` of a disk of a result file."""
-    correlated, change = file.read("correlation", disk), file.read("amplitude_change", disk)
-    return first_passed(correlated, change, file.config.steady_state)
+def first_known(file: ResultFile, disk: int) -> int | None:
+    """Number of the check at which the amplitude of a disk of a result file was known, or None."""
+    if "judged_s" not in file:  # of a layout before 3: always the paper's rule
+        correlated, change = file.read("correlation", disk), file.read("amplitude_change", disk)
+        return first_passed(correlated, change, file.config.steady_state)
+    if file.read("point_status", disk) not in (STEADY, IRREGULAR):
+        return None
+    return int(np.abs(file.read("check_s") - file.read("judged_s", disk)).argmin())
 
 
 def report(file: ResultFile) -> Iterator[str]:
-    """Amplitudes and the time of the steady state, or why there are none."""
+    """Amplitudes, and since when they are known, or why there are none."""
     found, reason = file.read("point_status"), file.read("point_reason")
     for disk, name in enumerate(("tuned disk", "pattern")[: len(found)]):
         if found[disk] == DIVERGED:
             yield f"{name}: {status.words(reason[disk])}"
             continue
-        check = first_steady(file, disk)
-        steady = "not steady" if check is None else f"steady at {file.read('check_s')[check]:.3f} s"
+        check = first_known(file, disk)
+        word = "irregular" if found[disk] == IRREGULAR else "steady"
+        known = "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
+        if check is not None and "judged_s" in file:
+            known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
+        if found[disk] == IRREGULAR:
+            error = Z_95 * file.read("amplitude_error_m", disk)
+            known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
         force = file.read("force_n", disk).max()
         care = f"; {status.words(reason[disk])}" if reason[disk] else ""
         yield (
-            f"{name}: {steady}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
+            f"{name}: {known}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
         )
 
 

@@ -207,14 +207,30 @@ def test_the_checks_of_a_time_response_are_those_of_its_motion(response, disk):
 
 @pytest.mark.parametrize("disk", [0, 1])
 def test_a_time_response_is_steady_when_its_sweep_is(response, disk):
-    """By the paper's rule, and at the same check."""
+    """By the same rule, at the same check, with the same amplitude but for what records miss."""
     problem, speed = build_problem(response.config), response.config.speeds.from_hz
     modes = mistuned_modes(problem.reduced, response.read("deviation", disk))
-    papers = problem.scene.steady._replace(rule="last_window")
-    sweep = run_sweep(modes, problem.scene._replace(steady=papers), [speed])
+    sweep = run_sweep(modes, problem.scene, [speed])
     assert sweep.point_status[0] == response.read("point_status")[disk] == STEADY
-    found = time_response.first_steady(response, disk)
+    assert response.read("judged_s", disk) == pytest.approx(sweep.time[0])
+    assert response.read("amplitude_m", disk) == pytest.approx(sweep.amplitude[0], rel=2e-3)
+    found = time_response.first_known(response, disk)
     assert response.read("check_s")[found] == pytest.approx(sweep.time[0])
+
+
+@pytest.mark.parametrize("rule", ["last_window", "ensemble"])
+def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
+    """Status, amplitude and error of a motion that does not repeat itself, by either rule."""
+    keys = {"rule": rule, "first_check_s": 0.3, "max_time_s": 0.8, "max_error": 0.03}
+    problem = build_problem(tiny_config.replace({"steady_state": keys}))
+    modes, scene, speed = mistuned_modes(problem.reduced, np.zeros(12)), problem.scene, 34.2
+    sweep = run_sweep(modes, scene, [speed])
+    pieces = [piece.observed[:, :, 0] for piece in history.integrate(modes, scene, [speed], 0.8)]
+    found, time = history.judged(np.concatenate(pieces), speed, 0.8, modes, scene)
+    assert found.status == sweep.point_status[0]
+    assert time == pytest.approx(sweep.time[0], abs=0.1)
+    assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)
+    assert found.error == pytest.approx(sweep.error[0], rel=0.05, nan_ok=True)
 
 
 def test_a_time_response_has_one_speed(folder, capfd):
