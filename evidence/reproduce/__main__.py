@@ -62,12 +62,12 @@ def announce(folder, options):
         if options.only and step.name not in options.only:
             continue
         if step.sources and not all((folder / s).exists() for s in step.sources):
-            steps = 50 * plan.USUAL_TIME / cfg.step * (step.samples or (0, 0))[1] * options.scale
+            steps = 50 * plan.USUAL_TIME / cfg.step * plan.n_samples(step, options.scale)
         else:
             steps = plan.time_steps(step, folder, options.scale)
         seconds = steps / rate
         if step.name == "linear":
-            seconds = linear_seconds(4 * 10_000 * options.scale)
+            seconds = linear_seconds(4 * plan.n_samples(step, options.scale))
         total += seconds
         print(f"{step.name:20} {duration(seconds / options.ranks)}")
     print(

@@ -19,6 +19,7 @@ class Step(NamedTuple):
     keys: dict = {}  # noqa: RUF012, never changed
     samples: tuple = ()  # (key, number at full scale, fewest)
     sources: tuple = ()  # names of results below the folder
+    weight: float = 1.0  # times the scale, up to the paper's numbers
 
 
 PAPERS_RULE = {"steady_state.rule": "last_window"}
@@ -41,13 +42,19 @@ PATTERN = {
 FINE = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.005}
 REFERENCE = {"mistuning.tuned_runs": RUNS}
 LOW = {"material.damping_ratio": 4e-3}
-ND4 = {"speeds.from_hz": 33.5, "speeds.to_hz": 35.5, "speeds.step_hz": 0.05, "casing.n_bumps": 4}
-ND6 = {"speeds.from_hz": 22.0, "speeds.to_hz": 23.4, "speeds.step_hz": 0.05, "casing.n_bumps": 6}
-FILE_4 = "contact/n_bumps=4_from_hz=33.5_to_hz=35.5.h5"
-FILE_6 = "contact/n_bumps=6_from_hz=22.0_to_hz=23.4.h5"
+CASES = {  # speeds of inputs/nodal_diameters.yaml [Hz]; the paper says most of four bumps
+    run.casing.n_bumps: {
+        "casing.n_bumps": run.casing.n_bumps,
+        "speeds.from_hz": run.speeds.from_hz,
+        "speeds.to_hz": run.speeds.to_hz,
+    }
+    for run in config.load_runs(ROOT / "inputs" / "nodal_diameters.yaml")
+}
+WEIGHT = {3: 1.0, 4: 5.0, 5: 1.0, 6: 1.0}  # of their samples
+FILE_4, FILE_6 = "contact/n_bumps=4.h5", "contact/n_bumps=6.h5"
 STEPS = (
     Step("modal", "modal"),
-    Step("linear", "linear", samples=LINEAR),
+    Step("linear", "linear", samples=LINEAR, weight=5.0),
     Step("time_response", "time_response", {"history.duration_s": 1.0}),
     Step("interaction_map", "interaction_map", {"speeds.step_hz": 0.25}),
     Step("table2", "table2"),
@@ -57,20 +64,28 @@ STEPS = (
     Step("time_step", "time_step"),
     Step("reduction", "reduction"),
     Step("branches", "branches", FINE),
-    Step("contact", "nodal_diameters", {"convergence.step": 10, **REFERENCE}, CONTACT),
-    Step("contact_low", "paper_nd4", LOW | REFERENCE, CONTACT),
+    *(
+        Step(f"contact/n_bumps={n}", "paper_nd4", CASES[n] | REFERENCE, CONTACT, weight=WEIGHT[n])
+        for n in CASES
+    ),
+    Step("contact_low", "paper_nd4", LOW | REFERENCE, CONTACT, weight=2.0),
     Step("sensitivity", "sensitivity", {}, ("mistuning.samples", 1_000, 20)),
-    Step("energy_4", "energy", ND4 | PAPERS_RULE, ("energy.samples", 100, 5), (FILE_4,)),
-    Step("energy_6", "energy", ND6 | PAPERS_RULE, ("energy.samples", 100, 5), (FILE_6,)),
+    Step("energy_4", "energy", CASES[4] | PAPERS_RULE, ("energy.samples", 100, 5), (FILE_4,), 5.0),
+    Step("energy_6", "energy", CASES[6] | PAPERS_RULE, ("energy.samples", 100, 5), (FILE_6,), 5.0),
 )
+
+
+def n_samples(step, scale):
+    """How many samples a step has at a scale."""
+    _, full, fewest = step.samples
+    return max(fewest, round(min(1.0, step.weight * scale) * full))
 
 
 def overrides(step, folder, scale):
     """Options --set of a step, as "key=value"."""
     keys = dict(step.keys)
     if step.samples:
-        key, full, fewest = step.samples
-        keys[key] = max(fewest, round(scale * full))
+        keys[step.samples[0]] = n_samples(step, scale)
     if step.sources:
         keys["sources"] = [str(folder / source) for source in step.sources]
     return [f"{key}={json.dumps(value)}" for key, value in keys.items()]

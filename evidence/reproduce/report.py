@@ -18,8 +18,8 @@ This page puts every number that J. Joachim, F. Nyssen and A. Batailly, *Numeric
 a Mistuned Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), give for this model
 beside ours. It is written by `make reproduce`.
 
-- **Samples.** This is SCALE={scale:g} of {today} with hpcrub {version}: {samples} samples per level
-  and number of bumps, where the paper has 5000. At full scale nothing changes but these counts.
+- **Samples.** This is SCALE={scale:g} of {today} with hpcrub {version}: of every level {samples},
+  where the paper has 5000 for each number of bumps. At full scale nothing changes but these counts.
 - **Time integration.** It is the default one, {scheme} with {step:g} s, but for figure 9a. The
   paper has central differences with 1e-6 s.
 - **Reference.** A_nl is relative to the median of {runs} runs of the tuned disk, all but the first
@@ -50,9 +50,14 @@ def write(folder, scale, target):
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     results = rows.Results(folder)
-    samples = max(plan.CONTACT[2], round(scale * plan.CONTACT[1]))
+    of_case = [
+        f"{plan.n_samples(step, scale)} samples for n_d = {step.keys['casing.n_bumps']}"
+        for step in plan.STEPS
+        if step.name.startswith("contact/")
+    ]
     text = HEAD.format(
-        scale=scale, today=date.today().isoformat(), version=__version__, samples=samples,
+        scale=scale, today=date.today().isoformat(), version=__version__,
+        samples=", ".join(of_case),
         scheme=DEFAULT.scheme, step=DEFAULT.step_s, runs=plan.RUNS,
         perturbed=plan.PERTURBED["mistuning.samples"],
     )  # fmt: skip

@@ -45,7 +45,7 @@ class Results:
 
     def contact(self, n_d):
         """The contact study with n_d bumps."""
-        return self.file(f"contact/n_bumps={n_d}_*.h5")
+        return self.file(f"contact/n_bumps={n_d}.h5")
 
 
 def value_row(number, quantity, paper, ours, low=None, high=None, digits=2, **more):

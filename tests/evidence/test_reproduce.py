@@ -17,7 +17,7 @@ def test_every_step_is_a_valid_input(step, tmp_path):
         if step.samples:
             key, full, fewest = step.samples
             section, name = key.split(".")
-            expected = max(fewest, round(scale * full))
+            expected = full if scale == 1.0 else max(fewest, round(scale * step.weight * full))
             assert all(getattr(getattr(run, section), name) == expected for run in runs)
 
 
