@@ -126,18 +126,19 @@ def _cell(statement, found, fresh):
 
 
 def _conclusions(tested, good, best):
-    """Table of the conclusions: how many disks agree, of the set and of all that were tested."""
+    """Table of the conclusions: how many disks agree, of the set and of either sense."""
     inside = {trial.disk for trial in good}
-    groups = [list(tested)]
-    if not set(tested) <= inside:
-        groups.insert(0, [disk for disk in tested if disk in inside])
-    heads = [
-        f"{name} {len(group)}"
-        for name, group in zip(("of the set,", "of all,"), groups, strict=False)
-    ]
+    groups = {
+        "the set": [disk for disk in tested if disk in inside],
+        "against the rotation": [disk for disk in tested if disk.lean_deg < 0],
+        "with it": [disk for disk in tested if disk.lean_deg > 0],
+    }
+    heads = [f"{name}, {len(group)}" for name, group in groups.items()]
     rows = []
     for c in conclusions.CONCLUSIONS:
-        counts = [_counts([tested[disk][c.name].verdict for disk in group]) for group in groups]
+        counts = [
+            _counts([tested[disk][c.name].verdict for disk in group]) for group in groups.values()
+        ]
         margins = np.array([answers[c.name].margin for answers in tested.values()])
         own = tested[best][c.name].verdict if best in tested else ""
         spread = f"{np.median(margins):.3f} [{margins.min():.3f}, {margins.max():.3f}]"
