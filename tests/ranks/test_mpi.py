@@ -19,6 +19,7 @@ pytestmark = pytest.mark.mpi
 N_SAMPLES = 12  # on each of two levels, and three runs of the tuned disk
 SWEPT = 7  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}, tuned_runs: 3")
+STUDY += "contact: {law: abradable}\n"  # whose wear must be the same, too
 WAIT = 60.0  # [s] for anything to happen
 
 DRIVER = """\
