@@ -1,8 +1,6 @@
 """Errors that end the program with one clear line and a distinct exit code."""
 
 import contextlib
-import os
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -50,17 +48,3 @@ def reading(path: str | Path) -> Iterator[None]:
         raise
     except Exception as error:  # of any reader, for what nobody foresaw
         raise InputError(f"{path}: cannot be read ({reason(error)})") from None
-
-
-def regular_file(path: str | Path) -> Path:
-    """The path of a regular file, whose reading ends. Raises InputError for anything else."""
-    try:
-        kind = os.stat(path).st_mode
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
-    if not stat.S_ISREG(kind):
-        raise InputError(
-            f"{path}: {'a folder, and' if stat.S_ISDIR(kind) else 'a pipe or device,'}"
-            " no file to read"
-        )
-    return Path(path)

@@ -16,6 +16,7 @@ from evidence.benchmarks.kernel_speed import Lanes, peak_gflops
 from evidence.benchmarks.spatial_speed import Rubbing, needed_flops
 from hpcrub.config.schema import load_runs
 from hpcrub.model.imported import neutral
+from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.model.reduction import Modes
 from hpcrub.results import model_file
 from hpcrub.setup.imported import resolved
@@ -38,7 +39,7 @@ def fan(n_blades, n_points=POINTS, n_modes=MODES):
     scene = build_problem(config).scene
     model = neutral.from_arrays(model_file.read(config.disk.model))
     N, speed = model.n_blades, 2 * np.pi * np.mean(SPEEDS)
-    matrices = neutral.stiffness_at(model.stiffness, speed), model.mass
+    matrices = stiffness_at(model.stiffness, speed), model.mass
     size = len(model.mass) // N
     own = len(model.contact_node) // N
     chosen = np.linspace(0, own - 1, n_points).round().astype(int)

@@ -12,6 +12,7 @@ from evidence.rotor67.mesh import Size, sector
 from evidence.rotor67.model import SPEED, Fan
 from evidence.rotor67.numbers import Number
 from hpcrub.model.imported import cyclic, neutral, reduced
+from hpcrub.model.imported.stiffness import stiffness_at
 
 MESHES = Size(7, 8), Size(14, 16), Size(21, 24), Size(28, 32), Size(28, 32, 2)
 N_ALONE = 5
@@ -62,7 +63,7 @@ def families(model: neutral.NeutralModel, share: float, n_families: int = SHOWN)
     modes have the same, the one in which it stores most.
     """
     speed = 2 * np.pi * share * SPEED
-    values, shapes = eigh(neutral.stiffness_at(model.stiffness, speed), model.mass)
+    values, shapes = eigh(stiffness_at(model.stiffness, speed), model.mass)
     n_modes = 3 * n_families * model.n_blades
     frequency, shapes = np.sqrt(values[:n_modes]) / (2 * np.pi), shapes[:, :n_modes]
     face = reduced.interface(model)

@@ -17,6 +17,7 @@ from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.readers import calculix as reader
 from hpcrub.model.imported.readers.rows import Lists
+from hpcrub.model.imported.stiffness import polynomial
 
 SPEED = 16_043 / 60  # design speed [Hz]
 SHARES = 0.0, 0.6, 1.0, 1.1  # of it, of the matrices
@@ -142,7 +143,7 @@ def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
         dof[:, direction : 3 * m_points : 3, 0] = np.arange(n * m_points).reshape(n, -1)
         dof[:, direction : 3 * m_points : 3, 1] = direction + 1
     speeds = 2 * np.pi * SPEED * np.array(SHARES[:FITTED])
-    K = neutral.polynomial([_whole([k[s] for k in stiffness], n) for s in range(FITTED)], speeds)
+    K = polynomial([_whole([k[s] for k in stiffness], n) for s in range(FITTED)], speeds)
     arrays = {
         "hpcrub_model": np.array(1),
         "kind": np.array("reduced"),

@@ -1,7 +1,6 @@
 """`hpcrub inspect FILE.h5 ...`: what result files hold, how complete, and computed by whom."""
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -18,7 +17,6 @@ from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import depths
 from hpcrub.studies.contact import file as contact_file
 
-AT_ONCE = 2**20  # values read at once
 MOST_CHARACTERS = 200  # of an attribute
 
 
@@ -82,28 +80,8 @@ def _dataset_line(file: ResultFile, line: Dataset) -> str:
     sizes = " x ".join(f"{d} {n}" for d, n in zip(line.dimensions, shape, strict=True))
     text = f"{line.name} ({sizes or 'one value'}) [{line.units}]"
     if file.dtype(line.name).kind != "S":
-        n_known, smallest, largest = _known(file, line.name, shape)
-        if n_known:
-            text += f" {n_known / math.prod(shape):.0%}, {smallest:.6g} to {largest:.6g}"
-    return text + f": {line.description}"
-
-
-def _known(file, name, shape):
-    """Number of finite values of a dataset, the smallest and the largest of them."""
-    n_known, smallest, largest = 0, np.inf, -np.inf
-    for values in _pieces(file, name, shape):
+        values = np.asarray(file.read(line.name))
         known = values[np.isfinite(values)]
-        n_known += known.size
-        smallest, largest = known.min(initial=smallest), known.max(initial=largest)
-    return n_known, smallest, largest
-
-
-def _pieces(file, name, shape):
-    """Values of a dataset, a few at a time, so that memory does not grow with the samples."""
-    if len(shape) < 2:
-        yield np.asarray(file.read(name), dtype=float)
-        return
-    rows = max(1, AT_ONCE // max(1, math.prod(shape[2:])))
-    for level in range(shape[0]):
-        for first in range(0, shape[1], rows):
-            yield file.read(name, (level, slice(first, first + rows))).astype(float)
+        if known.size:
+            text += f" {known.size / values.size:.0%}, {known.min():.6g} to {known.max():.6g}"
+    return text + f": {line.description}"

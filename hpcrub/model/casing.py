@@ -67,25 +67,13 @@ def bump_height(
 ) -> np.ndarray:
     """Height of the casing's bumps at an angle.
 
-    Parameters
-    ----------
-    phi : ndarray
-        Angle from any bump [rad], of any shape.
-    n_bumps : int
-        Number n_d of evenly spaced bumps.
-    height : float
-        Bump height c_rd [m].
-    width : float
-        Distance from its crest at which a bump has 1/e of its height, in pitches [-].
+    - phi: angle from any bump [rad], of any shape.
+    - n_bumps: number n_d of evenly spaced bumps.
+    - height: bump height c_rd [m].
+    - width: distance from its crest at which a bump has 1/e of its height, in pitches [-].
 
-    Returns
-    -------
-    ndarray
-        Height above the undeformed casing [m], same shape as ``phi``.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), equation (1), inward counted positive.
+    Returns height above the undeformed casing [m], same shape as ``phi``.
+    Source: Joachim, Nyssen, Batailly (2020), equation (1), inward counted positive.
     """
     pitch = 2.0 * np.pi / n_bumps
     nearest = phi - pitch * np.round(phi / pitch)
@@ -139,16 +127,8 @@ def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_W
 def width_of_rest(found: Outline, met: float) -> float:
     """Angle in which a bump would be as steep as spikes, jumps and noise of a casing [rad].
 
-    Parameters
-    ----------
-    found : Outline
-    met : float
-        Height of the casing that blades meet [m]; smaller changes than ROUGH of it do not count.
-
-    Returns
-    -------
-    float
-        Infinite where there are none.
+    met: height of the casing that blades meet [m]; smaller changes than ROUGH of it do not count.
+    Infinite where there are none.
     """
     depth, grid = ROUGH * met, 2.0 * np.pi / N_ANGLES
 
@@ -195,27 +175,15 @@ def bump_table(
 ) -> np.ndarray:
     """Heights of the casing that every contact point meets in the first steps of a revolution.
 
-    Parameters
-    ----------
-    contact_angle : ndarray (C,)
-        Angles of the contact points in the rotating frame [rad].
-    n_bumps : int
-        Number of bumps.
-    height : float
-        Bump height [m].
-    steps_per_revolution : int
-        Time steps in which the disk turns once.
-    n_steps : int
-        Rows of the table.
-    profile : Profile
-        Beside the bumps.
-    width : float
-        Width of the bumps, see `bump_height`.
+    - contact_angle: (C,) angles of the contact points in the rotating frame [rad].
+    - n_bumps: number of bumps.
+    - height: bump height [m].
+    - steps_per_revolution: time steps in which the disk turns once.
+    - n_steps: rows of the table.
+    - profile: beside the bumps.
+    - width: width of the bumps, see `bump_height`.
 
-    Returns
-    -------
-    ndarray (n_steps, C)
-        Heights [m]; row j holds the heights after j + 1 steps.
+    Returns heights (n_steps, C) [m]; row j holds the heights after j + 1 steps.
     """
     rotation = (np.arange(n_steps) + 1.0) * (2.0 * np.pi / steps_per_revolution)
     phi = rotation[:, None] + contact_angle[None, :]

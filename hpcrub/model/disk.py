@@ -48,24 +48,14 @@ class Disk(NamedTuple):
 def build_disk(disk: Any, material: Any) -> Disk:
     """Assemble the tuned bladed disk.
 
-    Parameters
-    ----------
-    disk
-        Any object with the attributes n_blades; tip_radius, hub_radius, inner_radius, width,
-        ring_thickness, spoke_thickness [m]; blade.n_elements, blade.thickness [m], blade.lean
-        [rad] (chord from the radius through the root, positive towards +theta), blade.bow [-]
-        (offset to the chord's left, as a fraction of the chord).
-    material
-        Any object with young_modulus [Pa] and density [kg/m3].
+    - disk: any object with the attributes n_blades; tip_radius, hub_radius, inner_radius, width,
+      ring_thickness, spoke_thickness [m]; blade.n_elements, blade.thickness [m], blade.lean [rad]
+      (chord from the radius through the root, positive towards +theta), blade.bow [-] (offset to
+      the chord's left, as a fraction of the chord).
+    - material: any object with young_modulus [Pa] and density [kg/m3].
 
-    Raises
-    ------
-    ValueError
-        If the leaned chord misses the tip circle.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), section 2 and figure 1.
+    Raises ValueError: if the leaned chord misses the tip circle.
+    Source: Joachim, Nyssen, Batailly (2020), section 2 and figure 1.
     """
     nodes = _blade_nodes(disk)
     blade_mass, blade_stiffness = _blade(disk, material, nodes)

@@ -52,15 +52,8 @@ class Interface(NamedTuple):
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
         """Largest of the observed magnitudes of every blade.
 
-        Parameters
-        ----------
-        magnitude : ndarray (..., O)
-            Magnitudes of the observed displacements, not negative.
-
-        Returns
-        -------
-        ndarray (..., N)
-            The largest of each blade; NaN where one of them is.
+        magnitude: (..., O) magnitudes of the observed displacements, not negative.
+        Returns (..., N); the largest of each blade; NaN where one of them is.
         """
         largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
         np.maximum.at(largest, (..., self.observed_blade), magnitude)  # type: ignore[arg-type]
@@ -76,20 +69,11 @@ def planar_interface(
 ) -> Interface:
     """Interface of a planar disk, whose amplitude is the largest tangential displacement.
 
-    Parameters
-    ----------
-    angle : ndarray (C,)
-        Angle of each contact point in the rotating frame [rad].
-    radius : float or ndarray (C,)
-        Of all of them, or of each [m].
-    normal, tangential : ndarray (C, m), optional
-        Displacements per unit coordinate; by default the coordinates are all u_r, then all u_t.
-    blade : ndarray (C,) of int, optional
-        Blade of each point; by default every blade has one.
-
-    Returns
-    -------
-    Interface
+    - angle: (C,) angle of each contact point in the rotating frame [rad].
+    - radius: (C,) of all of them, or of each [m].
+    - normal, tangential: (C, m) displacements per unit coordinate; by default the
+      coordinates are all u_r, then all u_t.
+    - blade: (C,) blade of each point; by default every blade has one.
     """
     angle = np.asarray(angle, dtype=float)
     n = len(angle)

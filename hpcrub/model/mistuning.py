@@ -55,17 +55,11 @@ UNIFORM = Law()
 def correlated(drawn: np.ndarray, correlation: float) -> np.ndarray:
     """Uniform numbers whose normal scores are correlated around the disk.
 
-    Parameters
-    ----------
-    drawn : ndarray (N,)
-        Independent numbers in [-1, 1), one for each blade.
-    correlation : float
-        Correlation of two neighbours, 0 or more; that of blades k apart is its k-th power.
+    - drawn: (N,) independent numbers in [-1, 1), one for each blade.
+    - correlation: correlation of two neighbours, 0 or more; that of blades k apart is its k-th
+      power.
 
-    Returns
-    -------
-    ndarray (N,)
-        In (-1, 1).
+    Returns (N,); in (-1, 1).
     """
     n = len(drawn)
     apart = np.minimum(np.arange(n), n - np.arange(n))
@@ -80,27 +74,14 @@ def stiffness_deviation(
 ) -> np.ndarray:
     """Random stiffness deviations of the blades of one sample.
 
-    Parameters
-    ----------
-    seed : int
-        0 ... 2^128 - 1.
-    level, sample : int
-        0 ... 2^64 - 1, their place in the study.
-    n_blades : int
-        Number N of blades.
-    half_range : float
-        Largest deviation [-].
-    law : Law
-        How they are distributed, uniformly by default.
+    - seed: 0 ... 2^128 - 1.
+    - level, sample: 0 ... 2^64 - 1, their place in the study.
+    - n_blades: number N of blades.
+    - half_range: largest deviation [-].
+    - law: how they are distributed, uniformly by default.
 
-    Returns
-    -------
-    ndarray (N,)
-        Deviations in [-half_range, half_range) [-], and what is intentional.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), equations (3) and (4).
+    Returns (N,); deviations in [-half_range, half_range) [-], and what is intentional.
+    Source: Joachim, Nyssen, Batailly (2020), equations (3) and (4).
     """
     return law.deviation(uniform(seed, STIFFNESS, level, sample, n_blades), half_range)
 

@@ -68,20 +68,9 @@ class Modes(NamedTuple):
 def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     """Reduce a disk to its contact points and the modes of the disk with these held.
 
-    Parameters
-    ----------
-    disk : Disk
-    n_modes : int
-        Fixed-interface modes kept, 0 to all; more where they are no whole families.
-
-    Raises
-    ------
-    ValueError
-        If the disk has fewer modes.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), section 2.1.
+    n_modes: fixed-interface modes kept, 0 to all; more where they are no whole families.
+    Raises ValueError: if the disk has fewer modes.
+    Source: Joachim, Nyssen, Batailly (2020), section 2.1.
     """
     most = len(disk.mass) - disk.contact_dof.size
     if not 0 <= n_modes <= most:
@@ -130,15 +119,8 @@ def reduced_model(
 def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     """Modes of one mistuned sample on the basis of the tuned disk.
 
-    Parameters
-    ----------
-    reduced : ReducedModel
-    deviation : ndarray (N,)
-        Relative change of each blade's stiffness [-].
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), equation (3).
+    deviation: (N,) relative change of each blade's stiffness [-].
+    Source: Joachim, Nyssen, Batailly (2020), equation (3).
     """
     change = np.tensordot(deviation, reduced.modal_blade_stiffness, axes=1)
     np.einsum("ii->i", change)[:] += reduced.tuned_eigenvalues
@@ -162,17 +144,10 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
 def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) -> np.ndarray:
     """Stiffness of every blade of one mistuned sample in its modes.
 
-    Parameters
-    ----------
-    reduced, deviation
-        What its modes were made of, by `mistuned_modes`.
-    modes : Modes
-        These modes.
+    - reduced, deviation: what its modes were made of, by `mistuned_modes`.
+    - modes: these modes.
 
-    Returns
-    -------
-    ndarray (N, K, K)
-        [rad2/s2].
+    Returns (N, K, K); [rad2/s2].
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     return _project(stiffness, modes.shapes)

@@ -34,28 +34,15 @@ def engine_order_response(
 ) -> np.ndarray:
     """Steady displacements under an engine-order excitation of the blades.
 
-    Parameters
-    ----------
-    modes : Modes
-    damping_ratio : float or Damping
-        One for all modes, or one for each [-].
-    amplitude : float
-        Amplitude of the radial load on a blade [N].
-    engine_order : int
-        Number n_d of periods of the load over the circumference; negative: at rest in space.
-    interface : Interface
-        Contact points that carry the load.
-    speed_hz : array_like (S,)
-        Rotation [Hz].
+    - damping_ratio: one for all modes, or one for each [-].
+    - amplitude: amplitude of the radial load on a blade [N].
+    - engine_order: number n_d of periods of the load over the circumference; negative: at rest in
+      space.
+    - interface: contact points that carry the load.
+    - speed_hz: (S,) rotation [Hz].
 
-    Returns
-    -------
-    ndarray (S, O)
-        Complex amplitudes of the observed displacements [m].
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), equation (5).
+    Returns (S, O); complex amplitudes of the observed displacements [m].
+    Source: Joachim, Nyssen, Batailly (2020), equation (5).
     """
     w = 2 * np.pi * abs(engine_order) * np.asarray(speed_hz, dtype=float)
     load = _modal_load(modes, amplitude, engine_order, interface)
@@ -74,30 +61,14 @@ def linear_peak(
 ) -> tuple[float, float]:
     """Largest observed displacement over the speeds of the first family of modes.
 
-    Parameters
-    ----------
-    modes, damping_ratio, amplitude, engine_order, interface
-        As of `engine_order_response`.
-    n_family : int
-        Modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over n_d,
-        each omega being that of the speed at which the load meets it. Where it never does, because
-        the stiffness grows faster with the speed, frequencies are those of `Modes.speed`.
+    - modes, damping_ratio, amplitude, engine_order, interface: as of `engine_order_response`.
+    - n_family: modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over
+      n_d, each omega being that of the speed at which the load meets it. Where it never does,
+      because the stiffness grows faster with the speed, frequencies are those of `Modes.speed`.
 
-    Returns
-    -------
-    amplitude : float
-        To 1e-6 of itself [m].
-    speed_hz : float
-        Where it is reached [Hz].
-
-    Raises
-    ------
-    ValueError
-        Without damping or with engine order zero: there is no peak then.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), section 2.3.2.
+    Returns amplitude, to 1e-6 of itself [m]; speed_hz, where it is reached [Hz].
+    Raises ValueError: without damping or with engine order zero: there is no peak then.
+    Source: Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
     if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order != 0):
         raise ValueError("a linear peak needs damping_ratio > 0 and an engine_order that is not 0")

@@ -46,11 +46,7 @@ def _unit(signal):
 def is_constant(before: float, last: float, criteria: SteadyCriteria) -> bool:
     """Whether the amplitudes of two successive windows agree; False for NaN.
 
-    Parameters
-    ----------
-    before, last : float
-        Largest magnitude in both windows of the displacement that is largest [m].
-    criteria : SteadyCriteria
+    before, last: largest magnitude in both windows of the displacement that is largest [m].
     """
     return bool(abs(last - before) <= criteria.max_amplitude_change * last)
 
@@ -58,11 +54,7 @@ def is_constant(before: float, last: float, criteria: SteadyCriteria) -> bool:
 def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) -> bool:
     """Whether two successive windows show the same motion; False for NaN.
 
-    Parameters
-    ----------
-    before, last : ndarray (n,)
-        The displacement that is largest in both windows [m].
-    criteria : SteadyCriteria
+    before, last: (n,) the displacement that is largest in both windows [m].
     """
     return correlation(before, last) > criteria.min_correlation
 
@@ -70,19 +62,9 @@ def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) 
 def localisation(blade_amplitude: np.ndarray) -> np.ndarray:
     """Localisation factor of a vibration, 0 if all blades move alike and 1 if one moves alone.
 
-    Parameters
-    ----------
-    blade_amplitude : ndarray (..., N)
-        Largest displacement of each blade [m].
-
-    Returns
-    -------
-    ndarray (...)
-        Factor [-]; 0 where nothing moves.
-
-    Notes
-    -----
-    Joachim, Nyssen, Batailly (2020), equations (8) to (10).
+    blade_amplitude: (..., N) largest displacement of each blade [m].
+    Returns (...); factor [-]; 0 where nothing moves.
+    Source: Joachim, Nyssen, Batailly (2020), equations (8) to (10).
     """
     n = blade_amplitude.shape[-1]
     largest = blade_amplitude.max(axis=-1)

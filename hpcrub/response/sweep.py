@@ -158,27 +158,15 @@ def run_sweep(
 ) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
-    Parameters
-    ----------
-    modes : Modes
-        Modes of the sample.
-    scene : Scene
-    speeds_hz : array_like (S,)
-        Angular speeds [Hz].
-    poll : callable, optional
-        Called without arguments after every PIECE of steps, some hundredths of a second; what it
-        raises ends the sweep.
-    width : int
-        Speeds integrated together; changes the cost, not one bit of the result.
-    selection : iterable of int, optional
-        Indices of the speeds to integrate, all by default. The steps are those of the whole sweep,
-        so that parts of it computed apart are the same bits.
-    motion : Motion, optional
-        To start from, rest by default (modified: the motion at the end).
+    - modes: modes of the sample.
+    - speeds_hz: (S,) angular speeds [Hz].
+    - poll: called without arguments after every PIECE of steps, some hundredths of a second; what
+      it raises ends the sweep.
+    - width: speeds integrated together; changes the cost, not one bit of the result.
+    - selection: indices of the speeds to integrate, all by default. The steps are those of the
+      whole sweep, so that parts of it computed apart are the same bits.
+    - motion: to start from, rest by default (modified: the motion at the end).
 
-    Returns
-    -------
-    SweepResult.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
@@ -217,20 +205,11 @@ def can_touch(scene: Scene) -> bool:
 def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
     """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
 
-    Parameters
-    ----------
-    lanes : Bank
-        After some integration.
-    lane : int
-        Index.
-    size : ndarray
-        Magnitudes of its observed displacements, of any shape [m].
-    scene : Scene
+    - lanes: after some integration.
+    - lane: index.
+    - size: magnitudes of its observed displacements, of any shape [m].
 
-    Returns
-    -------
-    int
-        Code of ``status``.
+    Returns code of ``status``.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hpcrub.errors import InputError, reading, reason, regular_file
+from hpcrub.errors import InputError, reading, reason
 from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5", ".npz"
@@ -18,7 +18,7 @@ def read(path: str | Path) -> dict:
 
     Raises InputError when it cannot be read.
     """
-    with reading(regular_file(path)):
+    with reading(path):
         if Path(path).suffix != ".npz":
             return read_arrays(path)
         with np.load(path, allow_pickle=False) as arrays:
@@ -36,7 +36,7 @@ def require_free(path: str | Path, overwrite: bool = False) -> None:
         return
     if not overwrite:
         raise InputError(f"{path} exists: --overwrite replaces it")
-    if regular_file(path).stat().st_size and MARK not in read(path):
+    if Path(path).stat().st_size and MARK not in read(path):
         raise InputError(f"{path} is no model file, and is not replaced; choose another output")
 
 
@@ -62,7 +62,7 @@ def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
 
 def checksum(path: str | Path) -> str:
     """SHA-256 of a file in hexadecimal digits. Raises InputError when it cannot be read."""
-    with reading(path), open(regular_file(path), "rb") as file:
+    with reading(path), open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from hpcrub.errors import InputError
 from hpcrub.model import families
 from hpcrub.model.imported.assembly import PAIRING, SparseDisk
-from hpcrub.model.imported.neutral import stiffness_at
+from hpcrub.model.imported.stiffness import stiffness_at
 
 AT_ONCE = 64  # columns solved for together
 BLOCK = 12  # vectors of the Lanczos iteration

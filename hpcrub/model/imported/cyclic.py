@@ -7,8 +7,9 @@ from scipy.linalg import eigh
 from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.craig_bampton import boundary_rows, factorised, lowest_modes
 from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel, stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.reduced import interface
+from hpcrub.model.imported.stiffness import stiffness_at
 
 MODES_PER_DIAMETER = 3
 MODES_OF_DISK = 4  # for each blade

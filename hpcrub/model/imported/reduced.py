@@ -7,7 +7,8 @@ from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.assembly import SparseDisk
 from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel, stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reading, regular_file
+from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
 
@@ -85,6 +85,5 @@ def _distinct(nodes):
 
 def _quietly(path, work):
     """What a reader returns, without its warnings on the screen."""
-    regular_file(path)
     with reading(path), contextlib.redirect_stdout(io.StringIO()):
         return work()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reading, regular_file
+from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers import deck as decks
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
@@ -58,9 +58,9 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
                 "SOLVER=MATRIXSTORAGE"
             )
     with reading(name):
-        words = regular_file(rows).read_text("ascii").split()
+        words = rows.read_text("ascii").split()
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
-        i, j, value = np.loadtxt(regular_file(name), unpack=True, ndmin=2)
+        i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
         place = (i.astype(np.int64) - 1, j.astype(np.int64) - 1)
         shape = (len(dof), len(dof))
         return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))

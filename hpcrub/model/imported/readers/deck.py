@@ -5,10 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hpcrub.errors import InputError, reading, regular_file
-
-MOST_NODES = 10**7  # of a set whose numbers are generated
-DEEPEST = 20  # decks included by decks that are included
+from hpcrub.errors import InputError, reading
 
 
 class Deck(NamedTuple):
@@ -71,14 +68,12 @@ def _blocks(path):
         yield keyword, options, lines
 
 
-def _lines(path, depth=0):
-    if depth > DEEPEST:
-        raise InputError(f"{path}: included by {DEEPEST} decks, one in another")
+def _lines(path):
     with reading(path):
-        text = regular_file(path).read_text("utf-8", errors="replace")
+        text = path.read_text("utf-8", errors="replace")
     for line in map(str.strip, text.splitlines()):
         if line.upper().startswith("*INCLUDE"):
-            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'), depth + 1)
+            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'))
         elif line and not line.startswith("**"):
             yield line
 
@@ -96,10 +91,7 @@ def _set(lines, sets, generate):
     words = [word.strip() for line in lines for word in line.split(",") if word.strip()]
     if generate:
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
-        runs = [range(first, last + 1, *step) for first, last, *step in rows]
-        if sum(map(len, runs)) > MOST_NODES:
-            raise InputError(f"*NSET, GENERATE: more than {MOST_NODES:,} nodes")
-        return set().union(*runs)
+        return set().union(*(range(first, last + 1, *step) for first, last, *step in rows))
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
 

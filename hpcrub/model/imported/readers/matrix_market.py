@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reading, regular_file
+from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers.rows import places, store
 
 MATRICES = ("K", "M", "K0", "K1", "K2", "K_at_1", "K_at_2", "K_at_3", "K_blade")
@@ -78,7 +78,7 @@ def matrix(path: Path, n: int) -> sp.csr_array:
     SciPy's own reader crashes on a file that was cut off. Raises InputError.
     """
     with reading(path):
-        text = regular_file(path).read_text("ascii").upper()
+        text = path.read_text("ascii").upper()
         if not text.endswith("\n"):
             raise ValueError("it ends in the middle of a line; was it cut off?")
         head, *lines = text.splitlines()
@@ -111,7 +111,7 @@ def _whole(values, what):
 def _table(path, columns=0):
     """Numbers of a CSV file, after an optional line of names, (lines, columns)."""
     with reading(path):
-        lines = regular_file(path).read_text("utf-8-sig").splitlines()
+        lines = path.read_text("utf-8-sig").splitlines()
         first = lines[0].replace(",", " ").split() if lines else []
         skip = bool(first) and not _is_number(first[0])
         table = np.loadtxt(lines[skip:], delimiter=",", ndmin=2)

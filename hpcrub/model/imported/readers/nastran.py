@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import InputError, reading, regular_file
+from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
 STIFFNESS, MASS = "KGG", "MGG"
@@ -39,7 +39,7 @@ def read(
             "reading Nastran's files needs the package pyNastran: pip install pyNastran"
         ) from None
     with reading(mesh):
-        deck = str(regular_file(mesh))
+        deck = str(mesh)
         grid = read_bdf(deck, validate=False, xref=True, punch=None, debug=None)
     number = np.array(sorted(grid.nodes))
     place = np.array([grid.nodes[k].get_position() for k in number])
@@ -64,7 +64,7 @@ def op4_matrices(path: str | Path) -> dict:
     from pyNastran.op4.op4 import read_op4
 
     with reading(path):
-        found = read_op4(str(regular_file(path)), debug=None)
+        found = read_op4(str(path), debug=None)
     return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in found.items()}
 
 
@@ -82,4 +82,4 @@ def _rows(path, name, number, used):
 
 def _numbers(name):
     with reading(name):
-        return np.loadtxt(regular_file(name), delimiter=",", dtype=np.int64, ndmin=1).ravel()
+        return np.loadtxt(name, delimiter=",", dtype=np.int64, ndmin=1).ravel()
