@@ -273,7 +273,7 @@ def scene_of(n_bumps, damping_ratio=None, longest=LONGEST):
 
     Returns
     -------
-    hpcrub.response.sweep.Scene
+    hpcrub.response.scene.Scene
     """
     scene = build_problem(Config.model_validate({"casing": {"n_bumps": n_bumps}})).scene
     return scene._replace(

@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 
 MATERIAL = SimpleNamespace(young_modulus=2.1e11, density=7800.0)
 DAMPING_RATIO = 5e-3

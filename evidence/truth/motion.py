@@ -9,7 +9,7 @@ from hpcrub.contact.integrate import run
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 
 WIDTH = 8  # lanes of every bank here
 

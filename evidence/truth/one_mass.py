@@ -11,7 +11,7 @@ from hpcrub.contact.passes import correct
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 
 WIDTH = 8
 

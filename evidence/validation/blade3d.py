@@ -23,7 +23,7 @@ from hpcrub.contact.recurrence import coefficients
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 
 STEPS_US = (18.7, 9.35, 5.0, 1.17, 0.5)
 TEXT = """## A three-dimensional compressor blade

@@ -15,7 +15,7 @@ from hpcrub.contact.observers import Record
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import Grid
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 
 WIDTH = 8
 LOAD, DIAMETERS = 150.0, 4

@@ -13,7 +13,7 @@ from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
-from hpcrub.response.sweep import can_touch
+from hpcrub.response.scene import can_touch
 from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, Finished, examine, examine_all
 from hpcrub.runs.study import Run

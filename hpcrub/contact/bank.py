@@ -23,7 +23,7 @@ def allocate(
     """Lanes for one sample and one band of speeds.
 
     modes: of the sample.
-    scene: response.sweep.Scene, casing, contact law and integration scheme.
+    scene: response.scene.Scene, casing, contact law and integration scheme.
     grid: response.sweep.Grid, how a revolution is cut into steps, blocks and records.
     width: number of lanes.
     speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
@@ -125,7 +125,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     bank: bank of the lane (modified).
     lane: index of the lane.
     modes: of the sample, at the lane's speed.
-    scene: response.sweep.Scene, casing, contact law and integration scheme, at the lane's speed.
+    scene: response.scene.Scene, casing, contact law and integration scheme, at the lane's speed.
     h: time step [s].
     """
     empty_lane(bank, lane)

@@ -22,7 +22,8 @@ from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 from hpcrub.response.ensemble import LastWindow, Verdict, Windows
 from hpcrub.response.revolution import cut_revolution, speed_bands
-from hpcrub.response.sweep import Motion, Scene, judge
+from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import Motion, judge
 
 LANES = (0,) * 8  # speeds integrated together
 

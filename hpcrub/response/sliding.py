@@ -68,7 +68,7 @@ def permanent_contact(share: np.ndarray, modes: Modes, scene: Any) -> int:
     know of. A coating bounds it: contact ends when enough is cut.
 
     share: (N,) share of the last window in which each blade touches; (0,) where it is not known.
-    scene: response.sweep.Scene.
+    scene: response.scene.Scene.
     Returns code of ``status``: NONE, PERMANENT or FLUTTER.
     """
     if scene.coating or not (len(share) and share.max() > PERMANENT):

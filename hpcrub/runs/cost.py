@@ -9,7 +9,8 @@ from hpcrub.config.schema import Config
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, sweep
 from hpcrub.response.linear import linear_peak
-from hpcrub.response.sweep import Scene, SweepResult
+from hpcrub.response.scene import Scene, can_touch
+from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 
@@ -72,7 +73,7 @@ def trial(
     rest = sweep.Motion.at_rest(len(speeds), len(modes.omega))  # integrated even if nothing touches
     result = sweep.run_sweep(modes, scene, speeds, motion=rest)
     rate = result.n_steps / (time.perf_counter() - started)
-    until_steady = result.time.mean() if sweep.can_touch(problem.scene) else 0.0
+    until_steady = result.time.mean() if can_touch(problem.scene) else 0.0
     kept = _history_rate(modes, problem.scene, config) if histories else np.inf
     return Trial(seconds_per_disk, until_steady, rate, kept, result)
 

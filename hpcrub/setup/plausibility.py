@@ -15,8 +15,8 @@ from hpcrub.config.schema import Config
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
+from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
-from hpcrub.response.sweep import can_touch
 from hpcrub.setup.problem import Problem
 
 STEPS_PER_BUMP_WIDTH = 12.0

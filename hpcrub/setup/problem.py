@@ -12,8 +12,8 @@ from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.disk import build_disk
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel, craig_bampton
+from hpcrub.response.scene import RECORD_INTERVAL, Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import RECORD_INTERVAL, Scene
 from hpcrub.setup import imported
 
 SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit

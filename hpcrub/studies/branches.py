@@ -20,7 +20,8 @@ from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model import mistuning
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
-from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
+from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost

@@ -15,7 +15,8 @@ from hpcrub.contact.status import DIVERGED
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import Modes, blade_stiffness
 from hpcrub.response import history
-from hpcrub.response.sweep import Motion, Scene, SweepResult, run_sweep
+from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost

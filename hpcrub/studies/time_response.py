@@ -11,9 +11,9 @@ from hpcrub.contact.status import DIVERGED, IRREGULAR, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.scene import Scene
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import correlation
-from hpcrub.response.sweep import Scene
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost

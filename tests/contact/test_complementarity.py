@@ -16,8 +16,9 @@ from hpcrub.contact.lcp.pivoting import flaw, is_p_matrix, solve_by_pivoting
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
+from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene, run_sweep
+from hpcrub.response.sweep import run_sweep
 
 CYCLE = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]])
 

@@ -27,7 +27,7 @@ from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import history as histories
 from hpcrub.response.revolution import Grid, cut_revolution
-from hpcrub.response.sweep import Scene
+from hpcrub.response.scene import Scene
 from tests.program import ROOT
 
 SPEEDS = np.array([33.5, 34.0, 34.5])

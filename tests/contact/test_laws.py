@@ -13,8 +13,9 @@ from hpcrub.contact.status import STEADY
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history
+from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene, run_sweep
+from hpcrub.response.sweep import run_sweep
 from tests.contact.spring_law import Spring
 
 OMEGA, C = 2.0 * np.pi * 20.0, 1e-3

@@ -19,8 +19,9 @@ from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history
 from hpcrub.response.revolution import Grid, rung, slowest
+from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import Scene, run_sweep
+from hpcrub.response.sweep import run_sweep
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01

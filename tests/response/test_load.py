@@ -11,8 +11,9 @@ from hpcrub.model.casing import Profile
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.scene import can_touch
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import can_touch, run_sweep
+from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.problem import build_problem, time_grid
 
 DAMPING = 0.05  # transients decay by 10⁻⁹ until the first check

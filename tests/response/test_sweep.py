@@ -15,14 +15,9 @@ from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response import ensemble, history, sweep
 from hpcrub.response.revolution import cut_revolution, rung, slowest, speed_bands
+from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import (
-    PIECE,
-    Motion,
-    Scene,
-    can_touch,
-    run_sweep,
-)
+from hpcrub.response.sweep import PIECE, Motion, run_sweep
 
 SHORT = SteadyCriteria(first_check=0.2, max_time=0.6)
 ENSEMBLE = SteadyCriteria(first_check=0.2, max_time=1.0, rule="ensemble")

@@ -27,5 +27,5 @@ move in three dimensions before any of the `surfaces`. Another one needs:
     of ``State.multiplier`` that the corrector has to apply in ``State.active``, followed by
     `lanes.TILE` times the number of the last row, which is always zero; returns how many they are.
 
-A law may stand anywhere, in a notebook for example: `response.sweep.Scene.law` takes the class.
+A law may stand anywhere, in a notebook for example: `response.scene.Scene.law` takes the class.
 """

@@ -16,7 +16,8 @@ from hpcrub.errors import InputError
 from hpcrub.model.imported import neutral, reduced
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
-from hpcrub.response.sweep import Motion, Scene
+from hpcrub.response.scene import Scene
+from hpcrub.response.sweep import Motion
 
 MASS, STIFFNESS = 0.3, np.array([4e5, 7e5, 1.5e5])
 C, S, PRESSED = np.cos(0.4), np.sin(0.4), 1e-4

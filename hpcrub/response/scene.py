@@ -1,0 +1,72 @@
+"""What is the same in all runs of a study: casing and contact, time integration, steady state."""
+
+import math
+from typing import Any, NamedTuple
+
+from hpcrub.model.casing import BUMP_WIDTH, NO_PROFILE, Profile, highest, repeats
+from hpcrub.model.clearance import RunningClearance
+from hpcrub.model.coating import Coating, ElasticCasing
+from hpcrub.model.damping import Damping
+from hpcrub.model.interface import Interface
+from hpcrub.response.steady import SteadyCriteria
+
+RECORD_INTERVAL = 8e-5  # [s] between recorded displacements: 86 per period at 145 Hz
+
+
+class Scene(NamedTuple):
+    """Everything about a contact run that is the same for all samples and speeds."""
+
+    interface: Interface
+    damping_ratio: float | Damping  # of every mode, or of each
+    n_bumps: int
+    bump_height: float  # [m]
+    clearance: float  # [m]; where it changes with the speed, the smallest
+    ramp_time: float  # [s]
+    friction: float
+    profile: Profile = NO_PROFILE  # of the casing, beside its bumps
+    bump_width: float = BUMP_WIDTH  # [pitches]
+    running: RunningClearance | None = None  # None: the clearance is the same at every speed
+    load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
+    load_order: int = 1  # its periods around the casing
+    elastic_casing: ElasticCasing | None = None  # None: the casing does not give
+    coating: Coating | None = None  # that wears; None: the bare casing
+    law: Any = None  # a class of ``contact.laws``; None: the one for this disk and casing
+    scheme: str = "central_difference"
+    step: float = 1e-6  # [s], an upper bound
+    least_steps: float = 0.0  # of a revolution
+    record_interval: float = RECORD_INTERVAL  # [s], an upper bound
+    steady: SteadyCriteria = SteadyCriteria()
+
+    def at(self, speed_hz: float) -> "Scene":
+        """The scene at a speed of rotation [Hz]."""
+        if self.running is None:
+            return self
+        return self._replace(clearance=float(self.running.at(speed_hz)), running=None)
+
+    @property
+    def repeats(self) -> int:
+        """Times that all that a contact point meets repeats itself in a turn."""
+        casing = repeats(self.n_bumps, self.bump_height, self.profile)
+        return math.gcd(casing, self.load_order) if self.load else casing
+
+    @property
+    def divisor(self) -> int:
+        """Number that divides the steps of a turn, so that all blades meet the same bars."""
+        return self.interface.n_blades if self.coating else 1
+
+    @property
+    def highest(self) -> float:
+        """Highest place of the casing above its nominal radius, inwards [m]."""
+        return highest(self.n_bumps, self.bump_height, self.profile, self.bump_width)
+
+    @property
+    def lift(self) -> float:
+        """Smallest clearance and highest place of the casing together [m]."""
+        return self.clearance + self.highest
+
+
+def can_touch(scene: Scene) -> bool:
+    """Whether a disk that starts at rest can touch the casing, or stays at rest."""
+    if scene.load:
+        return True
+    return scene.highest > scene.clearance + scene.interface.clearance.min()
