@@ -14,6 +14,7 @@ def write(found: dict) -> None:
         families=_families(found),
         crossings=_crossings(found),
         percentiles=_percentiles(found),
+        conclusions=_conclusions(found),
     )
 
 
@@ -69,11 +70,26 @@ def _percentiles(found):
     for kind in ("A_nl", "A_lin"):
         for number in _rows(found, f"amplification {kind}"):
             percentile, blades = number.at.split(", ")
-            text = f"{number.value:.3f} ({_end(number.low)} to {_end(number.high)})"
+            text = f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
             table.setdefault((blades, percentile.split()[1]), []).append(text)
     rows = [[*key, *values] for key, values in table.items()]
     return page.table(["blades", "percentile", "A_nl", "A_lin"], rows)
 
 
+def _conclusions(found):
+    """Rows: what is asked; columns: levels of mistuning."""
+    quantities = (
+        "median of A_nl/A_lin", "share of A_nl above A_lin", "rank correlation of A_nl and A_lin",
+    )  # fmt: skip
+    levels: list[str] = []
+    rows = []
+    for quantity in quantities:
+        numbers = _rows(found, quantity)
+        levels = levels or [number.at for number in numbers]
+        rows.append([quantity, *(f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
+                                 for number in numbers)])  # fmt: skip
+    return page.table(["of the fans", *levels], rows)
+
+
 def _end(value):
-    return "?" if value != value else f"{value:.3f}"
+    return "?" if value != value else f"{value:.2f}"

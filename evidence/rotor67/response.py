@@ -13,6 +13,7 @@ from evidence.program import ENVIRONMENT, command
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
 from hpcrub.results.reader import Results
+from hpcrub.statistics.pairs import rank_correlation, share_interval
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 
 INPUTS = ROOT / "inputs" / "rotor67"
@@ -44,7 +45,7 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
             if study == "contact":
                 found += response_of(file)
             elif study == "percentiles":
-                found += percentiles_of(file)
+                found += percentiles_of(file) + conclusions_of(file)
     return found
 
 
@@ -87,4 +88,28 @@ def percentiles_of(file: Results) -> list[Number]:
                 at = f"percentile {p:g}, blades within {half_range:g} %"
                 found.append(Number(f"amplification {kind}", at, np.percentile(values, p), "1",
                                     low, high))  # fmt: skip
+    return found
+
+
+def conclusions_of(file: Results) -> list[Number]:
+    """What the paper concludes of amplifications, as numbers of these fans at every level.
+
+    Median of A_nl/A_lin, share of fans with A_nl above A_lin, rank correlation of both, with their
+    intervals, 95 %.
+    """
+    found = []
+    for level, half_range in enumerate(file.config.mistuning.half_range_percent):
+        pairs = np.array([file[f"samples/{name}"][level]
+                          for name in ("amplification", "linear_amplification")])  # fmt: skip
+        nonlinear, linear = pairs[:, np.isfinite(pairs).all(axis=0)]
+        ratio, at = nonlinear / linear, f"blades within {half_range:g} %"
+        low, high = (float(np.ravel(end)[0]) for end in percentile_interval(ratio, [50.0], Z_95))
+        above = int((ratio > 1.0).sum())
+        r, r_low, r_high = rank_correlation(nonlinear, linear)
+        found += [
+            Number("median of A_nl/A_lin", at, float(np.median(ratio)), "1", low, high),
+            Number("share of A_nl above A_lin", at, above / len(ratio), "1",
+                   *share_interval(above, len(ratio))),
+            Number("rank correlation of A_nl and A_lin", at, r, "1", r_low, r_high),
+        ]  # fmt: skip
     return found
