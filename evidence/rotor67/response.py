@@ -12,20 +12,25 @@ from evidence.page import ROOT
 from evidence.program import ENVIRONMENT, command
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
+from hpcrub.plot import pictures
 from hpcrub.results.reader import Results
 from hpcrub.statistics.pairs import rank_correlation, share_interval
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 
 INPUTS = ROOT / "inputs" / "rotor67"
-STUDIES = "modes", "contact", "interaction_map", "percentiles"
+STUDIES = "modes", "contact", "interaction_map", "percentiles", "coating", "motion"
 FIGURES = {  # of the results to those of the page
     "modes_safe": "rotor67_safe",
     "contact": "rotor67_contact",
     "interaction_map": "rotor67_map",
     "percentiles": "rotor67_percentiles",
+    "coating": "rotor67_coating",
+    "coating_wear": "rotor67_wear",
+    "motion_rubbing": "rotor67_rubbing",
 }
 SCALED = {  # keys of the numbers of fans, and how many there are at the scale 1
     "percentiles": "mistuning.samples",
+    "coating": "mistuning.samples",
 }
 FEWEST = 4  # fans of a level
 PERCENTILES = 1.0, 50.0, 99.0
@@ -37,15 +42,19 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
     for study in STUDIES:
         output = folder / f"{study}.h5"
         run(study, model, scale, ranks, output)
+        if study == "motion":
+            pictures.draw(hpcrub.plot.rubbing, [output])
         for name, figure in FIGURES.items():
-            drawn = folder / f"{name}.png"
-            if name.startswith(study) and drawn.exists():
-                shutil.copy(drawn, figures / f"{figure}.png")
+            for drawn in folder.glob(f"{name}.*"):
+                if name.startswith(study) and drawn.suffix in (".png", ".gif"):
+                    shutil.copy(drawn, figures / f"{figure}{drawn.suffix}")
         with hpcrub.open(output) as file:
             if study == "contact":
                 found += response_of(file)
             elif study == "percentiles":
                 found += percentiles_of(file) + conclusions_of(file)
+            elif study == "coating":
+                found += wear_of(file)
     return found
 
 
@@ -112,4 +121,24 @@ def conclusions_of(file: Results) -> list[Number]:
                    *share_interval(above, len(ratio))),
             Number("rank correlation of A_nl and A_lin", at, r, "1", r_low, r_high),
         ]  # fmt: skip
+    return found
+
+
+def wear_of(file: Results) -> list[Number]:
+    """Amplitude and depth of the tuned fan at all speeds; percentiles of both over the fans."""
+    found = []
+    for name, what in (("largest_amplitude_m", "largest amplitude of the tuned fan on a coating"),
+                       ("worn_depth_m", "worn depth of the tuned fan")):  # fmt: skip
+        values = zip(file.config.speeds.values_hz, file[f"tuned/{name}"], strict=True)
+        found += [Number(what, f"{speed:g} Hz", 1e3 * value, "mm") for speed, value in values]
+    (half_range,) = file.config.mistuning.half_range_percent
+    for name, what in (("peak_amplitude_m", "largest amplitude on a coating"),
+                       ("deepest_m", "largest worn depth")):  # fmt: skip
+        values = 1e3 * file[f"samples/{name}"][0]
+        values = values[np.isfinite(values)]
+        ends = percentile_interval(values, list(PERCENTILES), Z_95)
+        for k, p in enumerate(PERCENTILES):
+            low, high = (float(np.ravel(end)[k]) for end in ends)
+            at = f"percentile {p:g}, blades within {half_range:g} %"
+            found.append(Number(what, at, np.percentile(values, p), "mm", low, high))
     return found
