@@ -19,7 +19,6 @@ from hpcrub.errors import InputError
 from hpcrub.results import provenance
 from hpcrub.results.layout import DONE, PENDING
 from hpcrub.runs import result_files
-from hpcrub.setup import disks
 from hpcrub.setup import problem as study
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import file as contact_file
@@ -322,14 +321,6 @@ def test_parts_cover_everything_once(count):
         assert len(part.samples) - 23 // count in (0, 1)
     assert (seen == 1).all()
     assert len(outputs) == count
-
-
-def test_a_part_draws_the_whole_studys_disks():
-    whole = config.Config.from_yaml("mistuning: {samples: 23}")
-    part = parts.cut(whole, 2, 2)
-    assert part.samples == range(11, 23)
-    mine, its = disks.deviation(part, 3, 2), disks.deviation(whole, 3, 13)
-    np.testing.assert_array_equal(mine, its)
 
 
 @pytest.mark.parametrize(

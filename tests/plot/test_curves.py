@@ -5,7 +5,6 @@ Words and styles are free; a panel must hold the curves of the data, in the orde
 
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
 from scipy import stats
 
 from hpcrub import plot
@@ -28,12 +27,6 @@ from tests.plot.stored import PATTERN, contact_file
 from tests.program import TINY
 
 N = 40  # samples of every level
-
-
-@pytest.fixture
-def random():
-    yield np.random.default_rng(6)
-    plt.close("all")
 
 
 def test_summary(random):

@@ -25,12 +25,6 @@ from tests.plot.stored import PATTERN, contact_file
 from tests.program import TINY
 
 
-@pytest.fixture
-def random():
-    yield np.random.default_rng(6)
-    plt.close("all")
-
-
 def words(legend):
     return [text.get_text() for text in legend.get_texts()]
 

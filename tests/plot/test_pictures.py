@@ -122,15 +122,6 @@ def test_a_figure_that_is_not_there(folder):
         plot.find("sumary")
 
 
-def test_the_numbers_in_names_stay(folder):
-    """r_0.25 and r_0.50, without .h5: the name does not end at its first point."""
-    found = [
-        pictures._targets(plot.summary, [[name]], None, None)[0].name
-        for name in ("r_0.25", "r_0.50.h5")
-    ]
-    assert found == ["r_0.25", "r_0.50"]
-
-
 class Look(AbstractMovieWriter):
     """A writer of films that asks for what is drawn, picture by picture."""
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
 
 from hpcrub import plot
 from hpcrub.config.schema import Config
@@ -21,12 +20,6 @@ from tests.plot.stored import File, modal_file
 from tests.program import TINY
 
 N = 40  # samples of every level
-
-
-@pytest.fixture
-def random():
-    yield np.random.default_rng(6)
-    plt.close("all")
 
 
 def test_linear_percentiles(random):

@@ -353,12 +353,6 @@ def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path):
         assert "codes 2 2" in said, name
 
 
-def test_exit_code_of_bad_input_reaches_the_shell(tiny, tmp_path):
-    code, _, err = run(2, "tiny.yaml", "--set", "casing.n_bumpz=4", folder=tmp_path)
-    assert code == 2
-    assert len(error_lines(err)) == 1
-
-
 def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
     lines = [
         "import h5py",
