@@ -22,7 +22,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress measure bench scaling blisk rotor67 reproduce identify lint reference readme docs links clean
+.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce identify lint reference readme docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -52,9 +52,6 @@ stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/s
 
 test-faults: $(STAMP)  ## break disks, files and processes on purpose, write docs/faults.md (20 to 40 min)
 	@$(VENV_PYTHON) -m evidence.faults $(ARGS)
-
-measure: $(STAMP)  ## compare tests of the steady state and Monte-Carlo errors (10 min)
-	@$(VENV_PYTHON) -m evidence.stress.measure $(ARGS)
 
 lint: $(STAMP)  ## check style, docstrings and types
 	@$(VENV_PYTHON) -m ruff check .
