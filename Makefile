@@ -22,7 +22,7 @@ export OPENBLAS_NUM_THREADS = 1
 export NUMBA_NUM_THREADS = 1
 export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 
-.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce identify lint reference readme docs links clean
+.PHONY: help setup run test test-faults test-slurm validate stress bench scaling blisk rotor67 reproduce lint reference readme docs links clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -74,9 +74,6 @@ rotor67: $(STAMP)  ## compute the benchmark of NASA rotor 67 (SCALE=0.1 of its f
 
 reproduce: $(STAMP)  ## run the whole paper, or go on, and write docs/reproduction.md (SCALE=0.01 RANKS=2)
 	@$(VENV_PYTHON) -m evidence.reproduce --scale $(SCALE) --ranks $(RANKS) $(ARGS)
-
-identify: $(STAMP)  ## search for the paper's disk, or go on, and write docs/identification.md (ARGS="--cores 2"; hours)
-	@$(VENV_PYTHON) -m evidence.identify $(ARGS)
 
 reference: $(STAMP)  ## write the tables of docs/reference anew
 	@$(VENV_PYTHON) docs/tables.py

@@ -1,1 +1,0 @@
-"""Search for the dimensions of the paper's disk, which are not published."""
