@@ -20,6 +20,7 @@ from evidence.validation import (
     linear_load,
     moving_wall,
     report,
+    sliding,
 )
 from hpcrub import __version__
 
@@ -30,6 +31,7 @@ CASES = {
     "full_disk": full_disk,
     "linear_load": linear_load,
     "energy_audit": energy_audit,
+    "sliding": sliding,
     "blade3d": blade3d,
 }
 FAST = ("moving_wall", "linear_load", "energy_audit")

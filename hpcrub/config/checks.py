@@ -182,8 +182,12 @@ def _run_problems(c):
             f"steady_state.max_time_s: {steady.max_time_s} is below "
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
-    if c.limits.stress_mpa is not None and c.disk.model is not None:
-        yield "limits.stress_mpa: a model file does not tell stresses; limits.amplitude_mm is known"
+    limits = c.limits
+    if limits.stress_mpa and c.disk.model is not None and limits.stress_mpa_per_mm is None:
+        yield (
+            "limits.stress_mpa: a model file does not tell stresses; give limits.stress_mpa_per_mm "
+            "of its first family, or limits.amplitude_mm"
+        )
     p = c.convergence.percentiles
     if any(low >= high for low, high in pairwise(p)):
         yield f"convergence.percentiles: {show(p)} are not increasing"

@@ -319,11 +319,20 @@ class Limits(Section):
         None, gt=0, le=1e6, description="largest tangential displacement of a tip [mm]"
     )
     stress_mpa: Number | None = Field(
-        None, gt=0, le=1e6, description="bending stress at the root of a planar blade [MPa]"
+        None, gt=0, le=1e6, description="stress of a blade; of a planar one at its root [MPa]"
+    )
+    stress_mpa_per_mm: Number | None = Field(
+        None,
+        gt=0,
+        le=1e6,
+        description="largest stress in the first family's mode for each millimetre of a tip's "
+        "tangential displacement, from the finite elements of a model file; of planar blades it is "
+        "known [MPa/mm]",
     )
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
     stress: ClassVar = si("stress_mpa", "Pa", times=1e6)
+    stress_per_metre: ClassVar = si("stress_mpa_per_mm", "Pa/m", times=1e9)
 
 
 class Convergence(Section):

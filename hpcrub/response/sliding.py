@@ -9,8 +9,9 @@ compliance of the point under both forces,
 R and T its normal and tangential displacement per unit modal coordinate. Where c(μ) < 0 the force
 presses the point further into the casing: it *locks itself*, and no sliding contact lasts. Stick
 between blade and casing, wear and large displacements, which bound such a motion, are not in the
-model. Reference: Hoffmann, Gaul, A sufficient criterion for the onset of sprag-slip oscillations,
-Archive of Applied Mechanics 73 (2004).
+model. Of brakes this is known as *sprag*; a minimal model of it is in Applied Sciences 10 (2020),
+article 2748. The criterion is derived here and taken from nowhere; `evidence.validation.sliding`
+scans the friction in time.
 """
 
 from typing import Any

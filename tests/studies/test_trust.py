@@ -83,6 +83,9 @@ def test_the_block_stands_in_the_file(file):
 def test_stress_of_a_model_file_is_refused():
     with pytest.raises(InputError, match=r"limits.stress_mpa: a model file"):
         Config(disk={"model": "x.h5"}, limits={"stress_mpa": 100.0})
+    known = {"stress_mpa": 100.0, "stress_mpa_per_mm": 40.0}
+    config = Config(disk={"model": "x.h5"}, limits=known)
+    assert trust.stress_per_metre(config) == pytest.approx(40e6 / 1e-3)
 
 
 @pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])

@@ -209,14 +209,22 @@ def cautions(file: ResultFile, found: Survey | None = None) -> Iterator[str]:
 
 
 def _validity_lines(config: Config, largest: float) -> Iterator[str]:
-    """Stress and displacement at the largest amplitude of a planar disk."""
-    if config.disk.model is not None or not largest > 0.0:
+    """Stress at the largest amplitude; of a planar disk, what small displacements leave out."""
+    per_metre = stress_per_metre(config)
+    if not largest > 0.0:
         return
-    stress = root_stress(config.disk, config.material) * largest
-    yield (
-        f"the largest amplitude, {1e3 * largest:.1f} mm, bends the root of a blade by "
-        f"{1e-6 * stress:,.0f} MPa, if it moves in its first bending mode"
-    )
+    if per_metre is None:
+        yield (
+            f"the stress at the largest amplitude, {1e3 * largest:.3g} mm, is not known: a model "
+            "file tells no stresses; with limits.stress_mpa_per_mm of its first family it is"
+        )
+    else:
+        yield (
+            f"the largest amplitude, {1e3 * largest:.3g} mm, stresses a blade by "
+            f"{1e-6 * per_metre * largest:,.0f} MPa, if it moves in its first bending mode"
+        )
+    if config.disk.model is not None:
+        return
     left_out = largest**2 / (2.0 * config.disk.tip_radius)
     reach = config.casing.outline.highest - config.clearance
     if reach > 0.0 and left_out > SMALL * reach:
@@ -226,6 +234,15 @@ def _validity_lines(config: Config, largest: float) -> Iterator[str]:
         )
 
 
+def stress_per_metre(config: Config) -> float | None:
+    """Stress for a tangential displacement of a tip [Pa/m]; None: not known of a model file."""
+    if config.limits.stress_mpa_per_mm is not None:
+        return config.limits.stress_per_metre
+    if config.disk.model is not None:
+        return None
+    return root_stress(config.disk, config.material)
+
+
 def _limit_lines(file: ResultFile) -> Iterator[str]:
     """Probability of exceeding the limits, by level."""
     config, n = file.config, n_counted(file)
@@ -233,7 +250,7 @@ def _limit_lines(file: ResultFile) -> Iterator[str]:
     if config.limits.amplitude_mm is not None:
         allowed.append((config.limits.amplitude, f"{config.limits.amplitude_mm:g} mm"))
     if config.limits.stress_mpa is not None:
-        per_metre = root_stress(config.disk, config.material)
+        per_metre = stress_per_metre(config)
         allowed.append((config.limits.stress / per_metre, f"{config.limits.stress_mpa:g} MPa"))
     for limit, words in allowed:
         for level, half_range in enumerate(file.read("half_range")):
