@@ -94,7 +94,8 @@ class Windows:
         """
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))
-        same = is_constant(before[tip], last[tip], self.strict)
+        # of all displacements: another one may have been larger before, as at the start
+        same = is_constant(before.max(), last.max(), self.strict)
         self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)

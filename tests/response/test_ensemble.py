@@ -41,6 +41,17 @@ def test_a_periodic_motion_is_steady_after_three_windows():
     assert found.error == pytest.approx(0.0, abs=1e-12)
 
 
+def test_a_blade_that_was_larger_before_keeps_a_motion_from_being_steady():
+    """In the first window the start throws one blade far out; the largest one later is another."""
+    sizes = [np.array([8.0, 4.0]), *[np.array([3.0, 4.0])] * 5]
+    watch = Windows(CRITERIA, DECAY, WINDOW)
+    for k, (before, last) in enumerate(zip(sizes, sizes[1:], strict=False), 1):
+        found = watch.look(before, last, lambda tip: (WAVE, WAVE), k * WINDOW, over=k == 5)
+        if found:
+            break
+    assert (found.status, found.amplitude) == (STEADY, pytest.approx(4.0))
+
+
 def test_equal_amplitudes_of_motions_that_differ_are_not_steady():
     found, n = watched(np.full(20, 2e-3))
     assert found.status == IRREGULAR
