@@ -24,7 +24,7 @@ from evidence.benchmarks import (
 
 REPORT = Path(__file__).with_name("report.md")
 MEASURED = page.ROOT / "build" / "benchmarks.pickle"
-PERIODIC = "inputs/earlier_disk.yaml"  # has periodic motions where the reference disk has none
+PERIODIC = "inputs/earlier_disk.yaml"  # its first disk has periodic motions at these speeds
 
 
 def kernel():

@@ -116,7 +116,7 @@ def periodic_section(periodic):
         for scheme, (steps, median, other, order) in found.items()
     ]  # fmt: skip
     speeds = wp.SETTLED_SPEEDS
-    return f"""The errors of single amplitudes are those of the disk of `{disk}`.
+    return f"""The errors of single amplitudes are those of the first disk of `{disk}`.
 After {wp.SETTLED:g} s no motion near the peak is periodic. Of {n_all} points of
 {len(wp.SETTLED_SAMPLES)} samples between {speeds[0]:g} and {speeds[-1]:g} Hz, {n_here} are, with
 either scheme: a nudge by {wp.NUDGE:g} leaves their amplitude. There, against exact_modal with

@@ -40,7 +40,7 @@ def make_disk(blade=None, **changes):
     return build_disk(disk_section(blade, **changes), MATERIAL)
 
 
-EARLIER = {  # that hpcrub 0.1 took for the paper's: other programs have its frequencies
+EARLIER = {  # the first of inputs/earlier_disk.yaml: other programs have its frequencies
     "inner_radius": 0.1699,
     "ring_thickness": 13.39e-3,
     "spoke_thickness": 7.23e-3,

@@ -180,7 +180,7 @@ Moreau–Jean scheme (θ = 0.51) with contact in velocities and impulses, and a 
 of angle. Both share the finite-element matrices, the casing law and the physics of contact
 (rigid, e = 0, always sliding); the finite elements have tests of their own.
 
-The disk is that of hpcrub 0.1 (`inputs/earlier_disk.yaml`), which has periodic motions with less
+The disk is the first of `inputs/earlier_disk.yaml`, which has periodic motions with less
 damping than today's. Tuned, it starts from rest under four bumps. The tables give the largest tip
 displacement [mm] of three revolutions after a fixed time; the kernel has `exact_modal` and 2 µs.
 The column *perturbed* is the change of the kernel's amplitude when the stiffness of the blades
