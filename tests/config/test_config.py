@@ -273,48 +273,29 @@ WRONG = [
     ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
     # types
     ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
-    ("casing: {n_bumps: '5'}", "casing.n_bumps: '5' is not a whole number"),
     ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10,000"),
-    ("casing: {clearance_mm: }", "casing.clearance_mm: null is not a number"),
     ("time: {step_s: 12:30}", "time.step_s: '12:30' is not a number"),
     ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
     ("output: 3", "output: 3 is not a file name"),
-    ('output: ""', "output: '' is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
-    ('sources: ["."]', "sources[0]: '.' is not a file name"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
-    ("casing: {harmonics: [{order: 0}]}", "casing.harmonics[0].order: 0 is out of range, allowed"),
     ("casing: {profile_deg: [0, 1, 2, 3]}", "casing.profile_deg: goes with casing.profile_mm"),
     (
         "casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
         "casing.profile_mm: 5 values for 4 angles",
-    ),
-    (
-        "casing: {profile_deg: [0, 2, 1, 3], profile_mm: [0, 0, 0, 0]}",
-        "casing.profile_deg: the angles are not increasing",
     ),
     # ranges
     (
         "disk: {blade: {thickness_mm: -3}}",
         "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0",
     ),
-    ("disk: {n_blades: 1}", "disk.n_blades: 1 is out of range, allowed is a whole number from 2"),
-    (
-        "disk: {blade: {lean_deg: 90}}",
-        "disk.blade.lean_deg: 90 is out of range, allowed is a number above -90",
-    ),
     (
         "material: {damping_ratio: 1}",
         "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1",
     ),
     ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
-    ("time: {step_s: 1e999}", "time.step_s: inf is not a number"),
-    (
-        "mistuning: {samples: 0}",
-        "mistuning.samples: 0 is out of range, allowed is a whole number from 1",
-    ),
     ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
     (
         "mistuning: {half_range_percent: [1, 100]}",
@@ -325,7 +306,6 @@ WRONG = [
     ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
     # keys that do not fit together
     ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
-    ("disk: {inner_radius_mm: 200}", "disk.inner_radius_mm: 200.0 is not below disk.hub_radius"),
     ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
     ("speeds: {from_hz: 36}", "speeds.to_hz: 35.5 is below speeds.from_hz, 36.0: no speeds"),
     ("speeds: {step_hz: 1e-6}", "speeds.step_hz: 1e-06 gives 2,000,001 speeds; at most 100,000"),
@@ -342,10 +322,6 @@ WRONG = [
     (
         f"mistuning: {{half_range_percent: [3], pattern_unit: gpa, pattern: {TWELVE}}}",
         "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern",
-    ),
-    (
-        "mistuning: {pattern_unit: gpa, pattern: [a, b, c]}",
-        "mistuning.pattern[0]: 'a' is not a number (a value for each blade",
     ),
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
     # YAML
