@@ -48,10 +48,7 @@ class Coating(NamedTuple):
     def stiffnesses(self, area: float) -> tuple[float, float, float]:
         """Of one bar: before yield and beyond it [N/m], and the force of this second line at p = 0.
 
-        Parameters
-        ----------
-        area : float
-            Cross section of the bar [m²].
+        area: cross section of the bar [m²].
         """
         before = self.young * area / self.thickness
         start = before * self.depth_at_yield * self.kept

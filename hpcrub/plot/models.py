@@ -22,26 +22,14 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 def model(path: str | os.PathLike[str], ax: Axes | None = None, mode: int | None = None) -> Axes:
     """The disk of a model file with its contact nodes, at rest or in one of its modes.
 
-    Parameters
-    ----------
-    path
-        Model file, as `hpcrub import` writes it.
-    ax
-        Axes with `projection="3d"` to draw into. By default a new figure is made.
-    mode
-        Mode at rest without contact, counted from 1, whose shape is drawn, coloured by the size of
-        the displacement; by default the undeformed disk.
+    - path: model file, as `hpcrub import` writes it.
+    - ax: axes with `projection="3d"` to draw into. By default a new figure is made.
+    - mode: mode at rest without contact, counted from 1, whose shape is drawn, coloured by the size
+      of the displacement; by default the undeformed disk.
 
-    Returns
-    -------
-    Axes
-        The axes drawn into.
-
-    Raises
-    ------
-    InputError
-        The file is no model file, the axes are flat, or the model has no such mode. A reduced model
-        has no shapes, as the file does not tell the motion of its inner nodes.
+    Returns the axes drawn into.
+    Raises InputError: the file is no model file, the axes are flat, or the model has no such mode.
+    A reduced model has no shapes, as the file does not tell the motion of its inner nodes.
     """
     file = neutral.from_arrays(model_file.read(Path(path)))
     if mode is not None and (file.kind == "reduced" or not 1 <= mode <= len(file.dof) - 2):

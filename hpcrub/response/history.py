@@ -89,22 +89,12 @@ def judged(
 ) -> tuple[Verdict, float]:
     """What a sweep would say of a history: steady, irregular or neither, and its amplitude.
 
-    Parameters
-    ----------
-    observed : ndarray (R, O)
-        Records of the observed displacements [m], as `integrate` makes them.
-    speed_hz : float
-        [Hz]
-    duration : float
-        [s]
-    modes : Modes
-    scene : Scene
+    - observed: (R, O) records of the observed displacements [m], as `integrate` makes them.
+    - speed_hz: [Hz].
+    - duration: [s].
 
-    Returns
-    -------
-    verdict : Verdict
-    time : float
-        Since the start, when it was found [s]; NaN: the history ends before the first check.
+    Returns verdict; time, since the start, when it was found [s]; NaN: the history ends before the
+    first check.
     """
     steady, grid = scene.steady, cut_revolution(speed_hz, scene)
     per_block = grid.steps_per_block // grid.stride
@@ -153,24 +143,13 @@ def integrate(
 ) -> Iterator[Piece]:
     """Histories of a few speeds, as Pieces of one block each.
 
-    Parameters
-    ----------
-    modes : Modes
-        Modes of the sample.
-    scene : Scene
-    speeds_hz : ndarray
-        One of the `groups` of the speeds, (S,) [Hz].
-    duration : float
-        [s], rounded up to blocks of the fastest speed.
-    motion : Motion, optional
-        To start from, rest by default (modified: the motion at the end).
-    poll : Callable[[], object], optional
-        Called without arguments after every Piece; what it raises ends it.
+    - modes: modes of the sample.
+    - speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
+    - duration: [s], rounded up to blocks of the fastest speed.
+    - motion: to start from, rest by default (modified: the motion at the end).
+    - poll: called without arguments after every Piece; what it raises ends it.
 
-    Yields
-    ------
-    Piece
-        Piece. What the last one's `reason` says holds for the whole history.
+    Yields Pieces. What the last one's `reason` says holds for the whole history.
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
