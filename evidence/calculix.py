@@ -1,4 +1,7 @@
-"""CalculiX: running it on a deck, and what it prints."""
+"""CalculiX: the mesh of a deck, running it, and what it prints.
+
+Units of decks: mm, t, s, N, MPa.
+"""
 
 import shutil
 import subprocess
@@ -7,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+YOUNG, POISSON, DENSITY = 113_800.0, 0.33, 4.43e-9  # Ti-6Al-4V [MPa, -, t/mm3]
 CYCLIC = """\
 *SURFACE, NAME=SLOW, TYPE=NODE
 LOW
@@ -17,6 +21,25 @@ SLOW, SHIGH
 *CYCLIC SYMMETRY MODEL, N={}, NGRAPH=1, TIE=SIDES
 0., 0., 0., 0., 0., 1.
 """
+
+
+def mesh_text(nodes: np.ndarray, elements: dict, kind: str, sets: dict) -> str:
+    """Nodes (n, 3) [mm], elements of titanium and node sets of a deck, all counted from 0.
+
+    elements: their nodes by their numbers; kind: of element; sets: nodes by name.
+    """
+    lines = ["*NODE, NSET=NALL"]
+    lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(nodes, 1)]
+    lines += [f"*ELEMENT, TYPE={kind}, ELSET=EALL"]
+    for number, corners in elements.items():
+        words = [str(n + 1) for n in (number, *corners)]
+        lines += [", ".join(words[:11]) + "," * (len(words) > 11)]
+        lines += [", ".join(words[11:])] * (len(words) > 11)
+    for name, members in sets.items():
+        lines += [f"*NSET, NSET={name.upper()}"]
+        lines += [", ".join(map(str, members[k : k + 10] + 1)) for k in range(0, len(members), 10)]
+    lines += ["*MATERIAL, NAME=TI64", "*ELASTIC", f"{YOUNG}, {POISSON}", "*DENSITY", f"{DENSITY}"]
+    return "\n".join([*lines, "*SOLID SECTION, ELSET=EALL, MATERIAL=TI64", ""])
 
 
 def run(path: Path) -> None:

@@ -1,15 +1,12 @@
-"""Decks of CalculiX for the blisk: matrices at rest and at speed, of the blades, and frequencies.
-
-Units: mm, t, s, N, MPa.
-"""
+"""Decks of CalculiX for the blisk: matrices at rest and at speed, and frequencies."""
 
 from pathlib import Path
 
 import numpy as np
 
 from evidence.blisk.mesh import Mesh
+from evidence.calculix import mesh_text
 
-YOUNG, POISSON, DENSITY = 113_800.0, 0.33, 4.43e-9  # Ti-6Al-4V [MPa, -, t/mm3]
 STORE = "*STEP{}\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n10\n*END STEP\n"
 
 SPIN = "*STEP, NLGEOM\n*STATIC\n*DLOAD\nEALL, CENTRIF, {:.12g}, 0., 0., 0., 0., 0., 1.\n*END STEP\n"
@@ -35,27 +32,14 @@ def spinning(speed: float, step: str) -> str:
 
 
 def write(path: Path, mesh: Mesh, steps: str, held=(), elements=None, head: str = "") -> None:
-    """Write a deck.
+    """Write a deck NAME.inp.
 
-    Parameters
-    ----------
-    path : NAME.inp
-    mesh : Mesh
-    steps : text of the steps
-    held : nodes that are held
-    elements : numbers of the elements, all by default
-    head : text before the steps
+    held: nodes that are held; elements: numbers of the elements, all by default; head: text before
+    the steps.
     """
     chosen = np.arange(len(mesh.elements)) if elements is None else elements
-    lines = ["*NODE, NSET=NALL"]
-    lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(mesh.nodes, 1)]
-    lines += ["*ELEMENT, TYPE=C3D8I, ELSET=EALL"]
-    lines += [f"{e + 1}, " + ", ".join(map(str, mesh.elements[e] + 1)) for e in chosen]
-    for name, nodes in mesh.sets.items():
-        lines += [f"*NSET, NSET={name.upper()}"]
-        lines += [", ".join(map(str, nodes[k : k + 10] + 1)) for k in range(0, len(nodes), 10)]
-    lines += ["*MATERIAL, NAME=TI64", "*ELASTIC", f"{YOUNG}, {POISSON}", "*DENSITY", f"{DENSITY}"]
-    lines += ["*SOLID SECTION, ELSET=EALL, MATERIAL=TI64"]
+    corners = {int(e): mesh.elements[e] for e in chosen}
+    text = mesh_text(mesh.nodes, corners, "C3D8I", mesh.sets)
     if len(held):
-        lines += ["*BOUNDARY", *(f"{node + 1}, 1, 3" for node in held)]
-    path.write_text("\n".join(lines) + "\n" + head + steps, "ascii")
+        text += "*BOUNDARY\n" + "".join(f"{node + 1}, 1, 3\n" for node in held)
+    path.write_text(text + head + steps, "ascii")

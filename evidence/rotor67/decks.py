@@ -1,6 +1,6 @@
 """Decks of CalculiX for one sector of the fan.
 
-Units: mm, t, s, N, MPa. Stiffness at speed is that of a *free* sector about the state of the whole
+Stiffness at speed is that of a *free* sector about the state of the whole
 disk: a first job with cyclic symmetry gives the displacements; a second one, without, moves the
 sides by them, and lets them go in its last step, which stores the matrices. CalculiX would
 eliminate the rows of the sides if that step had cyclic symmetry itself.
@@ -10,10 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from evidence.calculix import CYCLIC
+from evidence.calculix import CYCLIC, mesh_text
 from evidence.rotor67.mesh import Mesh
 
-YOUNG, POISSON, DENSITY = 113_800.0, 0.33, 4.43e-9  # Ti-6Al-4V [MPa, -, t/mm3]
 ELEMENT = "C3D20R"
 STORE = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n10\n*END STEP\n"
 PERTURBED = "*STEP, PERTURBATION\n"
@@ -73,15 +72,5 @@ def _held(nodes, options=""):
 def write(path: Path, mesh: Mesh, steps: str, blade: bool = False, element: str = ELEMENT) -> None:
     """Write a deck of a mesh, or of its blade's elements alone, and the steps after it."""
     elements = mesh.elements[: mesh.n_blade_elements] if blade else mesh.elements
-    lines = ["*NODE, NSET=NALL"]
-    lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(mesh.nodes, 1)]
-    lines += [f"*ELEMENT, TYPE={element}, ELSET=EALL"]
-    for number, nodes in enumerate(elements + 1, 1):
-        words = [str(n) for n in (number, *nodes)]
-        lines += [", ".join(words[:11]) + ",", ", ".join(words[11:])]
-    for name, nodes in mesh.sets.items():
-        lines += [f"*NSET, NSET={name.upper()}"]
-        lines += [", ".join(map(str, nodes[k : k + 10] + 1)) for k in range(0, len(nodes), 10)]
-    lines += ["*MATERIAL, NAME=TI64", "*ELASTIC", f"{YOUNG}, {POISSON}", "*DENSITY", f"{DENSITY}"]
-    lines += ["*SOLID SECTION, ELSET=EALL, MATERIAL=TI64"]
-    path.write_text("\n".join(lines) + "\n" + steps, "ascii")
+    text = mesh_text(mesh.nodes, dict(enumerate(elements)), element, mesh.sets)
+    path.write_text(text + steps, "ascii")

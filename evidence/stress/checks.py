@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.stress import marches
+from evidence.stress import repeats
 from evidence.stress.corners import build
 from hpcrub.contact import status
 from hpcrub.contact.bank import allocate
@@ -68,10 +68,10 @@ def examine(case):
         faults += more
         audited, unbalanced, n_histories = 0, 0, 0
         if case.number % EVERY == 0:
-            audited, unbalanced, more = marches.audited(modes, scene, speeds, result, WIDTH)
+            audited, unbalanced, more = repeats.audited(modes, scene, speeds, result, WIDTH)
             faults += more
         if case.number % EVERY == 1:
-            n_histories, more = marches.whole(modes, scene, speeds, result, MOST_ROUND_OFF)
+            n_histories, more = repeats.whole(modes, scene, speeds, result, MOST_ROUND_OFF)
             faults += more
     return Findings(
         case.corner, case.number, seconds, result.point_status, result.point_reason,
@@ -99,7 +99,7 @@ def consistent(result, scene, speeds):
 
 
 def follow(modes, scene, speeds, result):
-    """March all points again, at once and with nothing skipped, and go on after they were steady.
+    """Integrate all points again, at once, nothing skipped, and go on after they were steady.
 
     Returns the number of steady points, of those whose amplitude still changed, and faults.
     """

@@ -328,7 +328,7 @@ def test_a_reference_that_is_rounding_is_refused(tiny, folder, capfd):
     assert "which is rounding" in error_lines(capfd.readouterr().err)[-1]
 
 
-def test_without_a_reference_no_sample_is_marched(tiny, folder, capfd, monkeypatch):
+def test_without_a_reference_no_sample_is_integrated(tiny, folder, capfd, monkeypatch):
     assert main(tiny, "--set", "casing.clearance_mm=2") == 1
     monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
     assert main(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
