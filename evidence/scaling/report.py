@@ -7,13 +7,14 @@ import numpy as np
 
 from evidence import page
 from evidence.scaling import program, simulate
-from hpcrub.plot.style import BLUE, COLOURS, MARKERS, ORANGE, STYLE, legend_below
+from hpcrub.plot.style import BLUE, COLOURS, MARKERS, ORANGE, STYLE
 
 RANKS = (10, 100, 300, 1000, 3000, 10_000)
 SAMPLES = 20_000  # of each case: 4 levels of 5000
 MORE = 10  # times the samples, on the most ranks
 ENOUGH = 400  # samples per rank are simulated, and count for all
 LINES = ("-", "--", "-.", ":")
+BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15)}  # of a legend
 VARIANTS = {
     "as it is": {},
     "samples never cut": {"cut": False},
@@ -161,8 +162,8 @@ def efficiency_figure(found, table, path):
         label = "single longest speeds of all cases [s]"
         right.axhline(longest, color="0.4", lw=1.2, ls=":", label=label)
         right.set(xlabel="ranks", ylabel="share [%], time [s]")
-        legend_below(left)
-        legend_below(right, columns=1)
+        left.legend(ncols=2, **BELOW)
+        right.legend(ncols=1, **BELOW)
         figure.savefig(path, dpi=130)
         plt.close(figure)
 
@@ -185,7 +186,7 @@ def cost_figure(all_costs, path):
             right.plot(counts, relative, marker=marker, mfc="w", label="longest part", **look)
         left.set(xlabel="seconds per sample", ylabel="share of samples", ylim=(0, 1.02))
         right.set(xlabel="parts", ylabel="relative to the whole sample [-]", ylim=0)
-        legend_below(left)
-        legend_below(right)
+        left.legend(ncols=2, **BELOW)
+        right.legend(ncols=2, **BELOW)
         figure.savefig(path, dpi=130)
         plt.close(figure)

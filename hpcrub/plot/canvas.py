@@ -50,28 +50,16 @@ LETTERS = 12  # of a line below a figure, per inch
 
 
 class About(NamedTuple):
-    """For whom a figure is.
+    """For whom a figure is."""
 
-    Attributes
-    ----------
-    studies : studies whose results it shows.
-    paper : number of the figure in the paper.
-    what : what it shows, in a few words.
-    alone : whether it is drawn when a study ends.
-    several : whether it compares several files; one will do.
-    random : whether it needs random samples instead of one explicit pattern.
-    mode : whether it can show one chosen mode.
-    main : whether its picture is named as the result file, without the name of the figure.
-    """
-
-    studies: tuple[str, ...]
-    paper: str
-    what: str
-    alone: bool
-    several: bool
-    random: bool
-    mode: bool
-    main: bool
+    studies: tuple[str, ...]  # whose results it shows
+    paper: str  # number of the figure in the paper
+    what: str  # it shows, in a few words
+    alone: bool  # whether it is drawn when a study ends
+    several: bool  # whether it compares several files; one will do
+    random: bool  # whether it needs random samples instead of one explicit pattern
+    mode: bool  # whether it can show one chosen mode
+    main: bool  # whether its picture is named as the result file, without the figure's own name
 
 
 class Drawing(Protocol):
@@ -85,18 +73,12 @@ class Drawing(Protocol):
 
 
 class Canvas:
-    """Open files and panels of one drawing.
-
-    Attributes
-    ----------
-    files : list of the open result files.
-    axes : list of the axes drawn into.
-    own : whether the figure is this drawing's alone, so that legends can stand outside the axes.
-    """
+    """Open files and panels of one drawing."""
 
     def __init__(self, files: list[ResultFile], where: Where) -> None:
         self.files = files
-        self.axes: list[Axes] = []
+        self.axes: list[Axes] = []  # drawn into
+        # whether the figure is this drawing's alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
         self._where = where
         self._notes: list[str] = []

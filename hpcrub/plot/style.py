@@ -33,8 +33,3 @@ def say(axes: Axes, text: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)
     axes.tick_params(left=False, labelleft=False)
-
-
-def legend_below(axes: Axes, columns: int = 2, drop: float = 0.15) -> None:
-    """Legend under the axes, where it hides nothing."""
-    axes.legend(ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -drop))
