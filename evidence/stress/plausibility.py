@@ -25,7 +25,8 @@ from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import IRREGULAR, STEADY
 from hpcrub.errors import InputError
-from hpcrub.response.sweep import NARROWEST, Motion, SweepResult, run_sweep
+from hpcrub.response.band import NARROWEST
+from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup import imported, plausibility
 from hpcrub.setup.disks import APART, deviation, modes_of

@@ -20,10 +20,11 @@ from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
+from hpcrub.response.band import judge
 from hpcrub.response.ensemble import LastWindow, Verdict, Windows
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
-from hpcrub.response.sweep import Motion, judge
+from hpcrub.response.sweep import Motion
 
 LANES = (0,) * 8  # speeds integrated together
 

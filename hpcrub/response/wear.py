@@ -4,9 +4,15 @@ The coating only ever wears, so that a motion ends for good when neither it nor 
 changes any more. Until then amplitudes are those of a casing that is being cut.
 """
 
+import math
+from typing import Any, NamedTuple
+
 import numpy as np
 
+from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
+from hpcrub.response.ensemble import Signals, Verdict
+from hpcrub.response.scene import Scene
 
 REVOLUTIONS = 10  # in which the growth of the worn depth is looked at
 ENDED = 1e-3  # growth in these revolutions of wear that has ended, over the largest depth
@@ -15,11 +21,31 @@ FAINT = 1e-3  # order of the worn depth that is no lobe, over the mean depth
 N_ANGLES = 360  # of a worn depth that is kept for every speed
 
 
-class Follower:
-    """Follows the coating of one lane."""
+class Wear(NamedTuple):
+    """What became of the coating at S speeds; NaN without one."""
 
-    def __init__(self) -> None:
+    amplitude: np.ndarray  # largest observed displacement at any time, while it wore, too (S,) [m]
+    time: np.ndarray  # when, the end of its block (S,) [s]
+    depth: np.ndarray  # largest worn depth in the end (S,) [m]
+    growth: np.ndarray  # largest growth of any bar in the last revolutions (S,) [m]
+    volume: np.ndarray  # worn away (S,) [m³]
+    energy: np.ndarray  # that has gone into it (S,) [J]
+    lobes: np.ndarray  # of the worn depth (S,) [-]
+    around: np.ndarray  # worn depth around the casing (S, A) [m]; (S, 0) without a coating
+
+    @classmethod
+    def empty(cls, n: int, n_angles: int) -> "Wear":
+        """Of n speeds, not known yet."""
+        values: tuple[Any, ...] = *np.full((7, n), np.nan), np.full((n, n_angles), np.nan)
+        return cls(*values)
+
+
+class Wearing:
+    """Watches a lane on a coating: by another rule of `ensemble`, until nothing wears any more."""
+
+    def __init__(self, rule: Any, scene: Scene, coating: Coating) -> None:
         """Nothing is worn yet."""
+        self.rule, self.scene, self.coating = rule, scene, coating
         self.largest, self.time = 0.0, 0.0
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
 
@@ -32,7 +58,7 @@ class Follower:
             self.largest, self.time = amplitude, time
 
     def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depth of every bar [m] after some revolutions since the start."""
+        """Keep the worn depth of every bar (Z, S) [m] after some revolutions since the start."""
         self.depths.append((revolutions, worn))
         while len(self.depths) > 1 and self.depths[1][0] + REVOLUTIONS <= revolutions:
             self.depths.pop(0)
@@ -44,15 +70,33 @@ class Follower:
         young = before[0] + REVOLUTIONS > self.depths[-1][0]
         return float((now if young else now - before[1]).max())
 
-    def has_ended(self, steady: bool, amplitude: float) -> bool:
-        """Whether nothing wears any more and the motion is steady, or has died away.
+    def look(
+        self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
+    ) -> Verdict | None:
+        """As `ensemble.Windows.look`; a motion that has died away is steady, too."""
+        found = self.rule.look(before, last, signals, time, over)
+        known = found is not None and found.status != NOT_STEADY
+        wears = self.growth > ENDED * float(self.depths[-1][1].max())
+        if not wears and (known or last.max() <= AT_REST * self.largest):
+            return found if known else Verdict(STEADY, last, last.max(), math.nan, math.nan)
+        return found._replace(status=NOT_STEADY) if over else None
 
-        steady: whether the motion has passed the test of a steady state.
-        amplitude: of the last window [m].
-        """
-        if self.growth > ENDED * float(self.depths[-1][1].max()):
-            return False
-        return steady or amplitude <= AT_REST * self.largest
+    def write(self, index: int, wear: Wear) -> None:
+        """What became of the coating, as speed ``index`` of ``wear`` (modified)."""
+        worn = self.depths[-1][1]
+        radius = float(self.scene.interface.radius.max())
+        values = (
+            self.largest,
+            self.time,
+            worn.max(),
+            self.growth,
+            volume(worn, self.coating, radius),
+            energy(worn, self.coating, radius),
+            lobes(worn, self.scene.repeats),
+            around(worn),
+        )
+        for array, value in zip(wear, values, strict=True):
+            array[index] = value
 
 
 def element_area(worn: np.ndarray, coating: Coating, radius: float) -> float:

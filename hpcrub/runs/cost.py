@@ -8,6 +8,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history, sweep
+from hpcrub.response.band import NARROWEST
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.sweep import SweepResult
@@ -97,7 +98,7 @@ def _within_reason(modes, scene, speeds):
     points = steps / found.n_steps * found.time.sum() / steady.max_time
     if points >= len(speeds):
         return speeds, scene
-    few = speeds[:: max(1, len(speeds) // max(sweep.NARROWEST, int(points)))]
+    few = speeds[:: max(1, len(speeds) // max(NARROWEST, int(points)))]
     longest = max(steady.max_time * min(1.0, points / len(few)), MEASURED_TIME)
     first = min(steady.first_check, longest)
     return few, scene._replace(steady=steady._replace(first_check=first, max_time=longest))

@@ -131,8 +131,7 @@ def follow(
             for values in motion:
                 values[i] = values[before]
         result = run_sweep(modes, scene, speeds_hz, poll, selection=[i], motion=motion, width=8)
-        for values, new in zip(whole[:-1], result[:-1], strict=True):
-            values[i] = new[i]
+        whole.take(i, result)
     return whole
 
 

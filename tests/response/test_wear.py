@@ -7,6 +7,7 @@ from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import wear
+from hpcrub.response.ensemble import Verdict
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 
@@ -42,20 +43,35 @@ def test_depths_around_the_casing_are_the_largest_of_their_part():
     assert found.max() == found.sum() == 2e-3
 
 
-def test_growth_is_that_of_the_last_revolutions():
-    followed = wear.Follower()
+class Rule:
+    """Says of a motion what a test wants to hear."""
+
+    verdict = None
+
+    def look(self, *windows):
+        return self.verdict
+
+
+def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
+    rule, none = Rule(), (None, None)
+    followed = wear.Wearing(rule, None, None)
     for revolution in range(0, 40, 3):
         followed.see(1.0 + revolution, 0.1 * revolution)
         followed.keep(revolution, np.array([1.0 * revolution]))
     assert followed.growth == 12.0  # the last depth that is ten revolutions old or more
-    assert not followed.has_ended(True, 0.0)
+    rule.verdict = Verdict(STEADY, np.ones(1), 1.0, 0.0, 0.0)
+    still, moving = np.array([0.3]), np.array([2.0])
+    assert followed.look(still, still, *none, over=False) is None
+    assert followed.look(still, still, *none, over=True).status == NOT_STEADY
     for revolution in range(40, 60, 3):
         followed.see(2.0, 0.1 * revolution)
         followed.keep(revolution, np.array([39.0]))
     assert followed.growth == 0.0
-    assert followed.has_ended(True, 2.0)
-    assert followed.has_ended(False, 0.3)
-    assert not followed.has_ended(False, 2.0)
+    assert followed.look(moving, moving, *none, over=False) is rule.verdict
+    rule.verdict = None
+    assert followed.look(moving, moving, *none, over=False) is None
+    died = followed.look(still, still, *none, over=False)
+    assert (died.status, died.amplitude) == (STEADY, 0.3)
     assert (followed.largest, round(followed.time, 9)) == (40.0, 3.9)
 
 
@@ -73,19 +89,17 @@ def test_a_run_ends_when_nothing_wears_and_moves_or_says_so():
     whole, cut = swept(4.0), swept(0.3)
     assert (whole.point_status == STEADY).all()
     assert (whole.time < 4.0).all()
-    assert (whole.worn_growth <= wear.ENDED * whole.worn_depth).all()
-    assert (whole.largest_amplitude > 1e-2).all()
-    assert (whole.largest_time < 0.5).all()
+    assert (whole.wear.growth <= wear.ENDED * whole.wear.depth).all()
+    assert (whole.wear.amplitude > 1e-2).all()
+    assert (whole.wear.time < 0.5).all()
     assert (cut.point_status == NOT_STEADY).all()
-    assert (cut.largest_amplitude == whole.largest_amplitude).all() or (
-        cut.worn_depth <= whole.worn_depth
-    ).all()
-    assert np.array_equal(whole.worn.max(axis=1), whole.worn_depth)
+    assert (cut.wear.depth <= whole.wear.depth).all()
+    assert np.array_equal(whole.wear.around.max(axis=1), whole.wear.depth)
 
 
 def test_results_do_not_depend_on_the_speeds_beside():
     """Lanes, their number, and what is computed together change no bit of a coating either."""
     whole = swept(1.0)
     for alone in (swept(1.0, width=1), swept(1.0, selection=[1])):
-        for found, expected in zip(alone[:-1], whole[:-1], strict=True):
+        for found, expected in zip(alone.arrays, whole.arrays, strict=True):
             assert np.array_equal(found[1], expected[1], equal_nan=True)

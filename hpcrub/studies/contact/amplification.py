@@ -30,7 +30,7 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating it is that of any time: what is left when the motion
     has worn itself free does not say what a blade had to bear.
     """
-    amplitude = result.largest_amplitude if result.worn.size else result.amplitude
+    amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
     usable = np.isin(result.point_status, (STEADY, IRREGULAR, NOT_STEADY)) & np.isfinite(amplitude)
     if not usable.any():
         return np.nan, np.nan
@@ -40,10 +40,11 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
 
 def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     """Largest worn depth of a coating at any speed [m], and that speed [Hz]; NaN without."""
-    if not np.isfinite(result.worn_depth).any():
+    depth = result.wear.depth
+    if not np.isfinite(depth).any():
         return np.nan, np.nan
-    best = np.nanargmax(result.worn_depth)
-    return float(result.worn_depth[best]), float(speeds_hz[best])
+    best = np.nanargmax(depth)
+    return float(depth[best]), float(speeds_hz[best])
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
@@ -66,12 +67,12 @@ def point_values(result: SweepResult) -> dict[str, Any]:
         "point_status": result.point_status,
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
-        "largest_amplitude_m": result.largest_amplitude,
-        "largest_amplitude_time_s": result.largest_time,
-        "worn_depth_m": result.worn_depth,
-        "worn_growth_m": result.worn_growth,
-        "worn_volume_m3": result.worn_volume,
-        "wear_energy_j": result.wear_energy,
-        "lobes": result.lobes,
-        "worn_m": result.worn,
+        "largest_amplitude_m": result.wear.amplitude,
+        "largest_amplitude_time_s": result.wear.time,
+        "worn_depth_m": result.wear.depth,
+        "worn_growth_m": result.wear.growth,
+        "worn_volume_m3": result.wear.volume,
+        "wear_energy_j": result.wear.energy,
+        "lobes": result.wear.lobes,
+        "worn_m": result.wear.around,
     }

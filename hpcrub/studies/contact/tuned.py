@@ -49,11 +49,9 @@ def join(parts: Sequence[Any]) -> Any:
     seconds = sum(part.seconds for part in parts)
     if failed:
         return failed._replace(seconds=seconds)
-    whole = SweepResult.empty(*parts[0].result.worn.shape)
+    whole = SweepResult.empty(*parts[0].result.wear.around.shape)
     for first, part in enumerate(parts):
-        mine = slice(first, None, len(parts))
-        for values, new in zip(whole[:-1], part.result[:-1], strict=True):
-            values[mine] = new[mine]
+        whole.take(slice(first, None, len(parts)), part.result)
     n_steps = sum(part.result.n_steps for part in parts)
     return Integrated(whole._replace(n_steps=n_steps), seconds)
 
