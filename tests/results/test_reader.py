@@ -23,8 +23,6 @@ from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import layout as contact_layout
 from tests.program import ROOT, TINY
 
-LENGTHS = {"level": 2, "sample": 3}  # of those studies that have them from their sources
-
 
 @pytest.fixture(params=STUDIES)
 def any_study(request, tmp_path, monkeypatch):
@@ -42,13 +40,7 @@ def any_study(request, tmp_path, monkeypatch):
             for level, sample in np.ndindex(2, 2):
                 numbers = {"deviation": np.zeros(12), "amplification": 1.0, "status": layout.DONE}
                 contact_file.write_sample(file, level, sample, numbers)
-        other = tmp_path / "other.h5"
-        other.write_bytes(source.read_bytes())
-        with h5py.File(other, "r+") as file:
-            changed = file.attrs["config"].replace(b"damping_ratio: 0.002", b"damping_ratio: 0.003")
-            file.attrs["config"] = changed
-        both = [str(source), str(other)] if request.param == "damping" else [str(source)]
-        text += f"sources: {both}\n"
+        text += f"sources: [{source}]\n"
     path = tmp_path / "a.h5"
     result_files.lay_out(path, studies.run_of(config.Config.from_yaml(text)))
     return path
