@@ -34,13 +34,14 @@ def draw(config):
     ring = np.hstack([circle(outer, around), circle(inner[::-1], around[::-1])])
     axes.fill(*ring, color="0.85", lw=0)
     axes.plot(*circle(inner, around), color="0.35", lw=1.5)
-    label(axes, inner, tips)
+    parts = nodes[disk.blades[-1]].mean(axis=0), nodes[disk.spokes[-2][-1]]
+    label(axes, inner, tips, *parts)
     axes.set_aspect("equal")
     axes.set_axis_off()
     return figure
 
 
-def label(axes, inner, tips):
+def label(axes, inner, tips, blade, spoke):
     """Names of the parts, the sense of rotation, and where a tip touches."""
     arrow = {"arrowstyle": "-|>", "color": "k", "lw": 1.2}
     line = {"arrowstyle": "-", "color": "0.4", "lw": 0.9, "relpos": (0, 0.5)}
@@ -49,9 +50,9 @@ def label(axes, inner, tips):
         (bumps, (400, 370), (640, 430)),
         ("clearance 0.25 mm", tuple(tips[1] + 5), (640, 250)),
         ("a bump reaches 1 mm\ninto the tips' circle", (inner[0], 0), (640, 60)),
-        ("blade", (300, -236), (640, -210)),
+        ("blade", tuple(blade), (640, -210)),
         ("ring", (121, -160), (640, -350)),
-        ("spoke,\nclamped inside", (-12, -110), (640, -490)),
+        ("spoke,\nclamped inside", tuple(spoke), (640, -490)),
     ):
         axes.annotate(text, there, here, arrowprops=line, va="center", fontsize=11)
     turn = {**arrow, "connectionstyle": "arc3,rad=0.13"}
