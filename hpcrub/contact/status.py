@@ -12,7 +12,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED, IRREGULAR = range(5)  # status of a poin
 
 # reasons; BALANCE is found in files of versions before 0.2 only
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
-PERMANENT, FLUTTER = 8, 9
+PERMANENT, FLUTTER, REVERSED = 8, 9, 10
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -24,6 +24,7 @@ WORDS = (
     "diverged: the energy audit does not close",
     "permanent contact: a blade does not leave the casing, no amplitude",
     "flutter by friction in permanent contact, no amplitude",
+    "a tip vibrates faster than it rotates: friction would reverse, and does not",
 )
 FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER)
 

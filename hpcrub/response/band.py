@@ -188,6 +188,8 @@ class Band:
                 out.localisation[index] = localisation(blades)
         if self.scene.coating and verdict != DIVERGED:
             self.watch[lane].write(index, out.wear)
+        if reason == status.NONE and self._reverses(lane, now):
+            reason = status.REVERSED
         out.point_status[index], out.point_reason[index] = verdict, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = self._seconds(lane, now)
@@ -195,6 +197,20 @@ class Band:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[index] = end
         return True
+
+    def _reverses(self, lane, now):
+        """Whether a tip of a planar disk moves faster than the disk turns in the last two windows.
+
+        In three dimensions friction turns with the slip.
+        """
+        if len(self.modes.axial) > 0:
+            return False
+        n_observed = self.bank.scheme.observed.shape[1]
+        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
+        motion = history[self._windows(now).ravel(), :, : len(self.modes.observed), lane]
+        moved = np.abs(np.diff(motion.reshape(-1, len(self.modes.observed)), axis=0)).max()
+        turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
+        return moved > turned * self.scene.interface.radius.min()
 
     def _look(self, lane, now, before, last):
         """The Verdict on the windows of a lane; None, with the time of its next check: go on."""

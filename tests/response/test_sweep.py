@@ -98,6 +98,17 @@ def test_equal_damping_ratios_are_the_bits_of_the_single_one():
     assert (other.amplitude != one.amplitude).all()
 
 
+def test_a_tip_that_vibrates_faster_than_it_rotates_is_marked():
+    """|u̇_t| > RΩ: at a radius below ω/Ω times the amplitude, 20/13, of a motion at ω."""
+    modes, scene = one_blade()
+    amplitude = run_sweep(modes, scene, [13.0]).amplitude[0]
+    for radius, reason in ((1.2, status.REVERSED), (3.0, status.NONE)):
+        face = planar_interface(np.zeros(1), radius * amplitude)
+        result = run_sweep(modes, scene._replace(interface=face), [13.0])
+        assert result.point_reason[0] == reason
+        assert result.amplitude[0] == amplitude
+
+
 def test_every_mode_decays_with_its_own_damping():
     """Two free modes, seen one by one by two contact points that never touch."""
     damping = Damping((0.01, 0.03))
