@@ -71,7 +71,10 @@ def take_in(app, page, source):
         there = (file.parent / link[1]).resolve()
         return f"]({pages.get(there, os.path.relpath(there, HERE))}"
 
-    source[0] = re.sub(r"\]\((?!https?:|#)([^)#]+)", target, file.read_text("utf-8"))
+    text = file.read_text("utf-8")
+    if page == "start":
+        text = text.replace("# hpcrub", "# Start", 1)  # the home page has the name
+    source[0] = re.sub(r"\]\((?!https?:|#)([^)#]+)", target, text)
 
 
 def field_list(app, what, name, obj, options, lines):
