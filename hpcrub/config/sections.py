@@ -82,6 +82,11 @@ class Contact(Section):
     )
     coating: Coating = Coating()
 
+    @property
+    def wears(self) -> bool:
+        """Whether the casing carries a coating that wears."""
+        return self.law == "abradable"
+
 
 class Forcing(Section):
     """Engine-order excitation: the load of the linear response."""

@@ -20,22 +20,23 @@ from hpcrub.plot.coexistence import branches
 from hpcrub.plot.convergence import errors, running
 from hpcrub.plot.densities import cross
 from hpcrub.plot.disks import animation, disk, safe, shapes
-from hpcrub.plot.histories import time
+from hpcrub.plot.histories import cutting, time
 from hpcrub.plot.maps import interaction_map
 from hpcrub.plot.models import model
 from hpcrub.plot.responses import family, summary
 from hpcrub.plot.rubbing import rubbing
 from hpcrub.plot.strain_energy import energy
+from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, family, percentiles, amplitudes, running, errors, disk, safe, shapes, animation,
-    casing, linear, time, rubbing, interaction_map, energy, cross, damping, branches,
+    casing, linear, time, rubbing, interaction_map, energy, cross, damping, branches, wear, cutting,
 ]  # fmt: skip
 
 __all__ = [
-    "FIGURES", "find", "amplitudes", "animation", "branches", "casing", "cross", "damping", "disk",
-    "energy", "errors", "family", "interaction_map", "linear", "model", "percentiles", "rubbing",
-    "running", "safe", "shapes", "summary", "time",
+    "FIGURES", "find", "amplitudes", "animation", "branches", "casing", "cross", "cutting",
+    "damping", "disk", "energy", "errors", "family", "interaction_map", "linear", "model",
+    "percentiles", "rubbing", "running", "safe", "shapes", "summary", "time", "wear",
 ]  # fmt: skip
 
 

@@ -60,6 +60,7 @@ class About(NamedTuple):
     random: bool  # whether it needs random samples instead of one explicit pattern
     mode: bool  # whether it can show one chosen mode
     main: bool  # whether its picture is named as the result file, without the figure's own name
+    coated: bool  # whether it needs a coating that wears
 
 
 class Drawing(Protocol):
@@ -239,13 +240,14 @@ def warnings(file: ResultFile) -> list[str]:
 def figure(
     *studies: str, what: str, paper: str = "", alone: bool = True, several: bool = False,
     random: bool = False, mode: bool = False, main: bool = False,
+    coated: bool = False,
 ) -> Callable[[Callable[..., Any]], Drawing]:  # fmt: skip
     """Decorator that makes a function of a `Canvas` a figure of a result file.
 
     The function draws; what it returns, if anything, is returned instead of the axes.
     For the arguments see `About`.
     """
-    about = About(studies, paper, what, alone, several, random, mode, main)
+    about = About(studies, paper, what, alone, several, random, mode, main, coated)
 
     def decorate(draw: Callable[..., Any]) -> Any:
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
@@ -313,6 +315,10 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
         if file.config.study not in about.studies:
             allowed = " or ".join(about.studies)
             raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
+        if about.coated and not file.config.contact.wears:
+            raise InputError(
+                f"{file.path}: figure {name} is for a coating that wears (contact.law: abradable)"
+            )
         if about.random and file.config.pattern_deviation is not None:
             raise InputError(
                 f"{file.path}: figure {name} is for random samples, and this is one explicit "

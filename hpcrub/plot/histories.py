@@ -66,6 +66,36 @@ def time(canvas: Canvas) -> None:
     canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 
+@figure("time_response", what="amplitude and worn depth over time", coated=True)
+def cutting(canvas: Canvas) -> None:
+    """Tangential displacements of all tips, and the largest worn depth of the coating, over time.
+
+    A column for every disk. The motion grows while it cuts, and dies when enough is cut.
+    """
+    file = canvas.file
+    n_disks, config = len(file.read("deviation")), file.config
+    axes = canvas.panels(2, n_disks, (1.5 + 6.0 * n_disks, 7.5), sharex=True, sharey="row")
+    for disk, (top, bottom) in enumerate(axes.T):
+        motion = 1e3 * np.nan_to_num(file.read("tangential_m", disk))
+        top.fill_between(*envelope(file.read("time_s"), motion), color=BLUE, lw=0)
+        largest = np.unravel_index(np.abs(motion).argmax(), motion.shape)
+        top.plot(
+            file.read("time_s")[largest[0]], motion[largest], "o", color=ORANGE,
+            label=f"largest: {np.abs(motion[largest]):.1f} mm, blade {largest[1] + 1}",
+        )  # fmt: skip
+        depth = 1e3 * file.read("worn_depth_m", disk)
+        bottom.plot(
+            file.read("block_s"), depth, color=ORANGE, label=f"in the end {depth[-1]:.2f} mm"
+        )
+        top.set(title=DISKS[disk])
+        bottom.set(xlabel="time [s]", xlim=(0.0, file.read("time_s")[-1]))
+        for panel in (top, bottom):
+            panel.legend(loc="upper right" if panel is top else "lower right", frameon=True)
+    axes[0, 0].set_ylabel("$u_t$ of all tips [mm]")
+    axes[1, 0].set_ylabel("largest worn depth [mm]")
+    canvas.title(f"{config.casing.words}, {config.speeds.from_hz:g} Hz")
+
+
 def _name(file: ResultFile, point: int) -> str:
     """Blade of a contact point, and which of its points it is where it has several."""
     if file.config.disk.n_points == file.config.disk.n_blades:

@@ -29,12 +29,14 @@ def belonging(
     """
     with open_result(paths[0]) as file:
         study, random = file.config.study, file.config.pattern_deviation is None
+        coated = file.config.contact.wears
     found = [
         figure
         for figure in figures
         if study in figure.about.studies
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
         if random or not figure.about.random
+        if coated or not figure.about.coated
     ]
     if mode is not None and not any(figure.about.mode for figure in found):
         raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; shapes of modal do")

@@ -17,7 +17,7 @@ from hpcrub.plot.families import finished, labels, ordered, reference, uncertain
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import layout, trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
@@ -42,19 +42,27 @@ def summary(canvas: Canvas) -> None:
         for line in trust.short(file):
             canvas.note(line)
     else:
-        _draw_pattern(left, file, "amplitude_m", 1e3)
+        _draw_pattern(left, file, layout.amplitude(file.config), 1e3)
         _draw_pattern(right, file, "localisation", 100)
         right.set(ylabel=LOCALISATION, title="Localisation of the blade-tip amplitudes")
-    left.set(ylabel=AMPLITUDE, title=f"Response in contact, {file.config.casing.words}")
+    word = "largest amplitude of any time [mm]"
+    left.set(
+        ylabel=word if file.config.contact.wears else AMPLITUDE,
+        title=f"Response in contact, {file.config.casing.words}",
+    )
     canvas.legend_of(left)
     canvas.legend_of(right, drop=42 if right.get_ylabel() == LOCALISATION else 58)
 
 
 def draw_response(
     axes: Axes, file: ResultFile, group: str, where: Any, colour: Any, label: str | None,
-    name: str = "amplitude_m", scale: float = 1e3, **how: Any,
+    name: str | None = None, scale: float = 1e3, **how: Any,
 ) -> None:  # fmt: skip
-    """One disk over the speeds; points that were not steady are hollow."""
+    """One disk over the speeds, by default its amplitudes; points that were not steady are hollow.
+
+    On a coating amplitudes are the largest of any time, and hollow points had not ended.
+    """
+    name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
     line = {"lw": 1.6, "zorder": 3, **how}
     by_windows = f"{group}/amplitude_scatter_m"
@@ -97,14 +105,16 @@ def _draw_pattern(axes: Axes, file: ResultFile, name: str, scale: float) -> None
     draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
 
 
-def draw_range(axes: Axes, file: ResultFile) -> None:
+def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     """Range of the amplitudes of the widest level's samples at every speed, and their median.
 
     The band reaches from the lowest to the highest percentile of the input; with so few samples
-    that one of these lies beyond them, from the smallest to the largest sample.
+    that one of these lies beyond them, from the smallest to the largest sample. name: other values
+    in metres than the amplitudes.
     """
     done = file.status()[-1, :MOST] == DONE
-    amplitude = 1e3 * file.read("samples/amplitude_m", (-1, slice(MOST)))[done]
+    name = name or layout.amplitude(file.config)
+    amplitude = 1e3 * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles
     known = np.isfinite(amplitude).any(axis=0)
     if not known.any():
@@ -193,7 +203,9 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
             )  # fmt: skip
             top.set(title=title, xlabel="")
             if not first:
-                values, wanted = (f.read(f"{group}/amplitude_m", where) for f in (file, best))
+                values, wanted = (
+                    f.read(f"{group}/{layout.amplitude(f.config)}", where) for f in (file, best)
+                )
                 disk = [g for _, g, _ in disks].index(group)
                 noise[disk] = np.fmax(
                     noise[disk], 2e3 * np.hypot(of_best[disk], _scatter(file, group))

@@ -22,7 +22,7 @@ from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge
 from hpcrub.response.ensemble import LastWindow, Verdict, Windows
-from hpcrub.response.revolution import cut_revolution, speed_bands
+from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion
 
@@ -38,6 +38,7 @@ class Piece(NamedTuple):
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
+    worn_depth: np.ndarray  # of a coating, the largest at the end (S,) [m]; NaN without
     reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
 
 
@@ -71,8 +72,12 @@ class Trace(NamedTuple):
 def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
     """Records that `integrate` makes of one speed [Hz] in a duration [s]."""
     grid = cut_revolution(speed_hz, scene)
-    n_blocks = math.ceil(duration * speed_hz * grid.blocks_per_revolution)
-    return n_blocks * (grid.steps_per_block // grid.stride)
+    return n_blocks(speed_hz, duration, grid) * (grid.steps_per_block // grid.stride)
+
+
+def n_blocks(speed_hz: float, duration: float, grid: Grid) -> int:
+    """Blocks of a speed [Hz] in a duration [s], rounded up."""
+    return math.ceil(duration * speed_hz * grid.blocks_per_revolution)
 
 
 def checks(speed_hz: float, duration: float, scene: Scene) -> range:
@@ -160,9 +165,8 @@ def integrate(
     bank = allocate(modes, scene, grid, len(LANES), speeds_hz)
     for lane in range(n_speeds):
         set_motion(bank, lane, *(values[lane] for values in motion))
-    n_blocks = math.ceil(duration * speeds_hz.max() * grid.blocks_per_revolution)
     reason = np.zeros(n_speeds, dtype=np.uint8)
-    for _ in range(n_blocks):
+    for _ in range(n_blocks(speeds_hz.max(), duration, grid)):
         piece = _piece(bank, modes, scene, grid, n_speeds)
         _judge(bank, scene, piece, reason)
         yield piece._replace(reason=reason.copy())
@@ -193,4 +197,7 @@ def _piece(bank, modes, scene, grid, n_speeds):
     position = position[:, :, :n_speeds]
     with np.errstate(all="ignore"):  # numbers of a diverged speed
         observed = modes.observed @ position
-    return Piece(time, position, observed, normal, tangential, axial, reason=np.empty(0))
+    worn = np.full(n_speeds, np.nan)
+    if scene.coating:
+        worn[:] = [bank.law.surface.worn_depth(lane).max() for lane in range(n_speeds)]
+    return Piece(time, position, observed, normal, tangential, axial, worn, reason=np.empty(0))

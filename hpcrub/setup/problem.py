@@ -133,7 +133,7 @@ def elastic_casing_of(config: Config) -> ElasticCasing | None:
 
 def coating_of(config: Config, interface: Interface) -> Coating | None:
     """The coating that wears, None without."""
-    if config.contact.law != "abradable":
+    if not config.contact.wears:
         return None
     c = config.contact.coating
     area, width = config.disk.blade.thickness * config.disk.width, config.disk.width
@@ -151,6 +151,6 @@ def time_grid(config: Config) -> SimpleNamespace:
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
         repeats=config.repeats,
-        divisor=config.disk.n_blades if config.contact.law == "abradable" else 1,
+        divisor=config.disk.n_blades if config.contact.wears else 1,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
     )

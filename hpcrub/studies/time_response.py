@@ -42,13 +42,18 @@ LAYOUT = (
     Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study", since=3),
     Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown", since=3),
 )
-SCALES = {"time": "time_s", "check": "check_s"}
+_COATING = (
+    Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
+    Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
+)
+SCALES = {"time": "time_s", "check": "check_s", "block": "block_s"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets; of a disk with several contact points on a blade, motions are of every point."""
+    coating = _COATING if config.contact.wears else ()
     if config.disk.n_points == config.disk.n_blades:
-        return LAYOUT
+        return LAYOUT + coating
     points = {"blade": "point"}
     lines = [
         line._replace(dimensions=tuple(points.get(d, d) for d in line.dimensions))
@@ -58,6 +63,7 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     ]
     return (
         *lines,
+        *coating,
         Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
         Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
     )
@@ -73,7 +79,15 @@ def sizes(config: Config) -> dict[str, int]:
         "blade": config.disk.n_blades,
         "point": config.disk.n_points,
         "check": len(_checks(config)),
+        "block": len(_block_ends(config)),
     }
+
+
+def _block_ends(config):
+    """Times at which the blocks of the history end [s]."""
+    speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
+    n = history.n_blocks(speed, config.history.duration_s, grid)
+    return np.arange(1, n + 1) / (speed * grid.blocks_per_revolution)
 
 
 def _checks(config):
@@ -84,7 +98,8 @@ def constants(config: Config) -> dict[str, Any]:
     """The disks and the times of the checks."""
     speed = config.speeds.from_hz
     per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
-    return {
+    coated = config.contact.wears
+    return ({"block_s": _block_ends(config)} if coated else {}) | {
         "deviation": disks(config),
         "check_s": np.array(_checks(config)) / (speed * per_revolution),
         "window_s": config.steady_state.window_revolutions / speed,
@@ -139,6 +154,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial)
     yield "force_n", task, force
+    if scene.coating:
+        yield "worn_depth_m", task, np.array([piece.worn_depth[0] for piece in pieces])
     tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
     yield "tip", task, tip
     yield "correlation", task, correlated

@@ -8,6 +8,7 @@ from hpcrub.model.coating import Coating
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import wear
 from hpcrub.response.ensemble import Verdict
+from hpcrub.response.history import integrate
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
 
@@ -103,3 +104,15 @@ def test_results_do_not_depend_on_the_speeds_beside():
     for alone in (swept(1.0, width=1), swept(1.0, selection=[1])):
         for found, expected in zip(alone.arrays, whole.arrays, strict=True):
             assert np.array_equal(found[1], expected[1], equal_nan=True)
+
+
+def test_a_history_wears_as_the_sweep_does():
+    """The depth at the end of a history is that of a sweep of its time, and never falls."""
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.02, 0.02, 12))
+    scene = reference_scene(
+        step=2.9e-5, scheme="exact_modal", coating=COATING, steady=SteadyCriteria(max_time=0.3)
+    )
+    whole = run_sweep(modes, scene, SPEEDS[1:2])
+    depths = [p.worn_depth[0] for p in integrate(modes, scene, SPEEDS[1:2], float(whole.time[0]))]
+    assert depths[-1] == whole.worn_depth[0] > 1e-3
+    assert (np.diff(depths) >= 0.0).all()

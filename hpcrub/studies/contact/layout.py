@@ -134,11 +134,16 @@ TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "sa
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets of a study, those of a coating only where there is one."""
-    if config.contact.law == "abradable":
+    if config.contact.wears:
         return LAYOUT
     return tuple(line for line in LAYOUT if _OF_COATING.isdisjoint(line.name.split("/")))
 
 
+def amplitude(config: Config) -> str:
+    """Name of the amplitudes whose largest is the peak of a disk: on a coating of any time."""
+    return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
+
+
 def kinds(config: Config) -> tuple[Kind, ...]:
     """Numbers of which a study has statistics, those of a coating only where there is one."""
-    return KINDS if config.contact.law == "abradable" else KINDS[:2]
+    return KINDS if config.contact.wears else KINDS[:2]

@@ -41,7 +41,7 @@ def constants(config: Config) -> dict[str, Any]:
     seen = config.convergence.step * np.arange(1, n_blocks + 1)
     angle = {"angle_deg": np.arange(N_ANGLES) * (360.0 / N_ANGLES)}
     return (
-        (angle if config.contact.law == "abradable" else {})
+        (angle if config.contact.wears else {})
         | {
             "speeds_hz": config.speeds.values_hz,
             "half_range": config.mistuning.half_range[list(config.levels)],

@@ -15,6 +15,7 @@ from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval, probability_interval
+from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
 ALONE = 0.9  # of a peak: where both neighbouring speeds are below, the step may miss a higher one
@@ -45,8 +46,8 @@ def survey(file: ResultFile) -> Survey:
     lowest = highest = alone = 0
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps, largest = int(file.read("tuned/max_sweeps").max()), 0.0
-    wears = file.config.contact.law == "abradable"
-    name = "largest_amplitude_m" if wears else "amplitude_m"  # as `amplification.peak`
+    wears = file.config.contact.wears
+    name = layout.amplitude(file.config)
     for level, part in pieces(file):
         where = level, part
         states = file.read("samples/point_status", where)
@@ -128,7 +129,7 @@ def short(file: ResultFile) -> Iterator[str]:
     found = survey(file)
     n = max(1, int(found.peaks.sum()))
     irregular, lost = (100 * found.peaks[s] / n for s in (IRREGULAR, NOT_STEADY))
-    if file.config.contact.law == "abradable":
+    if file.config.contact.wears:
         yield _ended(found.points.sum(axis=0), found.peaks, file.config.steady_state.max_time_s)
     elif irregular or lost:
         yield (
@@ -140,7 +141,7 @@ def short(file: ResultFile) -> Iterator[str]:
 
 def _steady_lines(file, found):
     points, n_peaks = found.points.sum(axis=0), max(1, found.peaks.sum())
-    if file.config.contact.law == "abradable":
+    if file.config.contact.wears:
         yield _ended(points, found.peaks, file.config.steady_state.max_time_s)
     else:
         known = max(1, points[1:].sum())

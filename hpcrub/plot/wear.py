@@ -1,0 +1,124 @@
+"""What blades have cut out of a coating: around the casing, over the speeds, from disk to disk."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from hpcrub.errors import InputError
+from hpcrub.plot import intervals
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.families import finished
+from hpcrub.plot.responses import SPEED, draw_range, draw_response
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.results.storage import ResultFile
+from hpcrub.studies.contact import trust
+
+DEPTH = "worn depth [mm]"
+INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing
+
+
+@figure("contact", what="worn depth around the casing and from disk to disk", coated=True)
+def wear(canvas: Canvas) -> None:
+    """The worn coating: around the casing, over speed and angle, over the speeds, of all disks.
+
+    Around the casing and over the angle it is that of the tuned disk. Of random samples: the range
+    of the widest level at every speed, and which share of the disks cuts at most so deep, with
+    percentiles and their intervals. Of an explicit pattern: its depths and largest amplitudes.
+    """
+    file = canvas.file
+    around, over, depths, disks = canvas.mosaic("AB;CD", (13.5, 10.6))
+    worn, speeds = 1e3 * file.read("tuned/worn_m"), file.read("speeds_hz")
+    if not np.isfinite(worn).any():
+        raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
+    deepest = int(np.nanargmax(np.nanmax(np.nan_to_num(worn), axis=1)))
+    _draw_around(around, file, worn[deepest])
+    around.set_title(f"tuned disk, {speeds[deepest]:g} Hz: {_lobes(file, deepest)} lobes")
+    angle = np.append(file.read("angle_deg"), 360.0)
+    image = over.pcolormesh(
+        angle, _edges(speeds), worn, cmap="viridis", vmin=0.0, rasterized=True
+    )  # fmt: skip
+    over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
+    over.set_xticks(range(0, 361, 60))
+    over.grid(False)
+    canvas.colorbar(image, [over], label=DEPTH)
+    if file.config.pattern_deviation is None:
+        draw_range(depths, file, "worn_depth_m")
+        _draw_disks(disks, file)
+        canvas.legend_of(disks)
+    else:
+        draw_response(depths, file, "samples", (0, 0), BLUE, "mistuned disk", "worn_depth_m")
+        for group, where, colour in (("samples", (0, 0), BLUE), ("tuned", (), BLACK)):
+            draw_response(disks, file, group, where, colour, None, "largest_amplitude_m")
+        disks.set(ylabel="largest amplitude at any time [mm]")
+    draw_response(depths, file, "tuned", (), BLACK, "tuned disk", "worn_depth_m")
+    depths.set(ylabel=DEPTH, title="largest depth at every speed")
+    canvas.legend_of(depths)
+    for line in trust.short(file):
+        canvas.note(line)
+
+
+def _lobes(file: ResultFile, speed: int) -> str:
+    return f"{file.read('tuned/lobes')[speed]:.0f}"
+
+
+def _edges(speeds: Any) -> Any:
+    """Ends of the stripes of a map around speeds (S,), (S + 1,)."""
+    if len(speeds) == 1:
+        return speeds[0] + np.array([-0.5, 0.5])
+    middle = (speeds[1:] + speeds[:-1]) / 2
+    return np.array([2 * speeds[0] - middle[0], *middle, 2 * speeds[-1] - middle[-1]])
+
+
+def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
+    """A worn depth [mm] around the casing, to a scale of its own, with rings of even depths."""
+    phi = np.radians(np.append(file.read("angle_deg"), 360.0))
+    depth, top = np.append(worn, worn[0]), float(np.nanmax(worn)) or 1.0
+    radius = INNER + GROOVE * depth / top
+    x, y = np.cos(phi), np.sin(phi)
+    axes.fill(
+        [*(radius * x), *(INNER * x[::-1])], [*(radius * y), *(INNER * y[::-1])], color=ORANGE,
+        alpha=0.85, lw=0,
+    )  # fmt: skip
+    axes.plot(INNER * x, INNER * y, color=BLACK, lw=1.2)
+    for ring in MaxNLocator(3, min_n_ticks=2).tick_values(0.0, top)[1:]:
+        if ring <= 1.05 * top:
+            at = INNER + GROOVE * ring / top
+            axes.plot(at * x, at * y, color="0.3", lw=0.8, ls=":", zorder=4)
+            axes.annotate(
+                f"{ring:g} mm", (at * np.cos(0.7), at * np.sin(0.7)), fontsize=9, color="0.25",
+                ha="center", va="center", bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 0.5},
+                zorder=5,
+            )  # fmt: skip
+    for turn, word in enumerate(("0°", "90°", "180°", "270°")):
+        at = (INNER - 0.12) * np.exp(0.5j * np.pi * turn)
+        axes.text(at.real, at.imag, word, ha="center", va="center", fontsize=10)
+    axes.text(0, 0, "worn\ndepth", ha="center", va="center", fontsize=11)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _draw_disks(axes: Axes, file: ResultFile) -> None:
+    """Share of the disks of every level that cut at most so deep, and percentiles of the depth."""
+    at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
+    open_end = False
+    colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
+    for values, level, colour in zip(finished(file, "deepest_m"), half_range, colours, strict=True):
+        depth = 1e3 * np.sort(values)
+        if not len(depth):
+            continue
+        share = 100 * np.arange(1, len(depth) + 1) / len(depth)
+        axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %")
+        middle, (low, high) = np.percentile(depth, at), intervals.interval(depth, at)
+        open_end |= intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
+        for p, value in enumerate(middle):
+            axes.plot(value, at[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
+    tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
+    axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk")
+    for handle in intervals.handles(open_end):
+        axes.add_line(handle)
+    axes.set(
+        xlabel=f"largest {DEPTH}", ylabel="disks that cut at most so deep [%]", ylim=(0, 102),
+        title=f"{len(finished(file, 'deepest_m')[-1])} disks per level",
+    )  # fmt: skip
