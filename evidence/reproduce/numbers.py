@@ -93,8 +93,7 @@ def ranges(results):
                 "at an edge) [Hz]", text,
                 f"98 % in {low:.2f}–{high:.2f}, {100 * outside:.1f} % outside", outside < 0.01,
                 fitted=True, remark="The tuned peak of every n_d was fitted, to the middle of the "
-                "range; how far the samples spread around it was not. For n_d = 3 the peak of the "
-                "best disk lies at the upper end.",
+                "range; how far the samples spread around it was not.",
             )
         )  # fmt: skip
     return found

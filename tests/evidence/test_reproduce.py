@@ -45,6 +45,13 @@ def test_one_run_of_the_paper_may_be_any_of_ours():
     assert rows.run_row("0", "something [mm]", 52.0, runs, digits=1).agrees == "no"
 
 
+def test_the_sentence_at_the_top_counts_the_rows():
+    found = [rows.Row("", "", "", "", "", word) for word in ("yes", "near", "no", "no", "")]
+    text = report.verdict(found)
+    assert "Of 4 rows 1 agree, 1 are near, 2 do not agree:" in text
+    assert "2 agree or are near" in text
+
+
 @pytest.mark.parametrize(
     ("smaller", "larger", "verdict"),
     [
