@@ -298,15 +298,6 @@ def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resu
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
-def test_what_is_worn_is_the_same_bits_killed_and_resumed_on_other_ranks(held, tmp_path):
-    (tmp_path / "study.yaml").write_text(f"{STUDY}contact: {{law: abradable}}\n")
-    code, out, err = run(0, "study.yaml", "--output", "one.h5", "--no-figures", folder=tmp_path)
-    assert code == 0, out + err
-    expected = datasets(tmp_path / "one.h5")
-    assert "samples/deepest_m" in expected
-    assert killed_and_resumed(tmp_path, held, "all ranks", 2, 2) == expected
-
-
 @pytest.mark.parametrize("mode", ["enough", "waits"])
 def test_tasks_are_all_done_once(driver, tmp_path, mode):
     code, out, err = run(3, mode, folder=tmp_path, script=driver)
