@@ -114,5 +114,5 @@ def test_a_history_wears_as_the_sweep_does():
     )
     whole = run_sweep(modes, scene, SPEEDS[1:2])
     depths = [p.worn_depth[0] for p in integrate(modes, scene, SPEEDS[1:2], float(whole.time[0]))]
-    assert depths[-1] == whole.worn_depth[0] > 1e-3
+    assert depths[-1] == whole.wear.depth[0] > 1e-3
     assert (np.diff(depths) >= 0.0).all()
