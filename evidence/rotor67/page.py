@@ -15,6 +15,8 @@ def write(found: dict) -> None:
         crossings=_crossings(found),
         percentiles=_percentiles(found),
         conclusions=_conclusions(found),
+        coated=_coated(found),
+        wear=_wear(found),
     )
 
 
@@ -89,6 +91,33 @@ def _conclusions(found):
         rows.append([quantity, *(f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
                                  for number in numbers)])  # fmt: skip
     return page.table(["of the fans", *levels], rows)
+
+
+def _coated(found):
+    """Tuned fan by speed, before the rigid casing and the coating."""
+    rigid = {n.at: n.value for n in _rows(found, "amplitude of the tuned fan in contact")}
+    depth = {n.at: n.value for n in _rows(found, "worn depth of the tuned fan")}
+    heads = ["speed", "rigid casing [mm]", "coating: largest amplitude [mm]", "worn depth [mm]"]
+    rows = [
+        [n.at, _shown(rigid.get(n.at)), _shown(n.value), f"{depth[n.at]:.3f}"]
+        for n in _rows(found, "largest amplitude of the tuned fan on a coating")
+    ]
+    return page.table(heads, rows)
+
+
+def _wear(found):
+    """Percentiles of amplitude and worn depth over the fans."""
+    table: dict = {}
+    for quantity in ("largest amplitude on a coating", "largest worn depth"):
+        for number in _rows(found, quantity):
+            text = f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
+            table.setdefault(number.at.split(", ")[0], []).append(text)
+    rows = [[at, *values] for at, values in table.items()]
+    return page.table(["fans", "largest amplitude [mm]", "largest worn depth [mm]"], rows)
+
+
+def _shown(value):
+    return "" if value is None else f"{value:.2f}"
 
 
 def _end(value):
