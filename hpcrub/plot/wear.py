@@ -34,7 +34,7 @@ def wear(canvas: Canvas) -> None:
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
     deepest = int(np.nanargmax(np.nanmax(np.nan_to_num(worn), axis=1)))
     _draw_around(around, file, worn[deepest])
-    around.set_title(f"tuned disk, {speeds[deepest]:g} Hz: {_lobes(file, deepest)} lobes")
+    around.set_title(f"tuned disk, {speeds[deepest]:g} Hz")
     angle = np.append(file.read("angle_deg"), 360.0)
     image = over.pcolormesh(
         angle, _edges(speeds), worn, cmap="viridis", vmin=0.0, rasterized=True
@@ -57,10 +57,6 @@ def wear(canvas: Canvas) -> None:
     canvas.legend_of(depths)
     for line in trust.short(file):
         canvas.note(line)
-
-
-def _lobes(file: ResultFile, speed: int) -> str:
-    return f"{file.read('tuned/lobes')[speed]:.0f}"
 
 
 def _edges(speeds: Any) -> Any:
