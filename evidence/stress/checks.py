@@ -103,10 +103,18 @@ def follow(modes, scene, speeds, result):
 
     Returns the number of steady points, of those whose amplitude still changed, and faults.
     """
-    grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
+    found = [follow_band(modes, scene, speeds[band], band, result) for band in speed_bands(speeds)]
+    counts, early, faults = zip(*found, strict=True)
+    return sum(counts), sum(early), [fault for part in faults for fault in part]
+
+
+def follow_band(modes, scene, speeds, band, result):
+    """`follow` of the speeds (S,) of one band, which share a grid; band: their places (S,)."""
+    amplitude, time = result.amplitude[band], result.time[band]
+    grid = cut_revolution(speeds[0], scene)
     per_turn = grid.blocks_per_revolution
-    n_blocks = np.round(result.time * speeds * per_turn).astype(int)
-    steady = np.flatnonzero((result.point_status == STEADY) & (n_blocks > 0))
+    n_blocks = np.round(time * speeds * per_turn).astype(int)
+    steady = np.flatnonzero((result.point_status[band] == STEADY) & (n_blocks > 0))
     rows = grid.steps_per_block // grid.stride * (-(-len(modes.observed) // 12) * 12)
     total = n_blocks.max(initial=0) + AFTER * per_turn
     if not len(steady) or total * rows * WIDTH * 8 > 4e8:
@@ -122,8 +130,8 @@ def follow(modes, scene, speeds, result):
         both = history[end - 2 * window : end, :, :, i]
         before, last = np.abs(both).reshape(2, -1, both.shape[-1]).max(axis=1)
         tip = np.argmax(last)
-        if last[tip] != result.amplitude[i]:
-            faults.append(f"amplitude {result.amplitude[i]:.17g}, once more {last[tip]:.17g}")
+        if last[tip] != amplitude[i]:
+            faults.append(f"amplitude {amplitude[i]:.17g}, once more {last[tip]:.17g}")
         if not accepted(both[:, :, tip], before[tip], last[tip], scene.steady):
             faults.append("steady against the criteria")
         after = np.abs(history[end : end + AFTER * per_turn, :, :, i]).max()
