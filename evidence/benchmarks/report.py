@@ -142,10 +142,10 @@ def precision_figure(results, periodic, path):
                                   textcoords="offset points")  # fmt: skip
         axis.set(xscale="log", yscale="log", xlabel="seconds per sample and core")
         axis.grid(alpha=0.3)
-    left.axhspan(1e-3, 100 * wp.floor(results), color="0.93", zorder=-1,
+    left.axhspan(0.0, 100 * wp.floor(results), color="0.93", zorder=-1,
                  label="floor: fine runs among themselves")  # fmt: skip
-    left.set(ylim=(0.1, 100), ylabel="mean error of the deciles 10 … 90 of A_nl [%]")
-    middle.set(ylim=(1, 100), ylabel="median error of the peak of a sample [%]")
+    left.set(ylabel="mean error of the deciles 10 … 90 of A_nl [%]")
+    middle.set(ylabel="median error of the peak of a sample [%]")
     left.legend(frameon=False, fontsize=9)
     for scheme, (steps, median, _, order) in periodic[1].items():
         style = "o-" if scheme == "exact_modal" else "s-"

@@ -24,6 +24,8 @@ from hpcrub.studies import open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.amplification import point_values
 
+# Largest memory of this process [MB]. Linux keeps that of getrusage when a program starts another.
+PEAK = "int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) / 1024"
 STUDY = """\
 speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.1}
 mistuning: {half_range_percent: [3], samples: 128}
@@ -83,10 +85,9 @@ def start_up():
     For the planar disk and the blisk: processor seconds of the whole process, and its memory [MB].
     """
     code = (
-        "import sys, resource; sys.argv[0] = 'main.py';"
+        "import sys, time; sys.argv[0] = 'main.py';"
         "from hpcrub.commands.run import main; main(sys.argv[1:]);"
-        "used = resource.getrusage(resource.RUSAGE_SELF);"
-        "print('used', used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)"
+        f"print('used', time.process_time(), {PEAK})"
     )
     few = ["mistuning.samples=1", "mistuning.tuned_runs=1", "steady_state.max_time_s=0.5"]
     out = {}
@@ -107,9 +108,9 @@ def start_up():
 def memory():
     """Largest memory of rank 0 and of another rank in a study of two samples on two ranks [MB]."""
     code = (
-        "import sys, resource; from hpcrub.commands.run import main; code = main(sys.argv[1:]);"
+        "import sys; from hpcrub.commands.run import main; code = main(sys.argv[1:]);"
         "from mpi4py import MPI; rank = MPI.COMM_WORLD.rank;"
-        "open(f'{rank}.kb', 'w').write(str(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss));"
+        f"open(f'{{rank}}.mb', 'w').write(str({PEAK}));"
         "sys.exit(code)"
     )
     with tempfile.TemporaryDirectory() as folder:
@@ -118,7 +119,7 @@ def memory():
         line = command(2, "-c", code, "study.yaml", *few)
         environment = os.environ | ENVIRONMENT
         subprocess.run(line, check=True, capture_output=True, cwd=folder, env=environment)
-        return [int((Path(folder) / f"{rank}.kb").read_text()) / 1024 for rank in (0, 1)]
+        return [float((Path(folder) / f"{rank}.mb").read_text()) for rank in (0, 1)]
 
 
 def ranks():

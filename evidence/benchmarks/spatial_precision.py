@@ -22,18 +22,22 @@ PERIODIC = 1e-4  # amplitudes that a nudge changes by less do not depend on roun
 def measure():
     """{step: (seconds a sample, amplitudes (SAMPLES, S))}, the default step, and what is periodic.
 
-    The default is the step that the keys of the section `time` give when the input sets none.
+    The default is the step that the keys of the section `time` give, when the input sets none, at
+    the middle of the speeds.
     """
-    config = resolved(load_runs(INPUT)[0])
-    keys = type(config.time)()
-    default = build_problem(config.model_copy(update={"time": keys})).scene.step
+    given = load_runs(INPUT)[0]
+    keys = type(given.time)().model_dump(mode="json")
+    scene = build_problem(resolved(given.replace({"time": keys}))).scene
+    config = resolved(given)
+    default = min(scene.step, 1.0 / (float(SPEEDS.mean()) * scene.least_steps))
     problem = build_problem(config)
     rng = np.random.default_rng(3)
     deviations = HALF_RANGE * rng.uniform(-1.0, 1.0, (SAMPLES, config.disk.n_blades))
     deviations[0] = 0.0
 
     def amplitudes(step, nudge=0.0):
-        scene, start = problem.scene._replace(step=step), time.process_time()
+        scene = problem.scene._replace(step=step, least_steps=0.0)
+        start = time.process_time()
         found = [run_sweep(modes_of(config, problem, deviation + nudge), scene, SPEEDS).amplitude
                  for deviation in deviations]  # fmt: skip
         return (time.process_time() - start) / SAMPLES, np.array(found)

@@ -35,8 +35,8 @@ steps/s and core, in turns:
 {table(columns, sides)}
 - The C program is dense in the coordinates of the reduced model; it too finds its forces by
   an active set that starts from that of the step before, and only among points near the casing.
-- At least 20 times the C program: median {np.median(over_c):.1f}, {
-        verdict(np.median(over_c) >= 20)
+- At least 16 times the C program: median {np.median(over_c):.1f}, {
+        verdict(np.median(over_c) >= 16)
     }.
 - Within 4 times of the machine's limit: median {np.median(below):.1f}, {
         verdict(np.median(below) <= 4)
