@@ -41,6 +41,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 
+ALONE = "index", "start", "gallery", "theory", "cluster"  # pages that have no section
 html_theme = "pydata_sphinx_theme"
 html_title = "hpcrub"
 html_static_path = ["_static"]
@@ -48,14 +49,14 @@ html_css_files = ["site.css"]
 html_theme_options = {
     "header_links_before_dropdown": 10,
     "show_toc_level": 2,
-    "secondary_sidebar_items": ["page-toc"],
+    # the contents of a page stand under those of its section: beside both, code has no room
+    "secondary_sidebar_items": {"**": []} | dict.fromkeys(ALONE, ["page-toc"]),
     "navbar_persistent": ["search-button"],
     "navigation_with_keys": False,
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-ALONE = "index", "start", "gallery", "theory", "cluster", "glossary"
-html_sidebars = dict.fromkeys(ALONE, [])
+html_sidebars = {"**": ["sidebar-nav-bs", "page-toc"]} | dict.fromkeys(ALONE, [])
 html_math_renderer = "mathml"  # needs neither a network nor LaTeX
 html_show_sourcelink = False
 
@@ -72,8 +73,8 @@ def take_in(app, page, source):
         return f"]({pages.get(there, os.path.relpath(there, HERE))}"
 
     text = file.read_text("utf-8")
-    if page == "start":
-        text = text.replace("# hpcrub", "# Start", 1)  # the home page has the name
+    if page == "start":  # what comes before and after, the home page has
+        text = "# Start\n\n" + text[text.index("## Two commands") : text.index("## Where to read")]
     source[0] = re.sub(r"\]\((?!https?:|#)([^)#]+)", target, text)
 
 

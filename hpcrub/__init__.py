@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from hpcrub.commands.notebook import run
     from hpcrub.config.schema import Config
     from hpcrub.errors import HpcrubError, InputError
+    from hpcrub.results.reader import Results
     from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
 
 LAZY = {
@@ -23,8 +24,9 @@ LAZY = {
     "Config": ("hpcrub.config.schema", "Config"),
     "HpcrubError": ("hpcrub.errors", "HpcrubError"),
     "InputError": ("hpcrub.errors", "InputError"),
+    "Results": ("hpcrub.results.reader", "Results"),
 }
-__all__ = ["Config", "HpcrubError", "InputError", "__version__", "open", "plot", "run"]
+__all__ = ["Config", "HpcrubError", "InputError", "Results", "__version__", "open", "plot", "run"]
 
 
 def __dir__() -> list[str]:

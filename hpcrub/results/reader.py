@@ -45,12 +45,10 @@ class Results:
         The file.
     config : Config
         The effective configuration of its study, every key.
-    file : ResultFile
-        What reads it, for the figures.
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.file = ResultFile(path)
+        self.file = ResultFile(path)  # what the figures read
         self.path: Path = self.file.path
         self.config: Config = self.file.config
 
@@ -88,12 +86,12 @@ class Results:
 
     @property
     def status(self) -> np.ndarray:
-        """0 pending, 1 done, 2 failed: of every sample (V, n), of other studies every task (T,)."""
+        """Of every sample (V, n), of other studies every task (T,), 0 pending, 1 done, 2 failed."""
         return self.file.status()
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Attributes of the file: versions of the program and its libraries, seed, time."""
+        """Attributes of the file, such as versions of program and libraries, the seed, the time."""
         return self.file.attributes()
 
     @property
