@@ -44,9 +44,9 @@ def keys():
     for key in key_table():
         section = key.path.rpartition(".")[0].partition(".")[0]
         allowed = "one of the [studies](studies.md)" if key.path == "study" else key.allowed
-        row = f"`{key.path}`", f"`{key.default}`", allowed, key.description
+        row = f"`{key.path}`", key.description, f"`{key.default}`", allowed
         sections.setdefault(section, []).append(row)
-    head = "key", "default", "allowed", "meaning"
+    head = "key", "meaning", "default", "allowed"
     return "\n\n".join(
         f"## {f'`{section}`' if section else 'Top level'}\n\n{table(head, rows)}"
         for section, rows in sections.items()
@@ -55,13 +55,13 @@ def keys():
 
 def datasets():
     """One table for the result file of every study, as its example input makes it."""
-    head = "dataset", "dimensions", "unit", "meaning"
+    head = "dataset", "meaning", "dimensions", "unit"
     return "\n\n".join(
         f"## `{name}`\n\n"
         + table(
             head,
             [
-                (f"`{d.name}`", ", ".join(d.dimensions) or "one value", d.units, d.description)
+                (f"`{d.name}`", d.description, ", ".join(d.dimensions) or "one value", d.units)
                 for d in studies.run_of(example(name)).datasets()
             ],
         )
