@@ -46,10 +46,13 @@ def test_one_run_of_the_paper_may_be_any_of_ours():
 
 
 def test_the_sentence_at_the_top_counts_the_rows():
-    found = [rows.Row("", "", "", "", "", word) for word in ("yes", "near", "no", "no", "")]
+    words = ("yes", "near", "no", "no", "open", "")
+    found = [rows.Row("", "", "", "", "", word, fitted=word == "yes") for word in words]
     text = report.verdict(found)
-    assert "Of 4 rows 1 agree, 1 are near, 2 do not agree:" in text
-    assert "2 agree or are near" in text
+    assert "Of 5 numbers" in text
+    assert "2 agree with ours or are near, 2 do not, 1 are open" in text
+    assert "of the 4 that took no part" in text
+    assert text.endswith("1 agree.**")
 
 
 @pytest.mark.parametrize(
