@@ -57,6 +57,12 @@ def test_tests_that_pages_name_are_there():
         assert [name for name in named if f"def {name}(" not in there] == [], page.name
 
 
+def test_the_architecture_names_every_module():
+    named = set(re.findall(r"`(\w+)`", (ROOT / "docs/architecture.md").read_text("utf-8")))
+    modules = {path.stem for path in (ROOT / "hpcrub").rglob("*.py")} - {"__init__", "__main__"}
+    assert modules <= named
+
+
 def test_the_path_of_a_number_leads_to_an_amplitude():
     (block,) = code("architecture.md", "python")
     names = {}
