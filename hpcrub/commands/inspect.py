@@ -65,8 +65,7 @@ def description(path: str) -> Iterator[str]:
             yield from (f"    {printable(line)}" for line in found)
         yield "  datasets (length, unit, known values, smallest to largest):"
         for line in run.datasets():
-            if line.since <= file.layout:
-                yield "    " + _dataset_line(file, line)
+            yield "    " + _dataset_line(file, line)
 
 
 def printable(value: Any) -> str:

@@ -14,7 +14,6 @@ from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.casing import Casing
 from hpcrub.config.disk import Disk, Material, Reduction
-from hpcrub.config.former import translated, without_former
 from hpcrub.config.sections import (
     Contact,
     Convergence,
@@ -83,11 +82,6 @@ class Config(Section):
             super().__init__(**keys)
         except ValidationError as error:
             raise InputError(config_text.first_error(type(self), error)) from None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _former_keys(cls, data):
-        return without_former(data) if isinstance(data, dict) else data
 
     @model_validator(mode="after")
     def _pattern_is_one_sample(self):
@@ -209,11 +203,6 @@ class Config(Section):
         Raises InputError, which names the first wrong key, its value and what is allowed.
         """
         return _validated(_mapping(text))
-
-
-def of_file(text: str) -> Config:
-    """The configuration that a result file holds, of any version. Raises InputError."""
-    return _validated(translated(_mapping(text)))
 
 
 def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:

@@ -16,6 +16,19 @@ from hpcrub.errors import InputError
 
 KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+# what to write in place of keys that hpcrub 0.1 had
+FORMER = {
+    "sweep": "called runs now",
+    "contact.kinematics": "gone, as it was half of the second order; leave the key out",
+    "reduction.basis": "gone, as it changed results by 2e-5; leave the key out",
+    "speeds.search": "gone, as it could miss a narrow peak; leave the key out",
+    "part.levels": "a part holds all levels now; cut the samples with --part K/N",
+    "mistuning.patterns_file": "now mistuning.pattern",
+    "mistuning.patterns_unit": "now mistuning.pattern_unit",
+    "mistuning.pattern_gpa": "now mistuning.pattern with mistuning.pattern_unit: gpa",
+    "mistuning.pattern_percent": "now mistuning.pattern with mistuning.pattern_unit: percent",
+    "mistuning.blade_frequencies_hz": "now mistuning.pattern with mistuning.pattern_unit: hz",
+}
 _SCIENTIFIC = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 
 
@@ -126,6 +139,8 @@ def _unknown_key(model, path):
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
     prefix = section + "." if section else ""
+    if prefix + wrong in FORMER:
+        return f"{prefix}{wrong}: {FORMER[prefix + wrong]}"
     near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
     far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
     alike = difflib.SequenceMatcher(None, wrong, near[0]).ratio() if near else 0

@@ -1,8 +1,7 @@
 """What the values of an input can be, and what a section of it is."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -14,11 +13,9 @@ from pydantic import (
     Field,
     Strict,
     Tag,
-    ValidationError,
 )
 
 from hpcrub.config import text as config_text
-from hpcrub.errors import InputError
 
 _FINITE = AllowInfNan(False)
 _READ = BeforeValidator(config_text.scientific_notation)  # after limits, which it would hide
@@ -92,18 +89,3 @@ class Section(BaseModel):
     """A mapping of the input file: frozen, and without keys that nobody reads."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Raises InputError: others may hold the same configuration."""
-        raise InputError(f"{name}: a configuration does not change; its `replace` makes another")
-
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """The same with some keys replaced, which pydantic's own does not check.
-
-        Raises InputError as `Config.replace`.
-        """
-        kept = {name: getattr(self, name) for name in self.model_fields_set}
-        try:
-            return type(self)(**kept | dict(update or {}))
-        except ValidationError as error:
-            raise InputError(config_text.first_error(type(self), error)) from None

@@ -58,9 +58,8 @@ def _draw_disk(
 def disk(canvas: Canvas) -> None:
     """The beams of the disk inside the casing.
 
-    With the numbers of the blades, the sense of rotation, the load of the linear response and the
-    displacements of a tip that the reduced model keeps (boundary dof), as in the paper's figure 1a.
-    A model file is shown by its surface in three dimensions, with the contact nodes.
+    With the numbers of the blades and the sense of rotation. A model file is shown by its surface
+    in three dimensions, with the contact nodes.
     """
     file = canvas.file
     if file.config.disk.model is not None:
@@ -78,14 +77,14 @@ def disk(canvas: Canvas) -> None:
     R = file.config.disk.tip_radius_mm
     radius = 1.03 * R  # not to scale: the gap is a quarter of a millimetre
     axes.plot(radius * np.cos(around), radius * np.sin(around), color="0.5", lw=3)
-    for number, tip in enumerate(tips, 1):
-        _write(axes, 1.08 * _turned(tip, -4), f"{number}")
-    _draw_load(axes, tips)
-    _draw_boundary(axes, tips, R)
-    _draw_rotation(axes, R)
+    for number, tip in enumerate(1.1 * tips, 1):
+        axes.text(*tip, f"{number}", ha="center", va="center", fontsize="large")
+    turning: dict[str, Any] = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.2"}
+    start, end = (1.14 * R * np.array([np.cos(a), np.sin(a)]) for a in np.radians([30, 60]))
+    axes.annotate("Ω", end, start, arrowprops=turning, fontsize="large")
     for name, colour in (
         ("blades", BLUE), ("ring", ORANGE), ("spokes, clamped inside", GREEN),
-        ("casing (gap exaggerated)", "0.5"), ("load, linear response only", PINK),
+        ("casing (gap exaggerated)", "0.5"),
     ):  # fmt: skip
         axes.plot([], [], color=colour, label=name)
     axes.plot([], [], "o", mfc="w", mec=BLACK, label="contact points, boundary dof")
@@ -93,48 +92,6 @@ def disk(canvas: Canvas) -> None:
         xlabel="x [mm]", ylabel="y [mm]", xlim=(-1.25 * R, 1.25 * R), ylim=(-1.25 * R, 1.25 * R)
     )
     canvas.legend(axes.get_legend_handles_labels()[0], columns=2)
-
-
-def _write(axes: Axes, xy: Any, text: str, colour: str = BLACK) -> None:
-    axes.text(xy[0], xy[1], text, color=colour, ha="center", va="center", fontsize="large")
-
-
-def _turned(xy: Any, degrees: float) -> Any:
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([c * xy[0] - s * xy[1], s * xy[0] + c * xy[1]])
-
-
-def _arrow(axes: Axes, start: Any, end: Any, colour: str) -> None:
-    axes.annotate(
-        "", end, start, zorder=5, arrowprops={
-            "arrowstyle": "-|>", "color": colour, "lw": 1.6, "shrinkA": 0, "shrinkB": 0,
-        },
-    )  # fmt: skip
-
-
-def _draw_load(axes: Axes, tips: Any) -> None:
-    """Places and direction of the radial load of equation (5), whose size turns around the disk."""
-    for tip in tips:
-        _arrow(axes, 0.86 * tip, 0.97 * tip, PINK)
-    _write(axes, 0.86 * _turned(tips[len(tips) // 4], 9), "$F(\\theta_i, t)$", PINK)
-
-
-def _draw_boundary(axes: Axes, tips: Any, R: float) -> None:
-    """u_r and u_t of the first tip, outward and towards growing angles."""
-    outward = tips[0] / np.hypot(*tips[0])
-    along = np.array([-outward[1], outward[0]])
-    for direction, name in ((outward, "$u_r$"), (along, "$u_t$")):
-        _arrow(axes, tips[0], tips[0] + 0.17 * R * direction, BLACK)
-        _write(axes, tips[0] + 0.21 * R * direction + 0.02 * R * along, name)
-
-
-def _draw_rotation(axes: Axes, R: float) -> None:
-    """An arc with an arrow outside the casing, where no beam can be."""
-    angle = np.radians(np.arange(30, 61))
-    x, y = 1.14 * R * np.cos(angle), 1.14 * R * np.sin(angle)
-    axes.plot(x, y, color=BLACK, lw=1.6)
-    _arrow(axes, (x[-2], y[-2]), (x[-1], y[-1]), BLACK)
-    _write(axes, _turned((1.22 * R, 0.0), 45), "Ω")
 
 
 @figure("modal", paper="2", what="SAFE diagram, full and reduced model")

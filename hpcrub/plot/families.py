@@ -106,7 +106,7 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
     if len({row["time.step_s"] for row in rows}) > 1:  # it is only a bound
         for row, file in zip(rows, files, strict=True):
-            row["time.step_s"] = float(file.attributes().get("time_step_s", file.config.step))
+            row["time.step_s"] = float(file.attributes()["time_step_s"])
     return rows
 
 

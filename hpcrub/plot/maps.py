@@ -83,8 +83,6 @@ def interaction_map(canvas: Canvas) -> None:
 
 def _mark_unknown(panel: Axes, file: ResultFile, disk: int) -> None:
     """Points whose amplitude is a mean with an error, or one draw, on the upper edge."""
-    if "point_status" not in file:
-        return
     speeds, found = file.read("speeds_hz"), file.read("point_status", disk)
     error = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
     for what, colour in ((IRREGULAR, ORANGE), (NOT_STEADY, PINK)):

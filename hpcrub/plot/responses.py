@@ -65,9 +65,8 @@ def draw_response(
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
     line = {"lw": 1.6, "zorder": 3, **how}
-    by_windows = f"{group}/amplitude_scatter_m"
-    if name == "amplitude_m" and by_windows in file:
-        wide = np.nan_to_num(scale * file.read(by_windows, where))
+    if name == "amplitude_m":
+        wide = np.nan_to_num(scale * file.read(f"{group}/amplitude_scatter_m", where))
         axes.fill_between(speeds, values - wide, values + wide, color=colour, alpha=0.15, lw=0)
     (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
     axes.update_datalim([(speeds[0], 0.0)])
@@ -235,12 +234,10 @@ def _scatter(file: ResultFile, group: str) -> Any:
     """
     n_speeds = len(file.read("speeds_hz"))
     name = f"{group}/{'run_amplitude_m' if group == 'tuned' else 'amplitude_m'}"
-    runs = file.read(name).reshape(-1, n_speeds) if name in file else np.zeros((0, n_speeds))
+    runs = file.read(name).reshape(-1, n_speeds)
     if len(runs) > 2:
         return np.nan_to_num(runs.std(axis=0, ddof=1))
-    name = f"{group}/amplitude_error_m"
-    error = file.read(name).reshape(-1, n_speeds)[0] if name in file else np.zeros(n_speeds)
-    return np.nan_to_num(error)
+    return np.nan_to_num(file.read(f"{group}/amplitude_error_m").reshape(-1, n_speeds)[0])
 
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:

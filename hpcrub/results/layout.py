@@ -9,10 +9,8 @@ from typing import Any, NamedTuple
 from hpcrub.contact import status
 
 # Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
-# meaning of a dataset raises it. Layout 2 also says which program has computed which sample, and
-# lacks the lines with since = 3.
+# meaning of a dataset raises it.
 NUMBER = 3
-READABLE = (2, 3)
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
 
@@ -25,7 +23,6 @@ class Dataset(NamedTuple):
     units: str
     description: str
     dtype: str = "f8"
-    since: int = 2  # the first layout that has it
 
 
 class Plan(NamedTuple):

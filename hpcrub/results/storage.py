@@ -26,10 +26,10 @@ import h5py
 import numpy as np
 
 from hpcrub import __version__
-from hpcrub.config.schema import of_file
+from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason
 from hpcrub.results import ownership, provenance, trouble
-from hpcrub.results.layout import NUMBER, READABLE, Dataset, Plan
+from hpcrub.results.layout import NUMBER, Dataset, Plan
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `ownership.Lock` keeps a second writer off. Reading is done with HDF5's default, as by xarray: one
@@ -202,7 +202,7 @@ class ResultFile:
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
         self._datasets: dict[str, h5py.Dataset] = {}
         try:
-            self.layout = self._layout()
+            self._check_layout()
             self.config = self._config()
             if parallel:
                 # To open a dataset of length zero changes its metadata (its space is allocated);
@@ -219,22 +219,21 @@ class ResultFile:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _layout(self):
+    def _check_layout(self):
         attributes = self.attributes()
         if str(attributes.get("program")) != "hpcrub":
             raise InputError(f"{self.path} is not a result file of hpcrub")
         number = attributes.get("layout", 1)
-        if str(number) not in map(str, READABLE):
+        if str(number) != str(NUMBER):
             raise InputError(
                 f"{self.path} has layout {number!s:.20} (hpcrub "
                 f"{attributes.get('program_version')!s:.20}), this hpcrub {__version__} reads "
-                f"{', '.join(map(str, READABLE))}"
+                f"layout {NUMBER}"
             )
-        return int(number)
 
     def _config(self):
         try:
-            return of_file(str(self.attributes()["config"]))
+            return Config.from_yaml(str(self.attributes()["config"]))
         except (InputError, KeyError) as error:
             raise InputError(
                 f"{self.path} was written by {self.written_by()}: its configuration cannot be "

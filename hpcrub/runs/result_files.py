@@ -10,7 +10,7 @@ import numpy as np
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.results import provenance, storage
-from hpcrub.results.layout import MOST_PROGRAMS, NUMBER, PENDING, PROGRAMS, Plan, index_scale
+from hpcrub.results.layout import MOST_PROGRAMS, PENDING, PROGRAMS, Plan, index_scale
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
 
@@ -72,11 +72,8 @@ def file_size(run: Run) -> int:
 
 def check(file: ResultFile, run: Run) -> None:
     """Refuse an open file that lacks what a run writes. Raises InputError."""
-    # another program may have cut an older file's times and tasks in another way
-    length = run.known_sizes() if file.layout == NUMBER else {}
+    length = run.known_sizes()
     for line in run.datasets():
-        if line.since > file.layout:
-            continue
         shape, dtype = file.shape(line.name), file.dtype(line.name)
         # what the configuration does not tell is the same in all datasets
         length = dict(zip(line.dimensions, shape or (), strict=False)) | length
@@ -104,16 +101,11 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
     """Refuse to go on with a file that was not begun by the same program for the same run.
 
     allow_mixed: go on with what another program text has begun. Raises InputError, which says what
-    differs: configuration, layout, program text, or a source.
+    differs: configuration, datasets, program text, or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)
         check(file, run)
-        if file.layout != NUMBER:
-            raise InputError(
-                f"{path} has layout {file.layout} of {file.written_by()}: it can be read and "
-                "plotted; --overwrite begins anew"
-            )
         if not allow_mixed and (file.status() == PENDING).any():
             _require_this_program(file)
         stored = str(file.attributes().get("sources_sha256", "")).split()

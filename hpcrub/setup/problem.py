@@ -101,17 +101,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
-        steady=SteadyCriteria(
-            first_check=steady.first_check,
-            window_revolutions=steady.window_revolutions,
-            extend_revolutions=steady.extend_revolutions,
-            min_correlation=steady.min_correlation,
-            max_amplitude_change=steady.max_amplitude_change,
-            max_time=steady.max_time,
-            confirmations=steady.confirmations,
-            rule=steady.rule,
-            max_error=steady.max_error,
-        ),
+        steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
     )
 
 

@@ -26,9 +26,9 @@ LAYOUT = (
     Dataset("spectrum_m", (*_DS, "frequency"), "m", "tangential amplitude, largest of all tips"),
     Dataset("amplitude_m", _DS, "m", "largest tangential displacement within the window"),
     Dataset("point_reason", _DS, "1", f"{POINT_REASON}; where diverged, values are NaN", "u1"),
-    Dataset("point_status", _DS, "1", POINT_STATUS, "u1", since=3),
-    Dataset("mean_amplitude_m", _DS, "m", "amplitude, as in a contact study", since=3),
-    Dataset("mean_error_m", _DS, "m", "its standard error; NaN: unknown", since=3),
+    Dataset("point_status", _DS, "1", POINT_STATUS, "u1"),
+    Dataset("mean_amplitude_m", _DS, "m", "amplitude, as in a contact study"),
+    Dataset("mean_error_m", _DS, "m", "its standard error; NaN: unknown"),
 )
 AT_SPEED = Dataset(
     "natural_frequencies_at_speed_hz",
@@ -163,12 +163,10 @@ def report(file: ResultFile) -> Iterator[str]:
             yield f"{name}: {line}"
         if not np.isfinite(amplitude).any():
             continue
-        error = np.zeros(len(speeds))
-        if "point_status" in file:
-            yield f"{name}: {how_known(file, disk)}"
-            known = np.isin(file.read("point_status", disk), (STEADY, IRREGULAR))
-            amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
-            error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
+        yield f"{name}: {how_known(file, disk)}"
+        known = np.isin(file.read("point_status", disk), (STEADY, IRREGULAR))
+        amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
+        error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
         best = int(np.nanargmax(amplitude))
         line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
         interval = f" ± {1e3 * Z_95 * error[best]:.1f}" if error[best] else ""

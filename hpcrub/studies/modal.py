@@ -26,7 +26,7 @@ _FREQUENCIES = (
     Dataset("full/nodal_diameters", ("dof",), "1", _DIAMETERS, "i8"),
     Dataset("reduced/frequencies_hz", ("mode",), "Hz", "frequencies of the reduced model"),
     Dataset("reduced/nodal_diameters", ("mode",), "1", _DIAMETERS, "i8"),
-    Dataset("blade_share", (), "1", "blades' part in the stiffness of the first family", since=3),
+    Dataset("blade_share", (), "1", "blades' part in the stiffness of the first family"),
     Dataset("shapes", ("shape", "node", "axis"), "1", "displacements of a mode, largest one is 1"),
 )
 PLANAR = (
@@ -159,11 +159,10 @@ def report(file: ResultFile) -> Iterator[str]:
             f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
         )
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
-    if "blade_share" in file:
-        config, n = file.config, file.config.disk.n_blades
-        family = [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]
-        half_range, damping = config.mistuning.half_range.max(), config.material.damping_ratio
-        yield families.sentence(*family, float(file.read("blade_share")), half_range, damping)
+    config, n = file.config, file.config.disk.n_blades
+    family = [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]
+    half_range, damping = config.mistuning.half_range.max(), config.material.damping_ratio
+    yield families.sentence(*family, float(file.read("blade_share")), half_range, damping)
 
 
 STUDY = Study(

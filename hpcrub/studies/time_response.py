@@ -38,9 +38,9 @@ LAYOUT = (
     Dataset("tip", _DC, "1", "tip that was looked at; means nothing where diverged", "i8"),
     Dataset("point_status", ("disk",), "1", POINT_STATUS, "u1"),
     Dataset("point_reason", ("disk",), "1", POINT_REASON, "u1"),
-    Dataset("judged_s", ("disk",), "s", "check that point_status, amplitude are of", since=3),
-    Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study", since=3),
-    Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown", since=3),
+    Dataset("judged_s", ("disk",), "s", "check that point_status, amplitude are of"),
+    Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study"),
+    Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown"),
 )
 _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
@@ -193,21 +193,8 @@ def _tests(config, tangential, per_block):
     return tips, correlated, change
 
 
-def first_passed(correlated: np.ndarray, change: np.ndarray, steady: Any) -> int | None:
-    """Number of the first check that was passed, None if none was.
-
-    correlated, change: correlation and relative change of amplitude at the checks (C,);
-    steady: section `steady_state` of the configuration.
-    """
-    passed = (correlated > steady.min_correlation) & (change <= steady.max_amplitude_change)
-    return int(np.argmax(passed)) if passed.any() else None
-
-
 def first_known(file: ResultFile, disk: int) -> int | None:
     """Number of the check at which the amplitude of a disk of a result file was known, or None."""
-    if "judged_s" not in file:  # of a layout before 3: always the paper's rule
-        correlated, change = file.read("correlation", disk), file.read("amplitude_change", disk)
-        return first_passed(correlated, change, file.config.steady_state)
     if file.read("point_status", disk) not in (STEADY, IRREGULAR):
         return None
     return int(np.abs(file.read("check_s") - file.read("judged_s", disk)).argmin())
@@ -223,7 +210,7 @@ def report(file: ResultFile) -> Iterator[str]:
         check = first_known(file, disk)
         word = "irregular" if found[disk] == IRREGULAR else "steady"
         known = "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
-        if check is not None and "judged_s" in file:
+        if check is not None:
             known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
         if found[disk] == IRREGULAR:
             error = Z_95 * file.read("amplitude_error_m", disk)

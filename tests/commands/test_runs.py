@@ -65,9 +65,3 @@ def test_runs_that_contradict_each_other(folder, runs, message):
     with pytest.raises(InputError) as caught:
         load_runs("a.yaml")
     assert message in str(caught.value)
-
-
-def test_the_former_name_of_the_key_says_what_it_is_called_now(folder):
-    Path("a.yaml").write_text(RUNS.replace("runs:", "sweep:"))
-    with pytest.raises(InputError, match="sweep: called runs now"):
-        load_runs("a.yaml")

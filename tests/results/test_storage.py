@@ -226,25 +226,6 @@ def test_a_file_of_another_version_with_this_layout_is_read(path):
     studies.open_result(path).close()
 
 
-def test_a_file_of_the_last_layout_is_read_but_not_gone_on_with(path, tiny_config):
-    with h5py.File(path, "r+") as file:
-        file.attrs["layout"] = 2
-    studies.open_result(path, tiny_config).close()
-    with pytest.raises(InputError, match="it can be read and plotted"):
-        result_files.check_resumable(path, studies.run_of(tiny_config))
-
-
-def test_keys_of_an_older_file_have_todays_names(path):
-    """A pattern had a key for each unit; keys that are gone had their usual values."""
-    was = "mistuning: {pattern_gpa: [205, 215, 205, 215, 205, 215, 205, 215, 205, 215, 205, 215]}\n"
-    was += "reduction: {basis: tuned}\nspeeds: {search: full}\npart: {levels: null}\n"
-    with h5py.File(path, "r+") as file:
-        file.attrs["config"] = was
-    with storage.ResultFile(path) as file:
-        assert file.config.mistuning.pattern_unit == "gpa"
-        assert file.config.pattern_deviation[:2] == pytest.approx([205 / 210 - 1, 215 / 210 - 1])
-
-
 def everything(path, names):
     """All that a reader of hpcrub may take from a file."""
     with studies.open_result(path) as file:

@@ -49,15 +49,14 @@ def write_statistics(file: ResultFile, kind: str, level: int, running: Any, inte
 
 def write_trust(file: ResultFile, lines: Iterable[str]) -> None:
     """Write the lines of the trust block, as many as there is place for; one rank."""
-    if "trust" in file:
-        texts = np.zeros(MOST_LINES, dtype=file.dtype("trust"))
-        for place, text in zip(range(MOST_LINES), lines, strict=False):
-            texts[place] = text.encode()[: texts.itemsize]
-        file.write({"trust": texts}, ())
+    texts = np.zeros(MOST_LINES, dtype=file.dtype("trust"))
+    for place, text in zip(range(MOST_LINES), lines, strict=False):
+        texts[place] = text.encode()[: texts.itemsize]
+    file.write({"trust": texts}, ())
 
 
 def read_trust(file: ResultFile) -> list[str]:
-    """Lines of the trust block; none of a file of an older layout."""
+    """Lines of the trust block; none of a study that has none."""
     texts = file.read("trust") if "trust" in file else []
     return [text.decode(errors="ignore") for text in texts if text]
 

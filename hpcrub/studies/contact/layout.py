@@ -62,9 +62,9 @@ LAYOUT = (
     Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
     Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
-    Dataset("tuned/amplitude_error_m", _S, "m", _ERROR, since=3),
-    Dataset("tuned/amplitude_scatter_m", _S, "m", _SCATTER, since=3),
-    Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed", since=3),
+    Dataset("tuned/amplitude_error_m", _S, "m", _ERROR),
+    Dataset("tuned/amplitude_scatter_m", _S, "m", _SCATTER),
+    Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed"),
     Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
     Dataset("tuned/point_status", _S, "1", POINT_STATUS, "u1"),
     Dataset("tuned/point_reason", _S, "1", POINT_REASON, "u1"),
@@ -81,8 +81,8 @@ LAYOUT = (
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
-    Dataset("samples/amplitude_error_m", _VNS, "m", _ERROR, since=3),
-    Dataset("samples/amplitude_scatter_m", _VNS, "m", _SCATTER, since=3),
+    Dataset("samples/amplitude_error_m", _VNS, "m", _ERROR),
+    Dataset("samples/amplitude_scatter_m", _VNS, "m", _SCATTER),
     Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
     Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
     Dataset("samples/point_status", _VNS, "1", POINT_STATUS, "u1"),
@@ -97,7 +97,7 @@ LAYOUT = (
     Dataset("samples/deepest_m", _VN, "m", "largest worn depth of any speed"),
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
-    Dataset("trust", ("line",), "1", "how far the results can be trusted", "S240", since=3),
+    Dataset("trust", ("line",), "1", "how far the results can be trusted", "S240"),
     *(
         line
         for kind in KINDS

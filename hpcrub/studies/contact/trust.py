@@ -68,7 +68,7 @@ def survey(file: ResultFile) -> Survey:
             lowest += int(np.count_nonzero(best == 0))
             highest += int(np.count_nonzero(best == last))
             alone += int(np.count_nonzero(inner & (beside < ALONE * peak)))
-        if "samples/amplitude_error_m" in file and not wears:
+        if not wears:
             error = file.read("samples/amplitude_error_m", where)[done][row, best]
             errors.append((error / peak)[state == IRREGULAR])
         largest = max(largest, float(peak.max()))
