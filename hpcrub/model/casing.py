@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 BUMP_WIDTH = 0.1  # of the pitch: where a bump has 1/e of its height, on each side of its crest
 N_ANGLES = 2**14  # of a shape whose spectrum is asked for
@@ -130,6 +129,8 @@ def width_of_rest(found: Outline, met: float) -> float:
     met: height of the casing that blades meet [m]; smaller changes than ROUGH of it do not count.
     Infinite where there are none.
     """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # a quarter of a second
+
     depth, grid = ROUGH * met, 2.0 * np.pi / N_ANGLES
 
     def change(n):

@@ -89,9 +89,9 @@ def test_one_picture_that_cannot_be_written_does_not_keep_the_others(modal, fold
 
 @pytest.mark.parametrize(
     "environment",
-    [{"MPLBACKEND": "nonsense"}, {"MPLBACKEND": "QtAgg", "DISPLAY": ":99"},
-     {"MATPLOTLIBRC": "latex"}],
-    ids=["unknown", "screen", "usetex"],
+    [{"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "latex"},
+     {"MPLBACKEND": "QtAgg", "DISPLAY": ":99"}],
+    ids=["unknown and usetex", "screen"],
 )  # fmt: skip
 def test_what_is_inherited_does_not_fail_a_study(folder, environment):
     Path("latex").mkdir()

@@ -382,5 +382,5 @@ def test_without_mpi4py_one_rank_works(tiny, tmp_path):
     (tmp_path / "main.py").write_text(
         "from hpcrub.commands.run import main\nraise SystemExit(main())"
     )
-    code, out, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
+    code, out, err = run(0, "tiny.yaml", "--no-figures", folder=tmp_path, script="main.py")
     assert code == 0, out + err

@@ -1,7 +1,8 @@
 """Names of result files: one job at a time, and nothing of somebody else is replaced."""
 
-import multiprocessing
 import os
+import subprocess
+import sys
 
 import h5py
 import pytest
@@ -66,36 +67,26 @@ def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, monkeypat
     assert before == (os.listdir(), (tiny.parent / "study.yaml").read_bytes())
 
 
-def try_lock(path, queue):
-    try:
-        ownership.Lock(path).release()
-        queue.put("free")
-    except InputError as error:
-        queue.put(str(error))
+def in_another_job(path):
+    """What another process hears that wants to lock a file: nothing, or the error."""
+    program = f"from hpcrub.results.ownership import Lock\nLock({str(path)!r}).release()"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    return done.stderr.strip().rpartition("\n")[2]
 
 
 def test_a_second_job_is_kept_out(tmp_path):
-    path, context = tmp_path / "result.h5", multiprocessing.get_context("spawn")
-    queue = context.Queue()
+    path = tmp_path / "result.h5"
     lock = ownership.Lock(path)
-    for expected in (f"{path} is in use by another job", "free"):
-        process = context.Process(target=try_lock, args=(path, queue))
-        process.start()
-        assert queue.get(timeout=30) == expected
-        process.join()
-        lock.release()
+    assert in_another_job(path).endswith(f"InputError: {path} is in use by another job")
+    lock.release()
+    assert in_another_job(path) == ""
     assert not lock.path.exists()
 
 
 def test_one_file_under_two_names_is_locked_once(tmp_path):
     (tmp_path / "link.h5").symlink_to("result.h5")
     lock, other = ownership.Lock(tmp_path / "result.h5"), tmp_path / "link.h5"
-    context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    process = context.Process(target=try_lock, args=(other, queue))
-    process.start()
-    assert queue.get(timeout=30) == f"{other} is in use by another job"
-    process.join()
+    assert in_another_job(other).endswith(f"InputError: {other} is in use by another job")
     lock.release()
 
 

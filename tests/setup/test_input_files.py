@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hpcrub import plot
+from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -73,20 +74,20 @@ def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, wo
     assert str(refusal.value).isprintable()
 
 
-def test_a_result_keeps_its_profile_and_refuses_another(tmp_path):
+def test_a_result_keeps_its_profile_and_refuses_another(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "casing.csv").write_text(PROFILE)
     (tmp_path / "input.yaml").write_text("study: modal\ncasing: {profile_csv: casing.csv}\n")
     arguments = "input.yaml", "--output", "out.h5", "--no-figures"
-    code, _, err = run(0, *arguments, folder=tmp_path)
-    assert code == 0, err
+    assert cli.main(arguments) == 0
     angle, gap = plot.casing(tmp_path / "out.h5")[1].get_lines()[0].get_data()
     expected = 0.25 + np.interp(angle, [0, 90, 180, 270, 360], [-0.5, 0, -0.4, 0.1, -0.5])
     np.testing.assert_allclose(gap, expected, atol=1e-12)
-    assert run(0, *arguments, "--resume", folder=tmp_path)[0] == 0
+    assert cli.main([*arguments, "--resume"]) == 0
     (tmp_path / "casing.csv").write_text(PROFILE.replace("-0.4", "-0.3"))
-    code, _, err = run(0, *arguments, "--resume", folder=tmp_path)
-    assert code == 2
-    assert "casing.profile_mm: [-0.5, 0.0, -0.4, 0.1] in the file, [-0.5, 0.0, -0.3, 0.1]" in err
+    assert cli.main([*arguments, "--resume"]) == 2
+    found = "casing.profile_mm: [-0.5, 0.0, -0.4, 0.1] in the file, [-0.5, 0.0, -0.3, 0.1]"
+    assert found in capfd.readouterr().err
 
 
 PATTERNS = np.random.default_rng(9).uniform(-3.0, 3.0, (5, 12)).round(2)
@@ -166,7 +167,7 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
 
 
 @pytest.mark.mpi
-def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path):
+def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, monkeypatch, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
     levels = "mistuning: {half_range_percent: [2, 4], samples: 2}"
     (tmp_path / "all.yaml").write_text(TINY.replace(levels, "mistuning: {pattern: disks.csv}"))
@@ -186,6 +187,7 @@ def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path):
                 == one.read(f"samples/{name}", (0, 0)).tobytes()
             )
     csv_of(tmp_path / "disks.csv", PATTERNS[1:3])
-    code, _, err = run(0, "all.yaml", "--output", "all.h5", "--resume", folder=tmp_path)
-    assert code == 2
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["all.yaml", "--output", "all.h5", "--resume"]) == 2
+    err = capfd.readouterr().err
     assert "pattern_sha256" in err or "half_range_percent" in err

@@ -1,34 +1,27 @@
-"""Results at a speed do not depend on the other speeds of a study, nor on the number of ranks."""
-
-import os
-import subprocess
+"""Results at a speed do not depend on the other speeds of a study."""
 
 import numpy as np
 
 import hpcrub
-from evidence.program import ENVIRONMENT, ROOT, TINY, command
+from hpcrub.commands import run as cli
+from tests.program import TINY
 
 SPEED = 34.2
-GRIDS = {  # ranks, keys
-    "alone": (0, ("speeds.from_hz=34.2", "speeds.to_hz=34.2")),
-    "many_rungs": (0, ("speeds.from_hz=26.2", "speeds.to_hz=42.2", "speeds.step_hz=4")),
+GRIDS = {
+    "alone": ("speeds.from_hz=34.2", "speeds.to_hz=34.2"),
+    "many_rungs": ("speeds.from_hz=26.2", "speeds.to_hz=42.2", "speeds.step_hz=4"),
 }
 NAMES = "amplitude_m", "amplitude_error_m", "localisation", "time_s", "point_status"
 
 
-def test_a_speed_has_the_same_bits_alone_and_among_others(tmp_path):
+def test_a_speed_has_the_same_bits_alone_and_among_others(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     found = {}
     (tmp_path / "tiny.yaml").write_text(TINY)
-    for name in GRIDS:
-        ranks, keys = GRIDS[name]
+    for name, keys in GRIDS.items():
         sets = [part for key in (*keys, "mistuning.tuned_runs=1") for part in ("--set", key)]
-        output = tmp_path / f"{name}.h5"
-        arguments = ["tiny.yaml", "--no-figures", "--output", output, *sets]
-        line = command(ranks, ROOT / "main.py", *arguments)
-        subprocess.run(
-            line, cwd=tmp_path, env=os.environ | ENVIRONMENT, check=True, capture_output=True
-        )
-        with hpcrub.open(output) as file:
+        assert cli.main(["tiny.yaml", "--no-figures", "--output", f"{name}.h5", *sets]) == 0
+        with hpcrub.open(f"{name}.h5") as file:
             at = int(np.argmin(abs(file["speeds_hz"] - SPEED)))
             arrays = [file[f"tuned/{n}"][at] for n in NAMES]
             arrays += [file[f"samples/{n}"][..., at] for n in NAMES]
