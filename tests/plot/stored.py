@@ -45,6 +45,8 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         sigma=np.array([0.02, 0.04])[: shape[0]] / np.sqrt(3),
         tuned__amplitude_m=random.uniform(0.01, 0.02, 3),
         tuned__run_amplitude_m=random.uniform(0.01, 0.02, (9, 3)),
+        **{f"{group}__amplitude_{name}_m": np.full((*of, 3), np.nan)
+           for group, of in (("tuned", ()), ("samples", shape)) for name in ("error", "scatter")},
         tuned__peak_speed_hz=34.2,
         tuned__point_reason=np.zeros(3, dtype=int),
         tuned__max_sweeps=np.ones(3, dtype=int),
@@ -65,7 +67,7 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         statistics__contact__mean_of_percentile=random.uniform(1, 2, (2, 3, 8)),
         statistics__contact__convergence_error=random.uniform(1e-3, 1e-2, (2, 3, 8)),
         **more,
-    )
+    )  # fmt: skip
 
 
 def modal_file():

@@ -3,6 +3,7 @@
 Truth: the words a reader expects.
 """
 
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,8 +19,8 @@ def family(tmp_path, *sweep):
     path = tmp_path / "input.yaml"
     path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
     return [
-        SimpleNamespace(config=run, path=Path(run.output), attributes=dict)
-        for run in load_runs(path)
+        SimpleNamespace(config=c, path=Path(c.output), attributes=partial(dict, time_step_s=c.step))
+        for c in load_runs(path)
     ]
 
 

@@ -182,7 +182,7 @@ def modal_result(folder):
     return path, config
 
 
-def test_the_disk_has_numbers_rotation_load_and_boundary_dof(tmp_path):
+def test_the_disk_has_numbers_and_rotation(tmp_path):
     path, config = modal_result(tmp_path)
     with ResultFile(path, mode="r+") as file:
         for name, where, values in modal.compute(config, build_model(config), 0, None):
@@ -190,7 +190,7 @@ def test_the_disk_has_numbers_rotation_load_and_boundary_dof(tmp_path):
     axes = hpcrub.plot.disk(path)
     said = [text.get_text() for text in axes.texts if text.get_text()]
     assert said[:12] == [str(n) for n in range(1, 13)]
-    assert {"Ω", "$u_r$", "$u_t$", "$F(\\theta_i, t)$"} <= set(said)
+    assert said[12:] == ["Ω"]
     arrows = [(note.xyann, note.xy) for note in axes.texts if getattr(note, "arrow_patch", None)]
     turning = np.diff([np.arctan2(*point[::-1]) for point in arrows[-1]])
     assert turning[0] > 0  # Ω turns towards growing angles

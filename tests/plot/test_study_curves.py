@@ -64,7 +64,7 @@ def test_time_response(random):
         radial_m=random.uniform(-1e-3, 1e-3, shape), gap_m=random.uniform(0, 1e-3, shape),
         point_status=np.full(2, STEADY), force_n=random.uniform(0, 1e4, shape),
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
-        amplitude_change=np.zeros((2, 2)),
+        amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
     )  # fmt: skip
     file.values["tangential_m"][1, -1, 4] = -0.02
     panels = np.reshape(plot.time(file)[:8], (4, 2))
@@ -112,6 +112,8 @@ def test_interaction_map():
         "study: interaction_map", speeds_hz=speeds, frequencies_hz=frequencies,
         deviation=np.zeros((1, 12)), spectrum_m=spectrum[None], natural_frequencies_hz=natural,
         point_reason=np.zeros((1, len(speeds)), np.uint8),
+        point_status=np.full((1, len(speeds)), STEADY), mean_error_m=np.zeros((1, len(speeds))),
+        mean_amplitude_m=spectrum.max(axis=1)[None],
     )  # fmt: skip
     axes = plot.interaction_map(file)
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum.T)
