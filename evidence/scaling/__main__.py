@@ -17,7 +17,10 @@ MEASURED = page.ROOT / "build" / "scaling.pickle"
 SAMPLES = 6  # measured of each case, whole and in parts
 EACH = 10  # samples per level of the whole studies
 RANKS = 1, 2, 4, 8  # of the whole studies
-SMALL = {"casing.n_bumps": 6, "speeds.from_hz": 22.0, "speeds.to_hz": 22.4}  # 9 speeds: two parts
+SMALL = {  # 9 speeds: two parts
+    "casing.n_bumps": 6, "speeds.from_hz": 22.0, "speeds.to_hz": 22.4, "reduction.n_modes": 12,
+    "mistuning.half_range_percent": [4.0], "mistuning.tuned_runs": 2,
+}  # fmt: skip
 
 
 def measure(cases, n_samples, n_each, all_ranks):

@@ -132,7 +132,8 @@ def test_dry_run_tells_of_the_model(folder, capfd, name, integrates):
 
 @pytest.mark.mpi
 def test_tasks_on_several_ranks_are_the_same_bits(folder):
-    overrides = "--set", "mistuning.samples=60", "--set", "linear.n_diameters=[4]"
+    keys = "mistuning.samples=60", "linear.n_diameters=[4]", "reduction.n_modes=12"
+    overrides = [f"--set={key}" for key in keys]
     study = ROOT / "inputs" / "linear.yaml", *overrides, "--no-figures", "--output"
     for ranks, path in ((0, "one.h5"), (3, "three.h5")):
         code, _, err = run(ranks, *study, path, folder=folder)

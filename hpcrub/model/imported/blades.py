@@ -2,7 +2,6 @@
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.sparse.csgraph import connected_components
 
 from hpcrub.errors import InputError
@@ -50,6 +49,8 @@ def number(
                 "separate parts of the blades' stiffness"
             )
     elif n_blades:
+        from scipy.cluster.hierarchy import fcluster, linkage  # for such disks only
+
         group = fcluster(linkage(nodes[contact_node], "single"), n_blades, "maxclust")
     else:
         raise InputError(
