@@ -33,70 +33,44 @@ Changes = Annotated[
 class Harmonic(Section):
     """One harmonic of the casing's radius."""
 
-    order: Whole = Field(2, ge=1, le=1000, description="periods around the casing; 2: an oval")
-    amplitude_mm: Number = Field(
-        0.0, ge=0, le=1e4, description="largest inward deformation by this harmonic [mm]"
-    )
-    phase_deg: Number = Field(
-        0.0,
-        ge=-360,
-        le=360,
-        description="angle at which it is reached, in the direction of rotation [deg]",
-    )
+    order: Whole = Field(2, ge=1, le=1000)
+    """periods around the casing; 2: an oval"""
+    amplitude_mm: Number = Field(0.0, ge=0, le=1e4)
+    """largest inward deformation by this harmonic [mm]"""
+    phase_deg: Number = Field(0.0, ge=-360, le=360)
+    """angle at which it is reached, in the direction of rotation [deg]"""
 
 
 class Casing(Section):
     """The casing: bumps, harmonics, measured profile, clearance and ramp."""
 
-    n_bumps: Whole = Field(4, ge=1, le=1000, description="bumps of the casing, n_d")
-    clearance_mm: Number = Field(0.25, ge=0, le=1e4, description="clearance of tips at rest [mm]")
-    clearance_hz_mm: Curve | None = Field(
-        None,
-        description="clearance over the speed in place of clearance_mm: points of a speed [Hz] and "
-        "a clearance [mm], with straight lines between them; or a file with columns speed_hz and "
-        "clearance_mm",
-    )
-    clearance_polynomial_mm: Coefficients | None = Field(
-        None,
-        description="the same as a polynomial in the speed in Hz: coefficients from the constant "
-        "on [mm]",
-    )
-    blade_clearance_mm: Clearances | None = Field(
-        None,
-        description="what each blade has beyond that, such as a blade that is shorter, at every "
-        "speed; below 0: less [mm]",
-    )
-    bump_height_mm: Number = Field(
-        1.25,
-        ge=0,
-        le=1e4,
-        description="height of the bumps; 0 unless given where there are harmonics or a profile "
-        "[mm]",
-    )
-    bump_width: Number = Field(
-        BUMP_WIDTH,
-        ge=1e-3,
-        le=0.25,
-        description="distance from its crest at which a bump has 1/e of its height, in "
-        "parts of the pitch [-]",
-    )
-    harmonics: Annotated[tuple[Harmonic, ...], Field(max_length=100)] = Field(
-        (), description="harmonics of the casing's radius, beside the bumps"
-    )
-    profile_csv: FileName | None = Field(
-        None,
-        description="file of a measured casing, beside bumps and harmonics; columns angle_deg and "
-        "radius_change_mm",
-    )
-    profile_deg: Degrees | None = Field(
-        None, description="angles of its points, filled in when a run begins [deg]"
-    )
-    profile_mm: Changes | None = Field(
-        None, description="change of radius there, outward positive, filled in as well [mm]"
-    )
-    growth_time_s: Number = Field(
-        0.01, ge=0, le=1e4, description="time in which the shape grows from a circle [s]"
-    )
+    n_bumps: Whole = Field(4, ge=1, le=1000)
+    """bumps of the casing, n_d"""
+    clearance_mm: Number = Field(0.25, ge=0, le=1e4)
+    """clearance of tips at rest [mm]"""
+    clearance_hz_mm: Curve | None = None
+    """clearance over the speed in place of clearance_mm: points of a speed [Hz] and a clearance
+    [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
+    clearance_polynomial_mm: Coefficients | None = None
+    """the same as a polynomial in the speed in Hz: coefficients from the constant on [mm]"""
+    blade_clearance_mm: Clearances | None = None
+    """what each blade has beyond that, such as a blade that is shorter, at every speed; below 0:
+    less [mm]"""
+    bump_height_mm: Number = Field(1.25, ge=0, le=1e4)
+    """height of the bumps; 0 unless given where there are harmonics or a profile [mm]"""
+    bump_width: Number = Field(BUMP_WIDTH, ge=1e-3, le=0.25)
+    """distance from its crest at which a bump has 1/e of its height, in parts of the pitch [-]"""
+    harmonics: Annotated[tuple[Harmonic, ...], Field(max_length=100)] = ()
+    """harmonics of the casing's radius, beside the bumps"""
+    profile_csv: FileName | None = None
+    """file of a measured casing, beside bumps and harmonics; columns angle_deg and
+    radius_change_mm"""
+    profile_deg: Degrees | None = None
+    """angles of its points, filled in when a run begins [deg]"""
+    profile_mm: Changes | None = None
+    """change of radius there, outward positive, filled in as well [mm]"""
+    growth_time_s: Number = Field(0.01, ge=0, le=1e4)
+    """time in which the shape grows from a circle [s]"""
 
     clearance: ClassVar = si("clearance_mm", "m", per=1000)
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)

@@ -11,14 +11,14 @@ from hpcrub.config.types import Bands, Checksum, FileName, Number, Ratios, Secti
 class Blade(Section):
     """Blades: a chord that leans and bows."""
 
-    n_elements: Whole = Field(5, ge=1, le=50, description="beam elements per blade")
-    thickness_mm: Number = Field(13.309, gt=0, le=1e4, description="thickness of a blade [mm]")
-    lean_deg: Number = Field(
-        -43.74, gt=-90, lt=90, description="angle of the chord with the radius at the root [deg]"
-    )
-    bow: Number = Field(
-        0.07924, ge=-0.5, le=0.5, description="largest offset from the chord per chord length [-]"
-    )
+    n_elements: Whole = Field(5, ge=1, le=50)
+    """beam elements per blade"""
+    thickness_mm: Number = Field(13.309, gt=0, le=1e4)
+    """thickness of a blade [mm]"""
+    lean_deg: Number = Field(-43.74, gt=-90, lt=90)
+    """angle of the chord with the radius at the root [deg]"""
+    bow: Number = Field(0.07924, ge=-0.5, le=0.5)
+    """largest offset from the chord per chord length [-]"""
 
     thickness: ClassVar = si("thickness_mm", "m", per=1000)
     lean: ClassVar = si("lean_deg", "rad", times=pi, per=180)
@@ -27,43 +27,35 @@ class Blade(Section):
 class Disk(Section):
     """Dimensions of the bladed disk."""
 
-    n_blades: Whole = Field(12, ge=2, le=200, description="number of blades")
-    tip_radius_mm: Number = Field(500.0, gt=0, le=1e5, description="radius of the tips [mm]")
-    hub_radius_mm: Number = Field(200.0, gt=0, le=1e5, description="radius of the ring [mm]")
-    inner_radius_mm: Number = Field(
-        160.8, gt=0, le=1e5, description="radius at which the spokes are clamped [mm]"
-    )
-    width_mm: Number = Field(100.0, gt=0, le=1e5, description="axial width of all sections [mm]")
-    ring_thickness_mm: Number = Field(14.25, gt=0, le=1e4, description="thickness of ring [mm]")
-    spoke_thickness_mm: Number = Field(7.899, gt=0, le=1e4, description="thickness of spokes [mm]")
+    n_blades: Whole = Field(12, ge=2, le=200)
+    """number of blades"""
+    tip_radius_mm: Number = Field(500.0, gt=0, le=1e5)
+    """radius of the tips [mm]"""
+    hub_radius_mm: Number = Field(200.0, gt=0, le=1e5)
+    """radius of the ring [mm]"""
+    inner_radius_mm: Number = Field(160.8, gt=0, le=1e5)
+    """radius at which the spokes are clamped [mm]"""
+    width_mm: Number = Field(100.0, gt=0, le=1e5)
+    """axial width of all sections [mm]"""
+    ring_thickness_mm: Number = Field(14.25, gt=0, le=1e4)
+    """thickness of ring [mm]"""
+    spoke_thickness_mm: Number = Field(7.899, gt=0, le=1e4)
+    """thickness of spokes [mm]"""
     blade: Blade = Blade()
-    model: FileName | None = Field(
-        None,
-        description="model file of any bladed disk (hpcrub import) in place of the planar one; the "
-        "other keys of disk and the material are then not used, but for the damping ratio",
-    )
-    model_sha256: Checksum | None = Field(
-        None, description="checksum of the model file, filled in when a run begins"
-    )
-    n_contact_nodes: Whole | None = Field(
-        None, ge=2, le=100_000, description="of the model file, filled in when a run begins"
-    )
-    n_directions: Whole | None = Field(
-        None, ge=2, le=3, description="in which they move, filled in when a run begins"
-    )
-    first_family_hz: Number | None = Field(
-        None,
-        gt=0,
-        le=1e6,
-        description="highest frequency of its first family, filled in when a run begins [Hz]",
-    )
-    least_clearance_mm: Number = Field(
-        0.0,
-        ge=-1e4,
-        le=1e4,
-        description="of a contact node, beside the casing's own; of the model file, filled in when "
-        "a run begins [mm]",
-    )
+    model: FileName | None = None
+    """model file of any bladed disk (hpcrub import) in place of the planar one; the other keys of
+    disk and the material are then not used, but for the damping ratio"""
+    model_sha256: Checksum | None = None
+    """checksum of the model file, filled in when a run begins"""
+    n_contact_nodes: Whole | None = Field(None, ge=2, le=100_000)
+    """of the model file, filled in when a run begins"""
+    n_directions: Whole | None = Field(None, ge=2, le=3)
+    """in which they move, filled in when a run begins"""
+    first_family_hz: Number | None = Field(None, gt=0, le=1e6)
+    """highest frequency of its first family, filled in when a run begins [Hz]"""
+    least_clearance_mm: Number = Field(0.0, ge=-1e4, le=1e4)
+    """of a contact node, beside the casing's own; of the model file, filled in when a run begins
+    [mm]"""
 
     tip_radius: ClassVar = si("tip_radius_mm", "m", per=1000)
     hub_radius: ClassVar = si("hub_radius_mm", "m", per=1000)
@@ -92,24 +84,20 @@ class Disk(Section):
 class Material(Section):
     """Material and damping."""
 
-    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5, description="Young's modulus [GPa]")
-    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6, description="density [kg/m³]")
-    damping_ratio: Number = Field(
-        0.005, ge=1e-6, lt=1, description="damping ratio of every mode [-]"
-    )
-    damping_ratios: Ratios | None = Field(
-        None,
-        description="several in place of the one: of what damping_of says; the last is that of all "
-        "modes above [-]",
-    )
-    damping_of: Literal["modes", "families", "bands"] = Field(
-        "modes",
-        description="to what each of damping_ratios belongs: a mode, by increasing frequency; as "
-        "many modes as there are blades; a band of frequencies",
-    )
-    damping_bands_hz: Bands | None = Field(
-        None, description="upper ends of the bands but the last, increasing [Hz]"
-    )
+    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5)
+    """Young's modulus [GPa]"""
+    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6)
+    """density [kg/m³]"""
+    damping_ratio: Number = Field(0.005, ge=1e-6, lt=1)
+    """damping ratio of every mode [-]"""
+    damping_ratios: Ratios | None = None
+    """several in place of the one: of what damping_of says; the last is that of all modes above
+    [-]"""
+    damping_of: Literal["modes", "families", "bands"] = "modes"
+    """to what each of damping_ratios belongs: a mode, by increasing frequency; as many modes as
+    there are blades; a band of frequencies"""
+    damping_bands_hz: Bands | None = None
+    """upper ends of the bands but the last, increasing [Hz]"""
 
     young_modulus: ClassVar = si("young_modulus_gpa", "Pa", times=1e9)
     density: ClassVar = si("density_kg_m3", "kg/m³")
@@ -118,9 +106,6 @@ class Material(Section):
 class Reduction(Section):
     """How the disk is reduced."""
 
-    n_modes: Whole = Field(
-        60,
-        ge=0,
-        description="fixed-interface modes of the Craig-Bampton basis; whole families of modes are "
-        "kept, the next multiple of the number of blades",
-    )
+    n_modes: Whole = Field(60, ge=0)
+    """fixed-interface modes of the Craig-Bampton basis; whole families of modes are kept, the next
+    multiple of the number of blades"""

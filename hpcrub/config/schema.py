@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
 from hpcrub.config import checks as config_checks
 from hpcrub.config import resolution, yaml_text
@@ -49,14 +49,12 @@ PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casin
 class Config(Section):
     """The whole input of one study."""
 
-    study: StudyName = Field("contact", description="what is computed")
-    output: FileName = Field(
-        "results/quickstart.h5",
-        description="result file; a file without this key gets results/(its name).h5",
-    )
-    sources: Files = Field(
-        (), description="result file of the contact study that an energy study starts from"
-    )
+    study: StudyName = "contact"
+    """what is computed"""
+    output: FileName = "results/quickstart.h5"
+    """result file; a file without this key gets results/(its name).h5"""
+    sources: Files = ()
+    """result file of the contact study that an energy study starts from"""
     disk: Disk = Disk()
     material: Material = Material()
     reduction: Reduction = Reduction()

@@ -36,25 +36,18 @@ class Coating(Section):
     differ by factors from one coating to the next, and the result depends on them.
     """
 
-    thickness_mm: Number = Field(5.0, gt=0, le=1e3, description="thickness of the coating [mm]")
-    young_gpa: Number = Field(1.0, ge=1e-6, le=1e5, description="its Young's modulus [GPa]")
-    yield_mpa: Number = Field(
-        15.0, gt=0, le=1e9, description="pressure at which the new coating begins to wear [MPa]"
-    )
-    hardening_mpa: Number = Field(
-        200.0,
-        ge=0,
-        le=1e9,
-        description="growth of this pressure per worn share of the thickness; below 0 the forces "
-        "of a step would not be unique [MPa]",
-    )
-    tip_area_mm2: Number | None = Field(
-        None,
-        gt=0,
-        le=1e8,
-        description="area of a blade's tip, shared by its contact points; null: thickness times "
-        "width of the planar disk's blades [mm²]",
-    )
+    thickness_mm: Number = Field(5.0, gt=0, le=1e3)
+    """thickness of the coating [mm]"""
+    young_gpa: Number = Field(1.0, ge=1e-6, le=1e5)
+    """its Young's modulus [GPa]"""
+    yield_mpa: Number = Field(15.0, gt=0, le=1e9)
+    """pressure at which the new coating begins to wear [MPa]"""
+    hardening_mpa: Number = Field(200.0, ge=0, le=1e9)
+    """growth of this pressure per worn share of the thickness; below 0 the forces of a step would
+    not be unique [MPa]"""
+    tip_area_mm2: Number | None = Field(None, gt=0, le=1e8)
+    """area of a blade's tip, shared by its contact points; null: thickness times width of the
+    planar disk's blades [mm²]"""
 
     thickness: ClassVar = si("thickness_mm", "m", per=1000)
     young: ClassVar = si("young_gpa", "Pa", times=1e9)
@@ -65,21 +58,15 @@ class Coating(Section):
 class Contact(Section):
     """Contact between blades and casing."""
 
-    law: Literal["rigid", "elastic", "abradable"] = Field(
-        "rigid",
-        description="what the casing does: nothing, give as a spring and a damper, or carry a "
-        "coating that wears (with or without giving behind it)",
-    )
-    friction: Number = Field(0.15, ge=0, le=10, description="coefficient of friction [-]")
-    casing_stiffness_n_per_m: Number | None = Field(
-        None,
-        gt=0,
-        le=1e15,
-        description="stiffness of the casing at a contact point; null: rigid [N/m]",
-    )
-    casing_damping_ns_per_m: Number = Field(
-        0.0, ge=0, le=1e12, description="damping of the casing at a contact point [N s/m]"
-    )
+    law: Literal["rigid", "elastic", "abradable"] = "rigid"
+    """what the casing does: nothing, give as a spring and a damper, or carry a coating that wears
+    (with or without giving behind it)"""
+    friction: Number = Field(0.15, ge=0, le=10)
+    """coefficient of friction [-]"""
+    casing_stiffness_n_per_m: Number | None = Field(None, gt=0, le=1e15)
+    """stiffness of the casing at a contact point; null: rigid [N/m]"""
+    casing_damping_ns_per_m: Number = Field(0.0, ge=0, le=1e12)
+    """damping of the casing at a contact point [N s/m]"""
     coating: Coating = Coating()
 
     @property
@@ -91,31 +78,18 @@ class Contact(Section):
 class Forcing(Section):
     """Engine-order excitation: the load of the linear response."""
 
-    amplitude_n: Number = Field(
-        150.0,
-        ge=1e-9,
-        le=1e9,
-        description="radial load on every tip, of the linear response; with in_contact during "
-        "contact, too [N]",
-    )
-    in_contact: Switch = Field(
-        False,
-        description="whether the load acts during contact, too: at rest in space like the casing, "
-        "its crest at the angle 0, from the start of a run",
-    )
-    engine_order: Whole | None = Field(
-        None,
-        ge=1,
-        le=1000,
-        description="periods of the load around the casing; null: casing.n_bumps, or the order of "
-        "a casing of one harmonic alone",
-    )
+    amplitude_n: Number = Field(150.0, ge=1e-9, le=1e9)
+    """radial load on every tip, of the linear response; with in_contact during contact, too [N]"""
+    in_contact: Switch = False
+    """whether the load acts during contact, too: at rest in space like the casing, its crest at the
+    angle 0, from the start of a run"""
+    engine_order: Whole | None = Field(None, ge=1, le=1000)
+    """periods of the load around the casing; null: casing.n_bumps, or the order of a casing of one
+    harmonic alone"""
 
-    travels: Literal["forward", "backward"] = Field(
-        "forward",
-        description="way of the linear response's load over the disk: forward, with the rotation, "
-        "as in the paper's equation (5), or backward, at rest in space like the casing",
-    )
+    travels: Literal["forward", "backward"] = "forward"
+    """way of the linear response's load over the disk: forward, with the rotation, as in the
+    paper's equation (5), or backward, at rest in space like the casing"""
 
     amplitude: ClassVar = si("amplitude_n", "N")
 
@@ -128,9 +102,12 @@ class Forcing(Section):
 class Speeds(Section):
     """Speeds of rotation that are looked at."""
 
-    from_hz: Number = Field(33.5, gt=0, le=1e5, description="lowest speed of rotation [Hz]")
-    to_hz: Number = Field(35.5, gt=0, le=1e5, description="highest speed of rotation [Hz]")
-    step_hz: Number = Field(0.05, ge=1e-6, le=1e5, description="step of the speeds [Hz]")
+    from_hz: Number = Field(33.5, gt=0, le=1e5)
+    """lowest speed of rotation [Hz]"""
+    to_hz: Number = Field(35.5, gt=0, le=1e5)
+    """highest speed of rotation [Hz]"""
+    step_hz: Number = Field(0.05, ge=1e-6, le=1e5)
+    """step of the speeds [Hz]"""
 
     @property
     def n_values(self) -> int:
@@ -148,27 +125,16 @@ class Speeds(Section):
 class Time(Section):
     """Time integration."""
 
-    scheme: Literal["central_difference", "exact_modal"] = Field(
-        "exact_modal", description="time integration between contacts"
-    )
-    step_s: Number = Field(
-        3.3e-5, gt=0, le=1e-2, description="longest time step; a revolution gets a whole number [s]"
-    )
-    steps_per_bump_width: Number = Field(
-        32.0,
-        ge=1,
-        le=1e4,
-        description="time steps while a tip passes a bump's width at the highest speed, at least; "
-        "fewer than 12, with which 95 % of amplitudes are within 5 %, are marked [-]",
-    )
-    steps_per_period: Number = Field(
-        40.0,
-        ge=1,
-        le=1e5,
-        description="time steps per period of a clamped blade's first bending, at least; fewer "
-        "than 16 per period of the first family, with which 95 % of amplitudes are within 5 %, are "
-        "marked [-]",
-    )
+    scheme: Literal["central_difference", "exact_modal"] = "exact_modal"
+    """time integration between contacts"""
+    step_s: Number = Field(3.3e-5, gt=0, le=1e-2)
+    """longest time step; a revolution gets a whole number [s]"""
+    steps_per_bump_width: Number = Field(32.0, ge=1, le=1e4)
+    """time steps while a tip passes a bump's width at the highest speed, at least; fewer than 12,
+    with which 95 % of amplitudes are within 5 %, are marked [-]"""
+    steps_per_period: Number = Field(40.0, ge=1, le=1e5)
+    """time steps per period of a clamped blade's first bending, at least; fewer than 16 per period
+    of the first family, with which 95 % of amplitudes are within 5 %, are marked [-]"""
 
     step: ClassVar = si("step_s", "s")
 
@@ -176,59 +142,28 @@ class Time(Section):
 class SteadyState(Section):
     """When a motion is followed no longer, and what its amplitude is."""
 
-    rule: Literal["ensemble", "last_window"] = Field(
-        "ensemble",
-        description="ensemble: mean of the windows' largest amplitudes until it is known to "
-        "max_error, or the motion repeats itself; last_window: the largest of the last window once "
-        "two are alike, as in the paper",
-    )
-    max_error: Number = Field(
-        CRITERIA.max_error,
-        gt=0,
-        le=1,
-        description="rule ensemble: standard error of the mean, relative, of a motion that is "
-        "followed no longer [-]",
-    )
-    first_check_s: Number = Field(
-        CRITERIA.first_check, gt=0, le=1e4, description="time of the first check [s]"
-    )
-    window_revolutions: Whole = Field(
-        CRITERIA.window_revolutions,
-        ge=1,
-        le=1000,
-        description="revolutions compared with as many before them",
-    )
-    extend_revolutions: Whole = Field(
-        CRITERIA.extend_revolutions,
-        ge=1,
-        le=10000,
-        description="rule last_window: revolutions to the next check when not yet steady",
-    )
-    min_correlation: Number = Field(
-        CRITERIA.min_correlation,
-        ge=0,
-        le=1,
-        description="correlation of the two windows when steady, at least [-]",
-    )
-    max_amplitude_change: Number = Field(
-        CRITERIA.max_amplitude_change,
-        gt=0,
-        le=1,
-        description="relative change of amplitude when steady, below; rule ensemble: of all that "
-        "is still to come, by the damping of the slowest mode [-]",
-    )
-    max_time_s: Number = Field(
-        CRITERIA.max_time,
-        gt=0,
-        le=1e4,
-        description="simulated time after which a point is given up [s]",
-    )
-    confirmations: Whole = Field(
-        CRITERIA.confirmations,
-        ge=1,
-        le=1000,
-        description="rule last_window: checks passed in succession until steady; 1 in the paper",
-    )
+    rule: Literal["ensemble", "last_window"] = "ensemble"
+    """ensemble: mean of the windows' largest amplitudes until it is known to max_error, or the
+    motion repeats itself; last_window: the largest of the last window once two are alike, as in the
+    paper"""
+    max_error: Number = Field(CRITERIA.max_error, gt=0, le=1)
+    """rule ensemble: standard error of the mean, relative, of a motion that is followed no longer
+    [-]"""
+    first_check_s: Number = Field(CRITERIA.first_check, gt=0, le=1e4)
+    """time of the first check [s]"""
+    window_revolutions: Whole = Field(CRITERIA.window_revolutions, ge=1, le=1000)
+    """revolutions compared with as many before them"""
+    extend_revolutions: Whole = Field(CRITERIA.extend_revolutions, ge=1, le=10000)
+    """rule last_window: revolutions to the next check when not yet steady"""
+    min_correlation: Number = Field(CRITERIA.min_correlation, ge=0, le=1)
+    """correlation of the two windows when steady, at least [-]"""
+    max_amplitude_change: Number = Field(CRITERIA.max_amplitude_change, gt=0, le=1)
+    """relative change of amplitude when steady, below; rule ensemble: of all that is still to come,
+    by the damping of the slowest mode [-]"""
+    max_time_s: Number = Field(CRITERIA.max_time, gt=0, le=1e4)
+    """simulated time after which a point is given up [s]"""
+    confirmations: Whole = Field(CRITERIA.confirmations, ge=1, le=1000)
+    """rule last_window: checks passed in succession until steady; 1 in the paper"""
 
     first_check: ClassVar = si("first_check_s", "s")
     max_time: ClassVar = si("max_time_s", "s")
@@ -237,57 +172,39 @@ class SteadyState(Section):
 class Mistuning(Section):
     """Levels, samples and patterns of mistuning."""
 
-    half_range_percent: Levels = Field(
-        (1.0, 2.0, 3.0, 4.0), description="levels: largest deviation of a blade's stiffness [%]"
-    )
-    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES, description="samples per level")
-    seed: Whole = Field(2020, ge=0, le=2**63 - 1, description="seed of the random numbers")
-    tuned_runs: Whole = Field(
-        9,
-        ge=1,
-        le=1000,
-        description="runs of the tuned disk, each with blades stiffer by another "
-        "3e-5, whose median amplitude is the reference; 1 in the paper",
-    )
-    distribution: Literal["uniform", "normal", "measured"] = Field(
-        "uniform",
-        description="of a blade's deviation within the half range: uniform as in the paper, "
-        "truncated normal, or drawn from the blades of measured_percent",
-    )
-    truncation: Number = Field(
-        3.0, gt=0, le=8, description="standard deviations of a normal distribution per half range"
-    )
-    measured_percent: Deviations | None = Field(
-        None,
-        description="measured deviations of blades, drawn with replacement; scaled so that the "
-        "largest is the half range [%]",
-    )
-    neighbour_correlation: Number = Field(
-        0.0, ge=0, le=0.99, description="correlation of two neighbouring blades [-]"
-    )
-    intentional_percent: Deviations | None = Field(
-        None,
-        description="intentional mistuning beneath the random part, repeated around the disk: "
-        "two values for an A/B pattern, one for each blade for a sorted one [%]",
-    )
-    pattern: Pattern | None = Field(
-        None,
-        description="a value for each blade: one explicit sample, not random; or a CSV or NPZ file "
-        "with a row for each disk, which is one sample, and a column for each blade",
-    )
-    pattern_unit: Literal["percent", "gpa", "hz"] = Field(
-        "percent",
-        description="what it holds: deviations of stiffness [%], Young's moduli [GPa], or "
-        "frequencies of the blades alone [Hz], whose deviations are from the mean of their disk",
-    )
-    pattern_sha256: Checksum | None = Field(
-        None, description="checksum of that file, filled in when a run begins"
-    )
-    by: Literal["blade_stiffness", "cantilever_modes"] = Field(
-        "blade_stiffness",
-        description="what deviates: all stiffness of a blade, or that of its cantilever modes "
-        "(component mode mistuning), of a model file only",
-    )
+    half_range_percent: Levels = (1.0, 2.0, 3.0, 4.0)
+    """levels: largest deviation of a blade's stiffness [%]"""
+    samples: Whole = Field(5000, ge=1, le=MOST_SAMPLES)
+    """samples per level"""
+    seed: Whole = Field(2020, ge=0, le=2**63 - 1)
+    """seed of the random numbers"""
+    tuned_runs: Whole = Field(9, ge=1, le=1000)
+    """runs of the tuned disk, each with blades stiffer by another 3e-5, whose median amplitude is
+    the reference; 1 in the paper"""
+    distribution: Literal["uniform", "normal", "measured"] = "uniform"
+    """of a blade's deviation within the half range: uniform as in the paper, truncated normal, or
+    drawn from the blades of measured_percent"""
+    truncation: Number = Field(3.0, gt=0, le=8)
+    """standard deviations of a normal distribution per half range"""
+    measured_percent: Deviations | None = None
+    """measured deviations of blades, drawn with replacement; scaled so that the largest is the half
+    range [%]"""
+    neighbour_correlation: Number = Field(0.0, ge=0, le=0.99)
+    """correlation of two neighbouring blades [-]"""
+    intentional_percent: Deviations | None = None
+    """intentional mistuning beneath the random part, repeated around the disk: two values for an
+    A/B pattern, one for each blade for a sorted one [%]"""
+    pattern: Pattern | None = None
+    """a value for each blade: one explicit sample, not random; or a CSV or NPZ file with a row for
+    each disk, which is one sample, and a column for each blade"""
+    pattern_unit: Literal["percent", "gpa", "hz"] = "percent"
+    """what it holds: deviations of stiffness [%], Young's moduli [GPa], or frequencies of the
+    blades alone [Hz], whose deviations are from the mean of their disk"""
+    pattern_sha256: Checksum | None = None
+    """checksum of that file, filled in when a run begins"""
+    by: Literal["blade_stiffness", "cantilever_modes"] = "blade_stiffness"
+    """what deviates: all stiffness of a blade, or that of its cantilever modes (component mode
+    mistuning), of a model file only"""
 
     @property
     def pattern_file(self) -> str | None:
@@ -320,20 +237,13 @@ class Mistuning(Section):
 class Limits(Section):
     """What the blades must not exceed; the study tells how probable that is."""
 
-    amplitude_mm: Number | None = Field(
-        None, gt=0, le=1e6, description="largest tangential displacement of a tip [mm]"
-    )
-    stress_mpa: Number | None = Field(
-        None, gt=0, le=1e6, description="stress of a blade; of a planar one at its root [MPa]"
-    )
-    stress_mpa_per_mm: Number | None = Field(
-        None,
-        gt=0,
-        le=1e6,
-        description="largest stress in the first family's mode for each millimetre of a tip's "
-        "tangential displacement, from the finite elements of a model file; of planar blades it is "
-        "known [MPa/mm]",
-    )
+    amplitude_mm: Number | None = Field(None, gt=0, le=1e6)
+    """largest tangential displacement of a tip [mm]"""
+    stress_mpa: Number | None = Field(None, gt=0, le=1e6)
+    """stress of a blade; of a planar one at its root [MPa]"""
+    stress_mpa_per_mm: Number | None = Field(None, gt=0, le=1e6)
+    """largest stress in the first family's mode for each millimetre of a tip's tangential
+    displacement, from the finite elements of a model file; of planar blades it is known [MPa/mm]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
     stress: ClassVar = si("stress_mpa", "Pa", times=1e6)
@@ -343,19 +253,16 @@ class Limits(Section):
 class Convergence(Section):
     """Percentiles and when they are known well enough."""
 
-    percentiles: Percentiles = Field(
-        (1.0, 50.0, 99.0), description="percentiles of the amplifications, increasing [%]"
-    )
-    z: Number = Field(2.81, gt=0, le=10, description="normal quantile of the convergence error [-]")
-    step: Whole = Field(10, ge=1, le=1_000_000, description="samples between two estimates")
-    criterion: Literal["standard_error", "interval"] = Field(
-        "standard_error",
-        description="error that is compared with the target: equation (6), as in the paper, which "
-        "is too optimistic, or half the confidence interval",
-    )
-    target_error: Number = Field(
-        0.005, gt=0, le=1, description="error of the amplifications' percentiles aimed at [-]"
-    )
-    stop_when_converged: Switch = Field(
-        False, description="end the study as soon as all levels are at the target"
-    )
+    percentiles: Percentiles = (1.0, 50.0, 99.0)
+    """percentiles of the amplifications, increasing [%]"""
+    z: Number = Field(2.81, gt=0, le=10)
+    """normal quantile of the convergence error [-]"""
+    step: Whole = Field(10, ge=1, le=1_000_000)
+    """samples between two estimates"""
+    criterion: Literal["standard_error", "interval"] = "standard_error"
+    """error that is compared with the target: equation (6), as in the paper, which is too
+    optimistic, or half the confidence interval"""
+    target_error: Number = Field(0.005, gt=0, le=1)
+    """error of the amplifications' percentiles aimed at [-]"""
+    stop_when_converged: Switch = False
+    """end the study as soon as all levels are at the target"""

@@ -28,38 +28,33 @@ Bounds = Annotated[
 class Part(Section):
     """What the file of a part of a study holds."""
 
-    samples: Bounds | None = Field(
-        None,
-        description="first sample of a part, counted from 0, and the first after it; null: all",
-    )
+    samples: Bounds | None = None
+    """first sample of a part, counted from 0, and the first after it; null: all"""
 
 
 class Linear(Section):
     """Loads of a linear study."""
 
-    n_diameters: Diameters = Field(
-        (1, 2, 3, 4, 5, 6), description="nodal diameters of the loads of a linear study"
-    )
+    n_diameters: Diameters = (1, 2, 3, 4, 5, 6)
+    """nodal diameters of the loads of a linear study"""
 
 
 class History(Section):
     """Length of whole histories."""
 
-    duration_s: Number = Field(
-        1.0, gt=0, le=1000, description="time that time_response and interaction_map simulate [s]"
-    )
+    duration_s: Number = Field(1.0, gt=0, le=1000)
+    """time that time_response and interaction_map simulate [s]"""
 
 
 class Spectrum(Section):
     """Frequencies of an interaction map."""
 
-    max_frequency_hz: Number = Field(
-        200.0, gt=0, le=1e5, description="highest frequency of an interaction map [Hz]"
-    )
-    step_hz: Number = Field(0.5, ge=1e-3, le=1e4, description="its step of frequencies [Hz]")
-    window_s: Number = Field(
-        0.5, gt=0, le=1000, description="end of each history that is transformed [s]"
-    )
+    max_frequency_hz: Number = Field(200.0, gt=0, le=1e5)
+    """highest frequency of an interaction map [Hz]"""
+    step_hz: Number = Field(0.5, ge=1e-3, le=1e4)
+    """its step of frequencies [Hz]"""
+    window_s: Number = Field(0.5, gt=0, le=1000)
+    """end of each history that is transformed [s]"""
 
     @property
     def n_frequencies(self) -> int:
@@ -70,19 +65,16 @@ class Spectrum(Section):
 class Energy(Section):
     """Samples of an energy study."""
 
-    samples: Whole = Field(
-        100, ge=1, le=100_000, description="samples of an energy study, those with the largest A_nl"
-    )
+    samples: Whole = Field(100, ge=1, le=100_000)
+    """samples of an energy study, those with the largest A_nl"""
 
 
 class Branches(Section):
     """Initial states of a branches study."""
 
-    perturbed: Whole = Field(
-        2, ge=0, le=100, description="random initial states of a branches study"
-    )
-    perturbation_mm: Number = Field(
-        20.0, gt=0, le=1e4, description="their largest displacement of a tip [mm]"
-    )
+    perturbed: Whole = Field(2, ge=0, le=100)
+    """random initial states of a branches study"""
+    perturbation_mm: Number = Field(20.0, gt=0, le=1e4)
+    """their largest displacement of a tip [mm]"""
 
     perturbation: ClassVar = si("perturbation_mm", "m", per=1000)

@@ -86,6 +86,18 @@ def without_suffix(output: str | Path) -> Path:
 
 
 class Section(BaseModel):
-    """A mapping of the input file: frozen, and without keys that nobody reads."""
+    """A mapping of the input file: frozen, and without keys that nobody reads.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    The text below a key says what it is, for error messages, the reference and editors.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
+        """JSON schema, with the text of each key on one line."""
+        found = handler(core_schema)
+        for key in handler.resolve_ref_schema(found)["properties"].values():
+            if "description" in key:
+                key["description"] = " ".join(key["description"].split())
+        return found
