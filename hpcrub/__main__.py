@@ -1,10 +1,14 @@
 """The program, as the command `hpcrub`, `python -m hpcrub` or `python main.py`."""
 
+import difflib
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
+from typing import NoReturn
 
 from hpcrub import __version__
+from hpcrub.errors import InputError
 from hpcrub.ranks import parallel
 
 COMMANDS = {
@@ -27,11 +31,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv[:1] in (["-h"], ["--help"]):
         print(usage())
         return 0
+    if argv and argv[0].isalpha() and argv[0] not in COMMANDS and not Path(argv[0]).exists():
+        return parallel.alone(lambda: unknown(argv[0]))
     name, *rest = argv if argv and argv[0] in COMMANDS else ("run", *argv)
     module = f"hpcrub.commands.{'import_model' if name == 'import' else name}"
     if name == "run":  # on all ranks
         return import_module(module).main(rest)
     return parallel.alone(lambda: import_module(module).main(rest))
+
+
+def unknown(word: str) -> NoReturn:
+    """Raise InputError for a command that there is not, with the one that is nearest."""
+    near = difflib.get_close_matches(word, COMMANDS, 1)
+    hint = f"; did you mean hpcrub {near[0]}?" if near else " (--help lists the commands)"
+    raise InputError(f"{word} is no command and no file{hint}")
 
 
 def usage() -> str:

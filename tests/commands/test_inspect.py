@@ -24,3 +24,8 @@ def test_all_files_are_described_and_the_worst_is_the_exit_code(path, capsys):
     assert err == f"hpcrub: error: {other} is not an HDF5 file\n"
     assert "done: 0 of 4 samples" in out
     assert "samples/amplitude_m (level 2 x sample 2 x speed 3) [m]: largest" in out
+
+
+def test_a_command_that_is_misspelt_is_told_the_right_one(capsys):
+    assert program(["runn", "own.yaml"]) == 2
+    assert "runn is no command and no file; did you mean hpcrub run?" in capsys.readouterr().err
