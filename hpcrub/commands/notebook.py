@@ -110,10 +110,12 @@ def _call(command, quiet):
     if process.returncode:
         said = [line.removeprefix("hpcrub: ") for line in lines if line.startswith("hpcrub: ")]
         others = "\n".join(lines).strip()  # such as those of an mpirun that starts nothing
+        text = said[-1] if said else f"exit code {process.returncode}\n{others}".strip()
         if "allow-run-as-root" in others:
-            others = (
+            text = (
                 "mpirun does not start for root unless OMPI_ALLOW_RUN_AS_ROOT and "
                 "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM are 1 in the environment (os.environ)"
             )
-        text = said[-1] if said else f"exit code {process.returncode}\n{others}".strip()
+        for option in ("resume", "overwrite"):  # what the command line calls so
+            text = text.replace(f"--{option}", f"{option}=True")
         raise ERRORS.get(process.returncode, HpcrubError)(text.removeprefix("error: "))

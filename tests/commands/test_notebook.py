@@ -35,6 +35,8 @@ def test_input_files_are_configurations_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     made = hpcrub.run(ROOT / "inputs/modal.yaml", output="four.h5", quiet=True, figures=True)
     assert made.with_suffix(".png").exists()
+    with pytest.raises(InputError, match="resume=True goes on with it, overwrite=True replaces it"):
+        hpcrub.run(ROOT / "inputs/modal.yaml", output="four.h5", quiet=True)
 
 
 @pytest.mark.parametrize(
