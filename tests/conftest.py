@@ -14,6 +14,13 @@ settings.load_profile("reproducible")
 
 
 @pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of its own, and the working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
 def tiny(tmp_path):
     """Path of an input file whose results go to results/tiny.h5 beside it."""
     path = tmp_path / "tiny.yaml"

@@ -13,8 +13,7 @@ from hpcrub.studies import STUDIES
 from tests.program import ROOT
 
 
-def test_a_study_from_python(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
+def test_a_study_from_python(folder, capfd):
     config = hpcrub.Config(study="modal", casing={"n_bumps": 3}, output="modal.h5")
     path = hpcrub.run(config)
     assert "full model, " in capfd.readouterr().out
@@ -31,8 +30,7 @@ def test_a_study_from_python(tmp_path, monkeypatch, capfd):
     assert capfd.readouterr().out == ""
 
 
-def test_input_files_are_configurations_too(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_input_files_are_configurations_too(folder):
     made = hpcrub.run(ROOT / "inputs/modal.yaml", output="four.h5", quiet=True, figures=True)
     assert made.with_suffix(".png").exists()
     with pytest.raises(InputError, match="resume=True goes on with it, overwrite=True replaces it"):

@@ -15,12 +15,6 @@ from tests.program import TINY
 RUNS = "study: modal\nruns: [{disk.blade.n_elements: 3}, {disk.blade.n_elements: 5}]\n"
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_a_table_at_the_end_and_the_total_before(folder, capfd):
     Path("a.yaml").write_text(RUNS)
     assert cli.main(["a.yaml", "--dry-run"]) == 0

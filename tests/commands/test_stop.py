@@ -65,15 +65,14 @@ def test_a_stop_signal_in_the_first_second_is_one_line(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-def test_a_stop_signal_before_the_file_is_opened_makes_none(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.yaml").write_text("study: modal\noutput: a.h5\n")
+def test_a_stop_signal_before_the_file_is_opened_makes_none(folder, monkeypatch, capfd):
+    (folder / "a.yaml").write_text("study: modal\noutput: a.h5\n")
     stop = lambda *_: os.kill(os.getpid(), signal.SIGTERM)  # noqa: E731
     monkeypatch.setattr(execution.memory, "check", stop)
     assert cli.main(["a.yaml"]) == 75
-    expected = f"hpcrub: stopped: SIGTERM came before {tmp_path / 'a.h5'} was opened\n"
+    expected = f"hpcrub: stopped: SIGTERM came before {folder / 'a.h5'} was opened\n"
     assert capfd.readouterr().err == expected
-    assert not (tmp_path / "a.h5").exists()
+    assert not (folder / "a.h5").exists()
 
 
 def test_a_signal_that_comes_after_the_end_changes_nothing():

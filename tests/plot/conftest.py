@@ -7,5 +7,10 @@ from matplotlib import pyplot as plt
 
 @pytest.fixture
 def random():
-    yield np.random.default_rng(6)
+    return np.random.default_rng(6)
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
     plt.close("all")

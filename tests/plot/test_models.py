@@ -23,12 +23,6 @@ def disk(sector):
     return assembly.assemble(neutral.from_arrays(model_file.read(sector)))
 
 
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
-
-
 def test_contact_nodes_are_drawn_at_their_places_blade_by_blade(sector, disk):
     axes = hpcrub.plot.model(sector)
     drawn = [np.transpose(line.get_data_3d()) for line in axes.get_lines()][-disk.n_blades :]

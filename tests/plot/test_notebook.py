@@ -43,7 +43,6 @@ def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
     with hpcrub.open(path) as file:
         assert hpcrub.plot.casing(file, ax=only) is only
         assert file["shapes"].size  # an open file stays open
-    plt.close("all")
 
 
 def test_the_users_style_and_figures_stay(random):
@@ -197,4 +196,3 @@ def test_the_disk_has_numbers_and_rotation(tmp_path):
     first = axes.texts[0].get_position()
     assert np.hypot(*first) > 500
     assert abs(np.degrees(np.arctan2(*first[::-1]))) < 5  # blade 1 at the angle 0
-    plt.close("all")

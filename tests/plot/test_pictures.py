@@ -23,12 +23,6 @@ from hpcrub.runs import result_files
 from tests.program import ROOT
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.fixture(scope="module")
 def modal(tmp_path_factory):
     """A finished modal study."""

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
 
 from hpcrub import plot
 from hpcrub.errors import InputError
@@ -16,8 +15,7 @@ COATED = f"{TINY}contact: {{law: abradable}}\n"
 
 @pytest.fixture
 def random():
-    yield np.random.default_rng(3)
-    plt.close("all")
+    return np.random.default_rng(3)
 
 
 @pytest.fixture

@@ -134,12 +134,11 @@ def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
     assert summary["steps_per_second_and_core"] is None
 
 
-def test_laying_out_and_checking_a_file_are_phases_of_the_log(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "x.yaml").write_text("study: modal\noutput: x.h5\n")
+def test_laying_out_and_checking_a_file_are_phases_of_the_log(folder):
+    (folder / "x.yaml").write_text("study: modal\noutput: x.h5\n")
     for options in ([], ["--resume"]):
         assert cli.main(["x.yaml", "--no-figures", *options]) == 0
-    first, second = runs(tmp_path / "x.runs.jsonl")[1::2]
+    first, second = runs(folder / "x.runs.jsonl")[1::2]
     assert next(iter(first["phases"])) == "lay-out"
     assert next(iter(second["phases"])) == "check"
     for found in (first, second):

@@ -21,12 +21,6 @@ from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def read(text):
     return imported.resolved(Config.from_yaml(text))
 

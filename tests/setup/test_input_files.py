@@ -74,17 +74,16 @@ def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, wo
     assert str(refusal.value).isprintable()
 
 
-def test_a_result_keeps_its_profile_and_refuses_another(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "casing.csv").write_text(PROFILE)
-    (tmp_path / "input.yaml").write_text("study: modal\ncasing: {profile_csv: casing.csv}\n")
+def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):
+    (folder / "casing.csv").write_text(PROFILE)
+    (folder / "input.yaml").write_text("study: modal\ncasing: {profile_csv: casing.csv}\n")
     arguments = "input.yaml", "--output", "out.h5", "--no-figures"
     assert cli.main(arguments) == 0
-    angle, gap = plot.casing(tmp_path / "out.h5")[1].get_lines()[0].get_data()
+    angle, gap = plot.casing(folder / "out.h5")[1].get_lines()[0].get_data()
     expected = 0.25 + np.interp(angle, [0, 90, 180, 270, 360], [-0.5, 0, -0.4, 0.1, -0.5])
     np.testing.assert_allclose(gap, expected, atol=1e-12)
     assert cli.main([*arguments, "--resume"]) == 0
-    (tmp_path / "casing.csv").write_text(PROFILE.replace("-0.4", "-0.3"))
+    (folder / "casing.csv").write_text(PROFILE.replace("-0.4", "-0.3"))
     assert cli.main([*arguments, "--resume"]) == 2
     found = "casing.profile_mm: [-0.5, 0.0, -0.4, 0.1] in the file, [-0.5, 0.0, -0.3, 0.1]"
     assert found in capfd.readouterr().err

@@ -122,12 +122,11 @@ REFUSED = [
 @pytest.mark.parametrize(("keys", "message"), REFUSED, ids=[m[:20] for _, m in REFUSED])
 @pytest.mark.parametrize("option", [[], ["--dry-run"]])
 def test_what_cannot_have_a_result_is_refused_by_run_and_dry_run(
-    tmp_path, monkeypatch, capfd, keys, message, option
+    folder, capfd, keys, message, option
 ):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.yaml").write_text(TINY)
+    (folder / "a.yaml").write_text(TINY)
     if "output" in keys:
-        (tmp_path / "there.h5").mkdir()
+        (folder / "there.h5").mkdir()
         keys = {"output": "there.h5"}
     settings = [f"--set={key}={value}" for key, value in keys.items()]
     assert cli.main(["a.yaml", *settings, *option]) == 2
@@ -141,20 +140,18 @@ def test_a_map_begins_after_the_bumps_have_grown():
         studies.run_of(Config().replace(keys)).checked()
 
 
-def test_what_is_not_resolved_is_marked_in_file_and_output(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
+def test_what_is_not_resolved_is_marked_in_file_and_output(folder, capfd):
     keys = "time.steps_per_bump_width=2", "time.steps_per_period=1", "time.step_s=1e-3"
     coarse = [f"--set={key}" for key in keys]
-    (tmp_path / "a.yaml").write_text(TINY)
+    (folder / "a.yaml").write_text(TINY)
     assert cli.main(["a.yaml", *coarse, "--set=mistuning.samples=1", "--no-figures"]) == 0
     assert "warning: not resolved: 2 time steps per bump width" in capfd.readouterr().out
     with open_result("results/a.h5") as file:
         assert "not resolved: 2 time steps per bump width" in file.attributes()["warnings"]
 
 
-def test_a_tuned_disk_without_result_says_why(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.yaml").write_text(TINY)
+def test_a_tuned_disk_without_result_says_why(folder, capfd):
+    (folder / "a.yaml").write_text(TINY)
     keys = "--set=contact.friction=1", "--set=disk.blade.lean_deg=0"
     assert cli.main(["a.yaml", *keys, "--no-figures"]) == 1
     error = capfd.readouterr().err

@@ -14,10 +14,9 @@ GRIDS = {
 NAMES = "amplitude_m", "amplitude_error_m", "localisation", "time_s", "point_status"
 
 
-def test_a_speed_has_the_same_bits_alone_and_among_others(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_speed_has_the_same_bits_alone_and_among_others(folder):
     found = {}
-    (tmp_path / "tiny.yaml").write_text(TINY)
+    (folder / "tiny.yaml").write_text(TINY)
     for name, keys in GRIDS.items():
         sets = [part for key in (*keys, "mistuning.tuned_runs=1") for part in ("--set", key)]
         assert cli.main(["tiny.yaml", "--no-figures", "--output", f"{name}.h5", *sets]) == 0

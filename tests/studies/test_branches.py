@@ -21,8 +21,7 @@ from hpcrub.studies import branches, open_result
 from tests.program import TINY
 
 
-def test_branches(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_branches(folder, monkeypatch):
     monkeypatch.setattr(branches, "N_WINDOWS", 12)  # 60 take longer
     text = f"study: branches\nbranches: {{perturbed: 1}}\noutput: branches.h5\n{TINY}"
     Path("branches.yaml").write_text(text)

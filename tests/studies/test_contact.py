@@ -25,12 +25,6 @@ def main(*arguments):
     return cli.main([str(argument) for argument in arguments])
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """Folder of a finished tiny study."""

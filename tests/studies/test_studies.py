@@ -26,12 +26,6 @@ from hpcrub.studies import open_result, time_response
 from tests.program import ROOT, load, run
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def compute(name, *overrides, options=()):
     """Run inputs/NAME.yaml with overrides in the current folder; returns its open ResultFile."""
     arguments = [str(ROOT / "inputs" / f"{name}.yaml"), "--output", f"{name}.h5", *options]

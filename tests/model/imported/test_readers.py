@@ -199,8 +199,7 @@ def test_import_command_reduces_and_says_what_it_found(tmp_path, capsys):
         (["matrixmarket", ".", "--units", "m kg s"], "nodes.csv"),
     ],
 )
-def test_import_command_stops_with_one_sentence(tmp_path, monkeypatch, capsys, arguments, words):
-    monkeypatch.chdir(tmp_path)
+def test_import_command_stops_with_one_sentence(folder, capsys, arguments, words):
     assert import_model.main(arguments) == 2
     error = capsys.readouterr().err
     assert words in error

@@ -128,9 +128,8 @@ def test_matrices_are_those_of_scipys_writer(tmp_path, symmetry, sparse):
 
 
 @pytest.mark.parametrize("text", ["*INCLUDE, INPUT=d.inp\n", f"*NODE\n{10**23},0,0,0\n"])
-def test_a_deck_that_includes_itself_or_overflows_is_refused(tmp_path, monkeypatch, capsys, text):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "d.inp").write_text("*NODE\n1,0,0,0\n" + text)
+def test_a_deck_that_includes_itself_or_overflows_is_refused(folder, capsys, text):
+    (folder / "d.inp").write_text("*NODE\n1,0,0,0\n" + text)
     assert command("calculix", "d.inp", "--contact", "A", "--units", "mm t s") == 2
     one_line(capsys, "d.inp: cannot be read")
 
