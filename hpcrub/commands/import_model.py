@@ -1,13 +1,12 @@
 """`hpcrub import`: the matrices of a finite-element program, to a model file of a bladed disk."""
 
 import argparse
-import sys
 from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.errors import HpcrubError, InputError, reading
+from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.imported import (
     assembly,
@@ -31,21 +30,17 @@ BETWEEN = 1.0  # [%] of a first frequency between the speeds of --stiffness; a w
 
 def main(argv: list[str] | None = None) -> int:
     """Import a model and print what it is; returns the exit code."""
-    try:
-        options = parser().parse_args(argv)
-        if options.output:
-            model_file.require_free(options.output, options.overwrite)
-        with reading(options.source):
-            model = import_model(options)
-            family = report(model, options)
-            if options.reduce is not None:
-                model = reduce(model, options, family)
-        if options.output:
-            model_file.write(options.output, neutral.to_arrays(model), options.overwrite)
-            _say(f"model file: {options.output}")
-    except HpcrubError as error:
-        print(f"hpcrub: error: {error}", file=sys.stderr)
-        return error.exit_code
+    options = parser().parse_args(argv)
+    if options.output:
+        model_file.require_free(options.output, options.overwrite)
+    with reading(options.source):
+        model = import_model(options)
+        family = report(model, options)
+        if options.reduce is not None:
+            model = reduce(model, options, family)
+    if options.output:
+        model_file.write(options.output, neutral.to_arrays(model), options.overwrite)
+        _say(f"model file: {options.output}")
     return 0
 
 

@@ -30,16 +30,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--mode", type=int, metavar="K", help="mode shown by shapes, animation")
     options = parser.parse_args(argv)
     code = 0
-    try:
-        for found in draw(options):
-            if isinstance(found, HpcrubError):
-                print(f"hpcrub: error: {found}", file=sys.stderr)
-                code = max(code, found.exit_code)
-            else:
-                console().print(str(found), soft_wrap=True)
-    except HpcrubError as error:
-        print(f"hpcrub: error: {error}", file=sys.stderr)
-        return error.exit_code
+    for found in draw(options):
+        if isinstance(found, HpcrubError):
+            print(f"hpcrub: error: {found}", file=sys.stderr)
+            code = max(code, found.exit_code)
+        else:
+            console().print(str(found), soft_wrap=True)
     return code
 
 

@@ -1,7 +1,7 @@
 """A study ↔ its parts: which samples each computes, and into which file.
 
 A part is `part.samples` of the configuration; all else is the whole study's. So
-a part computes the same bits as the whole study, and `hpcrub.merge` can put it into its place.
+a part computes the same bits as the whole study, and `hpcrub merge` can put it into its place.
 """
 
 import re

@@ -1,6 +1,6 @@
 """Who computes what next: the decisions of rank 0, without messages and without a clock.
 
-`parallel` carries them out, and `scaling` simulates them with the same code.
+`dispatch` carries them out, and `evidence.scaling` simulates them with the same code.
 
 - A rank that asks for work gets it in the order of the tasks. It asks when it begins its last task,
   so that the next one is there in time: rank 0 may be computing itself.

@@ -11,7 +11,7 @@ How a file survives a kill at any moment:
 - All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
   open the file. With several ranks the `mpio` driver writes straight through; the serial driver
   buffers, hence its flushes.
-- The data of a sample is written before its status (`contact_file`).
+- The data of a sample is written before its status (`studies.contact.file`).
 """
 
 import contextlib

@@ -95,16 +95,6 @@ def running_intervals(
     return Intervals(*np.split(_order_statistics(values, step, rank), 2))
 
 
-def running_statistics(
-    values: np.ndarray, percentiles: Sequence[float], step: int, z: float
-) -> tuple[RunningPercentiles, Intervals]:
-    """`running_percentiles` and `running_intervals` of the same values in one pass."""
-    n = _n_valid(values, step)
-    rank = np.concatenate([_percentile_ranks(n, percentiles), _interval_ranks(n, percentiles, z)])
-    percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
-    return _with_errors(percentile, step, z), Intervals(low, high)
-
-
 def confidence(z: float) -> float:
     """Probability that a normal variable lies within z standard deviations of its mean."""
     return 1.0 - 2.0 * ndtr(-z)

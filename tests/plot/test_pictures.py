@@ -14,7 +14,7 @@ from matplotlib.animation import AbstractMovieWriter
 from PIL import Image
 
 from hpcrub import plot, studies
-from hpcrub.commands import plot as command
+from hpcrub.__main__ import main as program
 from hpcrub.commands import run as cli
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -33,7 +33,7 @@ def modal(tmp_path_factory):
 
 
 def draw(*arguments):
-    return command.main([str(argument) for argument in arguments])
+    return program(["plot", *map(str, arguments)])
 
 
 def test_the_main_figure_is_named_as_the_result_others_after_themselves(modal, folder):

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 from evidence.truth.hexahedra import SMALL, sector_arrays
 from evidence.truth.planar import planar_arrays
 from hpcrub import studies
-from hpcrub.commands import import_model
+from hpcrub.__main__ import main as program
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -201,12 +201,12 @@ def test_blades_may_have_different_numbers_of_contact_nodes(folder):
     model_file.write("uneven.h5", arrays)
     found = modal_of("disk: {model: uneven.h5}")
     assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
-    assert import_model.main(["model", "uneven.h5"]) == 0
+    assert program(["import", "model", "uneven.h5"]) == 0
 
 
 def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
     np.savez("empty.npz", a=1)
-    assert import_model.main(["model", "empty.npz"]) == InputError.exit_code
+    assert program(["import", "model", "empty.npz"]) == InputError.exit_code
     assert "hpcrub_model: this array is missing" in capsys.readouterr().err
 
 
@@ -225,7 +225,7 @@ def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
 )
 def test_options_of_the_import_that_cannot_be(folder, capsys, options, words):
     model_file.write("reduced.h5", reduced_arrays())
-    assert import_model.main(["model", "reduced.h5", *options]) == InputError.exit_code
+    assert program(["import", "model", "reduced.h5", *options]) == InputError.exit_code
     assert f"hpcrub: error: {words}" in capsys.readouterr().err
 
 

@@ -15,7 +15,6 @@ from hpcrub.statistics.percentiles import (
     percentile_interval,
     running_intervals,
     running_percentiles,
-    running_statistics,
 )
 
 PERCENTILES = [1, 50, 99]
@@ -180,16 +179,3 @@ def test_interval_ends_are_binomial_quantiles(n, percentile, z):
     last = next(k for k in range(n + 1) if below[n] - below[k] <= tail)
     np.testing.assert_equal(low, first - 1 if first >= 1 else np.nan)
     np.testing.assert_equal(high, last if last < n else np.nan)
-
-
-def test_all_statistics_in_one_pass_are_the_same_bits():
-    values = np.random.default_rng(4).random(500)
-    values[::17] = np.nan
-    both = running_statistics(values, PERCENTILES, 10, 1.96)
-    apart = (
-        running_percentiles(values, PERCENTILES, 10, 1.96),
-        running_intervals(values, PERCENTILES, 10, 1.96),
-    )
-    for one, other in zip(both, apart, strict=True):
-        for a, b in zip(one, other, strict=True):
-            np.testing.assert_array_equal(a, b)

@@ -30,7 +30,6 @@ from hpcrub.statistics.percentiles import (
     judged_error,
     running_intervals,
     running_percentiles,
-    running_statistics,
 )
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import trust
@@ -308,7 +307,8 @@ class MonteCarlo:
         if self.config.convergence.stop_when_converged:
             length = self._converged_at()
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
-            for level, parts in enumerate(self._running(numbers, running_statistics)):
+            both = (self._running(numbers, f) for f in (running_percentiles, running_intervals))
+            for level, parts in enumerate(zip(*both, strict=True)):
                 cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
                 contact_file.write_statistics(self.file, kind.name, level, *cut)
         if self.tuned.reference and self.tuned.reference.usable:

@@ -6,7 +6,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from evidence.truth.hexahedra import DENSITY, POISSON, SMALL, YOUNG, sector, sector_arrays
-from hpcrub.commands import import_model
+from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
 from hpcrub.model.imported import checks, cyclic, neutral
 from hpcrub.model.imported.readers import calculix, deck, matrix_market, skin
@@ -182,11 +182,11 @@ def test_skin_of_two_hexahedra_hides_the_face_between_them():
 def test_import_command_reduces_and_says_what_it_found(tmp_path, capsys):
     source, small = str(tmp_path / "sector.h5"), str(tmp_path / "small.npz")
     model_file.write(source, sector_arrays())
-    assert import_model.main(["model", source, "--reduce", "10", "--output", small]) == 0
+    assert program(["import", "model", source, "--reduce", "10", "--output", small]) == 0
     said = capsys.readouterr().out
     for words in ("5 blades", "mass: 4.958", "pairs miss by at most", "highest omega h"):
         assert words in said
-    assert import_model.main(["model", small]) == 0
+    assert program(["import", "model", small]) == 0
     assert "reduced: 40 dof" in capsys.readouterr().out
 
 
@@ -200,14 +200,14 @@ def test_import_command_reduces_and_says_what_it_found(tmp_path, capsys):
     ],
 )
 def test_import_command_stops_with_one_sentence(folder, capsys, arguments, words):
-    assert import_model.main(arguments) == 2
+    assert program(["import", *arguments]) == 2
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
 
 
 def command(*arguments):
-    return import_model.main([str(a) for a in arguments])
+    return program(["import", *map(str, arguments)])
 
 
 def mirrored(arrays):

@@ -112,17 +112,8 @@ def _table(path, columns=0):
     """Numbers of a CSV file, after an optional line of names, (lines, columns)."""
     with reading(path):
         lines = path.read_text("utf-8-sig").splitlines()
-        first = lines[0].replace(",", " ").split() if lines else []
-        skip = bool(first) and not _is_number(first[0])
-        table = np.loadtxt(lines[skip:], delimiter=",", ndmin=2)
+        has_names = bool(lines) and lines[0].lstrip()[:1].isalpha()
+        table = np.loadtxt(lines[has_names:], delimiter=",", ndmin=2)
     if not len(table) or (columns and table.shape[1] != columns):
         raise InputError(f"{path}: {columns or 'some'} numbers per line are expected")
     return table
-
-
-def _is_number(word):
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
