@@ -37,6 +37,7 @@ highlight_language = "text"  # of blocks that name none
 nb_execution_mode = "force"  # a cache would not see a change of the program
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+os.environ.pop("MPLBACKEND", None)  # with another backend than their own, notebooks show no figure
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
