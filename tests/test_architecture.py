@@ -4,6 +4,7 @@ Looked up in the syntax of every module, so that an import within a function cou
 """
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -56,6 +57,18 @@ def test_a_room_imports_only_from_rooms_before_it():
             later = ROOMS[ROOMS.index(room(name)) + 1 :]
             wrong += [f"{name} imports {other}" for other in found if room(other) in later]
     assert not wrong
+
+
+def test_files_and_functions_are_short_but_those_that_a_page_names():
+    page = (PACKAGE.parent / "docs/architecture.md").read_text("utf-8")
+    sizes = page.partition("## Sizes")[2].partition("\n## ")[0]
+    named = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", sizes)}
+    for path in MODULES.values():
+        text = path.read_text("utf-8")
+        assert len(text.splitlines()) <= 400, path
+        functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)]
+        long = {f.name for f in functions if f.end_lineno - f.lineno >= 40}
+        assert long <= named, path
 
 
 def test_evidence_needs_no_tests():
