@@ -85,7 +85,7 @@ def _configuration(config):
     if isinstance(config, Config):
         return config
     if isinstance(config, Mapping):
-        return Config.from_mapping(config)
+        return Config(**config)
     if not isinstance(config, str | os.PathLike):
         raise InputError(f"{config!r} is no configuration, no keys and no name of a file")
     runs = load_runs(config)

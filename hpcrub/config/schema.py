@@ -74,7 +74,7 @@ class Config(Section):
     energy: Energy = Energy()
     branches: Branches = Branches()
 
-    def __init__(self, **keys: Any) -> None:
+    def __init__(self, /, **keys: Any) -> None:
         """Validated configuration of sections and keys. Raises InputError as `from_yaml`."""
         try:
             super().__init__(**keys)
@@ -181,18 +181,11 @@ class Config(Section):
         data = self.model_dump(mode="json", exclude_unset=True)
         for path, value in config_text.flatten(dict(keys)).items():
             config_text.set_key(data, path, value)
-        return _validated(data)
+        return Config(**data)
 
     def to_yaml(self) -> str:
         """The effective configuration, every key, as `from_yaml` reads it back."""
         return yaml_text.dump(self.model_dump(mode="json"))
-
-    @classmethod
-    def from_mapping(cls, keys: Mapping[str, Any]) -> "Config":
-        """Validated configuration of nested dictionaries. Raises InputError as `from_yaml`."""
-        if not isinstance(keys, Mapping):
-            raise InputError(f"{config_text.show(keys)} is no mapping of keys to values")
-        return _validated(dict(keys))
 
     @classmethod
     def from_yaml(cls, text: str) -> "Config":
@@ -200,7 +193,7 @@ class Config(Section):
 
         Raises InputError, which names the first wrong key, its value and what is allowed.
         """
-        return _validated(_mapping(text))
+        return cls(**_mapping(text))
 
 
 def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
@@ -220,7 +213,7 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
         for override in overrides:
             config_text.apply_override(data, override)
         data.setdefault("output", f"results/{Path(path).stem}.h5")
-        return [_validated(run) for run in config_runs.expand(data)]
+        return [Config(**run) for run in config_runs.expand(data)]
     except InputError as error:
         raise InputError(config_text.one_line(f"{path}: {error}")) from None
 
@@ -251,10 +244,3 @@ def _mapping(text):
     if not isinstance(data, dict):
         raise InputError("no keys found; a line such as 'study: contact' is expected")
     return data
-
-
-def _validated(data):
-    try:
-        return Config.model_validate(data)
-    except ValidationError as error:
-        raise InputError(config_text.first_error(Config, error)) from None

@@ -54,7 +54,6 @@ def test_wrong_input_is_an_exception_before_any_work(keys_of_input, message):
     "make",
     [
         lambda: hpcrub.Config(study="contakt"),
-        lambda: hpcrub.Config.from_mapping({"study": "contakt"}),
         lambda: hpcrub.Config().replace({"study": "contakt"}),
     ],
 )

@@ -17,9 +17,7 @@ PROFILE = "angle_deg,radius_change_mm\n0,-0.5\n90,0\n180,-0.4\n270,0.1\n"
 
 
 def resolved(path, **casing):
-    return input_files.resolved(
-        Config.from_mapping({"casing": {"profile_csv": str(path)} | casing})
-    )
+    return input_files.resolved(Config(casing={"profile_csv": str(path)} | casing))
 
 
 def test_a_profile_is_read_into_the_configuration(tmp_path):
@@ -93,9 +91,7 @@ PATTERNS = np.random.default_rng(9).uniform(-3.0, 3.0, (5, 12)).round(2)
 
 
 def study_of(path, **mistuning):
-    return input_files.resolved(
-        Config.from_mapping({"mistuning": {"pattern": str(path)} | mistuning})
-    )
+    return input_files.resolved(Config(mistuning={"pattern": str(path)} | mistuning))
 
 
 def csv_of(path, values, head=""):

@@ -51,7 +51,7 @@ def test_the_step_follows_the_bumps(keys, seconds):
 def test_the_step_follows_harmonics():
     # a crest of a cosine counts as the Gaussian bump of its height and curvature
     keys = {"order": 40, "amplitude_mm": 0.5}
-    config = Config.from_mapping({"casing": {"harmonics": [keys], "clearance_mm": 0.0}})
+    config = Config(casing={"harmonics": [keys], "clearance_mm": 0.0})
     seconds = 2 * np.sqrt(2) / 40 / (2 * np.pi * 35.5)
     assert resolution.bump_time(config) == pytest.approx(seconds, rel=1e-6)
     assert config.step == pytest.approx(min(seconds / 32, 3.3e-5), rel=1e-6)
@@ -66,9 +66,7 @@ def test_the_step_follows_harmonics():
 def test_bumps_as_a_measured_profile_need_about_the_step_of_bumps():
     angle = np.arange(720) / 2
     height = 1.25 * np.exp(-((((angle + 45) % 90 - 45) / 9) ** 2))
-    config = Config.from_mapping(
-        {"casing": {"profile_deg": angle.tolist(), "profile_mm": (-height).tolist()}}
-    )
+    config = Config(casing={"profile_deg": angle.tolist(), "profile_mm": (-height).tolist()})
     assert resolution.bump_time(config) == pytest.approx(resolution.bump_time(Config()), rel=0.15)
     assert plausibility.orders(config) == (4, 8, 12, 16, 20, 24)
     assert config.casing.main_order == 4
