@@ -134,7 +134,7 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)
 
 
-def time_grid(config: Config) -> SimpleNamespace:
+def time_grid(config: Config) -> Any:
     """What `cut_revolution` and `history.checks` need of a Scene, before there is a model."""
     return SimpleNamespace(
         steady=config.steady_state,

@@ -160,9 +160,10 @@ def report(file: ResultFile) -> Iterator[str]:
         )
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
     config, n = file.config, file.config.disk.n_blades
-    family = [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]
+    full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
     half_range, damping = config.mistuning.half_range.max(), config.material.damping_ratio
-    yield families.sentence(*family, float(file.read("blade_share")), half_range, damping)
+    share = float(file.read("blade_share"))
+    yield families.sentence(full, reduced, share, half_range, damping)
 
 
 STUDY = Study(

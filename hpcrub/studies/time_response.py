@@ -131,7 +131,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     """Integrate one disk in time and test its steady state; of one that diverges, say why."""
     scene, modes = problem.problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
-    pieces = list(history.integrate(modes, scene, [speed], duration, poll=poll))
+    pieces = list(history.integrate(modes, scene, np.array([speed]), duration, poll=poll))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
     force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
     tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
@@ -180,7 +180,8 @@ def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> 
 def _tests(config, tangential, per_block):
     """The steady-state test at every check: tips, correlations, changes of amplitude, (C,) each."""
     checks = _checks(config)
-    tips, correlated, change = np.zeros(len(checks), dtype=int), *np.zeros((2, len(checks)))
+    tips = np.zeros(len(checks), dtype=int)
+    correlated, change = np.zeros((2, len(checks)))
     grid = cut_revolution(config.speeds.from_hz, time_grid(config))
     window = config.steady_state.window_revolutions * grid.blocks_per_revolution * per_block
     for check, block in enumerate(checks):
