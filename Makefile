@@ -26,7 +26,7 @@ export PRTE_MCA_rmaps_default_mapping_policy = :oversubscribe
 .DEFAULT_GOAL := help
 
 help:  ## this list
-	@sed -nE 's/^([a-z-]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 18
+	@sed -nE 's/^([a-z0-9-]+):.*## +(.*)/make \1\t\2/p' Makefile | expand -t 18
 
 setup:  ## set up .venv (PYTHON=... APT=no HDF5_DIR=...)
 	@PYTHON="$(PYTHON)" APT="$(APT)" HDF5_DIR="$(HDF5_DIR)" tools/setup.sh
