@@ -97,7 +97,8 @@ def verdict(rows):
         f"**Of {len(judged)} numbers and statements of the paper "
         f"{counts['yes'] + counts['near']} agree with ours or are near, {counts['no']} do not, "
         f"{counts['open']} are open{missing}; of the {len(new)} that took no part in the search "
-        f"for the dimensions of the disk {new.count('yes') + new.count('near')} agree.**"
+        f"for the dimensions of the disk the number of those that agree is "
+        f"{new.count('yes') + new.count('near')}.**"
     )
 
 
