@@ -16,9 +16,7 @@ import hpcrub
 def differences(old, new):
     """Lines about the datasets of a result file that another one lacks, or has otherwise."""
     with hpcrub.open(old) as first, hpcrub.open(new) as second:
-        names = [
-            n for n in first if n.rpartition("/")[2] not in ("programs", "program", "computed_by")
-        ]
+        names = [n for n in first if n.rpartition("/")[2] not in ("programs", "program")]
         for name in names:
             if name not in second:
                 yield f"{new} lacks {name}"

@@ -23,11 +23,6 @@ class Ledger(NamedTuple):
         gained = self.casing + self.friction + self.external
         return np.diff(self.energy, axis=0) - (gained - self.damping - self.impact)
 
-    def turnover(self):
-        """Energy that ever was there and work done either way (L,) [J]: the residual's scale."""
-        works = np.abs(self[1:]).sum(axis=(0, 1))
-        return works + np.abs(self.energy).max(axis=0)
-
 
 def audit(bank, n_steps):
     """Integrate a Bank in time, at the start of its table, and account for its energy.

@@ -13,7 +13,6 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.setup import disks
 from hpcrub.setup import problem as study
-from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import amplification, trust
 from hpcrub.studies.contact import file as contact_file
@@ -68,19 +67,6 @@ def test_the_deviations_reach_to_the_half_range_of_their_level(file):
     largest = np.abs(file.read("samples/deviation")).max(axis=(1, 2))
     assert largest == pytest.approx([0.02, 0.04], rel=0.2)
     assert (largest <= [0.02, 0.04]).all()
-
-
-@pytest.mark.parametrize(
-    ("kind", "name"), [("contact", "amplification"), ("linear", "linear_amplification")]
-)
-def test_the_statistics_are_those_of_the_amplifications(file, kind, name):
-    for level, values in enumerate(file.read(f"samples/{name}")):
-        arguments = values, [1, 50, 99], 1, 2.81
-        expected = running_percentiles(*arguments)._asdict()
-        expected |= running_intervals(*arguments)._asdict()
-        for key in set(expected) - {"samples_seen"}:
-            stored = file.read(f"statistics/{kind}/{key}", level)
-            np.testing.assert_array_equal(stored, expected[key])
 
 
 def test_the_summary_has_the_percentiles_of_every_level(file):

@@ -10,13 +10,13 @@ from hpcrub.contact.status import NOT_STEADY
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import depths, trust
+from hpcrub.studies.contact.layout import KINDS
 from tests.program import TINY
 
 COATED = (
     TINY.replace("34.0, to_hz: 34.4", "34.8, to_hz: 35.2").replace("n_modes: 12", "n_modes: 60")
     + "contact: {law: abradable}\noutput: coated.h5\n"
 )
-NUMBERS = {"amplitude": "peak_amplitude_m", "worn_depth": "deepest_m"}
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +47,14 @@ def test_the_largest_of_every_disk_are_those_of_its_points(file):
     assert file.read("tuned/run_deepest_m")[0] == file.read("tuned/worn_depth_m").max()
 
 
-@pytest.mark.parametrize("kind", NUMBERS)
-def test_their_percentiles_have_intervals_and_convergence(file, kind):
-    for level, values in enumerate(file.read(f"samples/{NUMBERS[kind]}")):
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_percentiles_of_all_kinds_have_intervals_and_convergence(file, kind):
+    for level, values in enumerate(file.read(f"samples/{kind.of}")):
         arguments = values, [1, 50, 99], 1, 2.81
         expected = running_percentiles(*arguments)._asdict()
         expected |= running_intervals(*arguments)._asdict()
         for key in set(expected) - {"samples_seen"}:
-            stored = file.read(f"statistics/{kind}/{key}", level)
+            stored = file.read(f"statistics/{kind.name}/{key}", level)
             np.testing.assert_array_equal(stored, expected[key])
 
 
