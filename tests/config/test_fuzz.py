@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from hpcrub import studies
 from hpcrub.config import schema as config
+from hpcrub.config.text import set_key
 from hpcrub.errors import InputError
 from hpcrub.runs import memory
 
@@ -17,6 +18,14 @@ KEYS = {key.path for key in config.key_table()}
 PATHS = st.sampled_from(
     sorted(p for p in KEYS if p.rpartition(".")[0] not in KEYS)
 )  # none of a list's
+
+
+def nested(keys):
+    """Values by their paths as the sections of an input."""
+    data = {}
+    for path, value in keys.items():
+        set_key(data, path, value)
+    return data
 
 
 def refused_in_one_line(function, *args):
@@ -44,14 +53,7 @@ def test_any_text(text):
 @settings(max_examples=100)
 @given(keys=st.dictionaries(PATHS, VALUES, max_size=4), unknown=st.text(max_size=5))
 def test_any_values(keys, unknown):
-    data = {unknown: 1} if unknown else {}
-    for path, value in keys.items():
-        section = data
-        *sections, leaf = path.split(".")
-        for name in sections:
-            section = section.setdefault(name, {})
-        section[leaf] = value
-    refused_in_one_line(lambda: config.Config(**data))
+    refused_in_one_line(lambda: config.Config(**nested(({unknown: 1} if unknown else {}) | keys)))
 
 
 @settings(max_examples=30)
@@ -79,17 +81,11 @@ KINDS = ["contact", "modal", "linear", "time_response", "interaction_map", "bran
 @settings(max_examples=50)
 @given(study=st.sampled_from(KINDS), keys=st.fixed_dictionaries({}, optional=NUMBERS))
 def test_the_size_of_anything_allowed_is_known_without_work(study, keys):
-    data = {"study": study, "speeds": {}, "reduction": {"n_modes": 4}}
-    for path, value in keys.items():
-        section = data
-        *sections, leaf = path.split(".")
-        for name in sections:
-            section = section.setdefault(name, {})
-        section[leaf] = value
-    if "from_hz" in data["speeds"]:
-        data["speeds"]["to_hz"] = data["speeds"]["from_hz"]
+    keys |= {"study": study, "reduction.n_modes": 4}
+    if "speeds.from_hz" in keys:
+        keys["speeds.to_hz"] = keys["speeds.from_hz"]
     try:
-        cfg = config.Config(**data)
+        cfg = config.Config(**nested(keys))
     except InputError:
         return
     run = studies.run_of(cfg)
