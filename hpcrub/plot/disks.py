@@ -79,8 +79,8 @@ def disk(canvas: Canvas) -> None:
     axes.plot(radius * np.cos(around), radius * np.sin(around), color="0.5", lw=3)
     for number, tip in enumerate(1.1 * tips, 1):
         axes.text(*tip, f"{number}", ha="center", va="center", fontsize="large")
-    turning: dict[str, Any] = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.2"}
-    start, end = (1.14 * R * np.array([np.cos(a), np.sin(a)]) for a in np.radians([30, 60]))
+    turning = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.15", "color": BLACK}
+    start, end = (1.17 * R * np.array([np.cos(a), np.sin(a)]) for a in np.radians([35, 57]))
     axes.annotate("Ω", end, start, arrowprops=turning, fontsize="large")
     for name, colour in (
         ("blades", BLUE), ("ring", ORANGE), ("spokes, clamped inside", GREEN),
