@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from hpcrub import plot, studies
+from hpcrub.config.checks import GO_ON
 from hpcrub.config.schema import key_table, load_runs
 
 ROOT = Path(__file__).parents[1]
@@ -54,19 +55,29 @@ def keys():
 
 
 def datasets():
-    """One table for the result file of every study, as its example input makes it."""
+    """One table for the result file of every study, as its example input makes it.
+
+    And what a coating adds to it.
+    """
+    parts = []
+    for name in PAPER:
+        config = example(name)
+        bare = studies.run_of(config).datasets()
+        parts.append(f"## `{name}`\n\n{_lines(bare)}")
+        if name not in GO_ON:
+            coated = studies.run_of(config.replace({"contact.law": "abradable"})).datasets()
+            if added := [line for line in coated if line not in bare]:
+                parts.append(f"On a coating (`contact.law: abradable`) also:\n\n{_lines(added)}")
+    return "\n\n".join(parts)
+
+
+def _lines(datasets):
     head = "dataset", "meaning", "dimensions", "unit"
-    return "\n\n".join(
-        f"## `{name}`\n\n"
-        + table(
-            head,
-            [
-                (f"`{d.name}`", d.description, ", ".join(d.dimensions) or "one value", d.units)
-                for d in studies.run_of(example(name)).datasets()
-            ],
-        )
-        for name in PAPER
-    )
+    rows = [
+        (f"`{d.name}`", d.description, ", ".join(d.dimensions) or "one value", d.units)
+        for d in datasets
+    ]
+    return table(head, rows)
 
 
 def study_list():

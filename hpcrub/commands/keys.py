@@ -1,11 +1,13 @@
 """`hpcrub keys`: the keys of an input file, as a table or as a JSON schema for editors."""
 
 import argparse
+import copy
 import json
 from collections.abc import Sequence
 from typing import Any
 
 from hpcrub.config.schema import Config, key_table
+from hpcrub.config.text import schema_of
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -29,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def schema() -> dict[str, Any]:
     """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
-    found = Config.model_json_schema()
+    found = copy.deepcopy(schema_of(Config))
     found["properties"]["runs"] = {
         "type": "array",
         "items": {"type": "object"},

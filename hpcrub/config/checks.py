@@ -105,11 +105,12 @@ def _clearance_problems(c):
             "blades of the disk"
         )
     if c.casing.clearance_is_known and c.speeds.from_hz <= c.speeds.to_hz:
-        found, at = 1e3 * c.casing.clearances(c.speeds.values_hz), c.speeds.values_hz
-        worst = found.argmin() if found.min() < 0.0 else found.argmax()
-        if not 0.0 <= found[worst] <= 1e4:
+        found = 1e3 * c.casing.clearances(c.speeds.values_hz)
+        known = np.vstack([np.transpose([c.speeds.values_hz, found]), *([table] if table else [])])
+        worst = known[known[:, 1].argmin() if known[:, 1].min() < 0.0 else known[:, 1].argmax()]
+        if not 0.0 <= worst[1] <= 1e4:
             yield (
-                f"casing.{key}: {found[worst]:g} mm at {at[worst]:g} Hz; a clearance from 0 up to "
+                f"casing.{key}: {worst[1]:g} mm at {worst[0]:g} Hz; a clearance from 0 up to "
                 "10,000 mm is allowed"
             )
         elif min(blades or (0.0,)) + found.min() < 0.0:
@@ -144,6 +145,11 @@ def _contact_problems(c):
     if contact.law != "abradable" and coating != type(coating)():
         key = next(iter(coating.model_fields_set))
         yield f"contact.coating.{key}: goes with contact.law: abradable, not {contact.law}"
+    if contact.wears and coating.yield_stress >= coating.young:
+        yield (
+            f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
+            f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"
+        )
     if contact.law == "abradable" and c.disk.model is not None and coating.tip_area_mm2 is None:
         yield (
             "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade "

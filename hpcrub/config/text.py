@@ -16,6 +16,7 @@ from hpcrub.errors import InputError
 
 KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 # what to write in place of keys that hpcrub 0.1 had
 FORMER = {
     "sweep": "called runs now",
@@ -134,6 +135,18 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
     return one_line(lines[0] + more)
 
 
+@cache
+def schema_of(model: type[BaseModel]) -> Any:
+    """JSON schema of a pydantic model, limits of numbers that may be null by standard names."""
+    return _renamed(model.model_json_schema())
+
+
+def _renamed(node):
+    if isinstance(node, dict):
+        return {LIMITS.get(key, key): _renamed(value) for key, value in node.items()}
+    return [_renamed(value) for value in node] if isinstance(node, list) else node
+
+
 def _unknown_key(model, path):
     section, wrong = ".".join(path[:-1]), path[-1]
     known = _children(model)[section]
@@ -181,7 +194,8 @@ def _wrong_value(model, detail):
 def _allowed(node):
     """What a node of the JSON schema allows, to be read after "is not"."""
     if variants := _variants(node):
-        return " or ".join(map(_allowed, variants))
+        words = [*map(_allowed, variants)]
+        return (", or " if "each" in words[0] else " or ").join(words)
     if "enum" in node or "const" in node:
         choices = node.get("enum", [node.get("const")])
         return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
@@ -228,13 +242,13 @@ def _first_variant(node):
 @cache
 def _leaves(model):
     """JSON schema of every key that holds a value, by its path."""
-    return {p: n for p, n in _walk(model.model_json_schema()) if "properties" not in n}
+    return {p: n for p, n in _walk(schema_of(model)) if "properties" not in n}
 
 
 @cache
 def _children(model):
     """Names of the keys of every section, by its path ("" the whole)."""
-    schema = model.model_json_schema()
+    schema = schema_of(model)
     found = {"": list(schema["properties"])}
     for path, node in _walk(schema):
         for section in (node, node.get("items", {})):

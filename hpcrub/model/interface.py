@@ -42,6 +42,16 @@ class Interface(NamedTuple):
         """Part of its blade's load on each contact point (C,), the same on all of a blade."""
         return 1.0 / self.points_per_blade[self.blade]
 
+    @property
+    def strip(self) -> np.ndarray:
+        """Strip of a coating that each contact point meets (C,) int: one for each axial place."""
+        return np.unique(np.round(self.axial_position, 9), return_inverse=True)[1]
+
+    @property
+    def n_strips(self) -> int:
+        """Strips of a coating."""
+        return 1 + int(self.strip.max())
+
     def of_points(self, touching: np.ndarray) -> np.ndarray:
         """Whether any contact point of each blade touches, (..., C) to (..., N) of bool."""
         found = np.zeros((*touching.shape[:-1], self.n_blades), dtype=bool)

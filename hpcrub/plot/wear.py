@@ -29,7 +29,7 @@ def wear(canvas: Canvas) -> None:
     """
     file = canvas.file
     around, over, depths, disks = canvas.mosaic("AB;CD", (13.5, 10.6))
-    worn, speeds = 1e3 * file.read("tuned/worn_m"), file.read("speeds_hz")
+    worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
     deepest = int(np.nanargmax(np.nanmax(np.nan_to_num(worn), axis=1)))

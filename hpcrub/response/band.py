@@ -51,6 +51,14 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
     return flaw
 
 
+def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
+    """What says of a motion at a speed [Hz] when it is followed no longer; modes: at this speed."""
+    decay = float((ratios(scene.damping_ratio, modes.omega) * modes.omega).min())
+    kind = Windows if scene.steady.rule == "ensemble" else LastWindow
+    rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
+    return Wearing(rule, scene, scene.coating) if scene.coating else rule
+
+
 class Band:
     """Lanes that integrate the speeds of one band."""
 
@@ -148,16 +156,12 @@ class Band:
             return
         speed = self.speeds_hz[self.speed[lane]]
         h = 1.0 / (speed * self.grid.steps_per_revolution)
-        modes, window = self.modes.at(speed), self.scene.steady.window_revolutions / speed
+        modes = self.modes.at(speed)
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         self.start[lane] = now
-        decay = float((ratios(self.scene.damping_ratio, modes.omega) * modes.omega).min())
-        kind = Windows if self.ensemble else LastWindow
-        coating = self.scene.coating
-        rule = kind(self.scene.steady, decay, window)
-        self.watch[lane] = Wearing(rule, self.scene, coating) if coating else rule
+        self.watch[lane] = watch_of(modes, self.scene, speed)
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         if self.ensemble:  # whole windows, so that all lanes are checked together
             first = -(-first // self.window) * self.window
@@ -187,6 +191,7 @@ class Band:
                 blades = self.scene.interface.of_blades(found.largest)
                 out.localisation[index] = localisation(blades)
         if self.scene.coating and verdict != DIVERGED:
+            self._keep_coating(lane, now)
             self.watch[lane].write(index, out.wear)
         if reason == status.NONE and self._reverses(lane, now):
             reason = status.REVERSED
@@ -245,8 +250,11 @@ class Band:
             for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
                 self.watch[lane].see(size, self._seconds(lane, block))
             if (until - self.start[lane]) % self.window == 0:
-                revolutions = (until - self.start[lane]) // self.grid.blocks_per_revolution
-                self.watch[lane].keep(revolutions, self.bank.law.surface.worn_depth(lane))
+                self._keep_coating(lane, until)
+
+    def _keep_coating(self, lane, now):
+        revolutions = (now - self.start[lane]) // self.grid.blocks_per_revolution
+        self.watch[lane].keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.

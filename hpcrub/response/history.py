@@ -5,7 +5,7 @@ after the other and bit for bit, and every `stride`-th is kept; it costs somewha
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,13 +18,13 @@ from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.passes import correct
 from hpcrub.contact.status import NOT_STEADY
-from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
-from hpcrub.response.band import judge
-from hpcrub.response.ensemble import LastWindow, Verdict, Windows
+from hpcrub.response.band import judge, watch_of
+from hpcrub.response.ensemble import Verdict
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion
+from hpcrub.response.wear import Wear
 
 LANES = (0,) * 8  # speeds integrated together
 
@@ -38,7 +38,7 @@ class Piece(NamedTuple):
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
-    worn_depth: np.ndarray  # of a coating, the largest at the end (S,) [m]; NaN without
+    worn: Sequence[np.ndarray]  # of each speed, depths of every bar at the end (Z, N) [m]
     reason: np.ndarray  # (S,) uint8: code of ``status``; once fatal, it stays and nothing counts
 
 
@@ -90,43 +90,58 @@ def checks(speed_hz: float, duration: float, scene: Scene) -> range:
     return range(max(math.ceil(first), 2 * window), last + 1, steady.extend_revolutions * per_turn)
 
 
-def judged(
-    observed: np.ndarray, speed_hz: float, duration: float, modes: Modes, scene: Scene
-) -> tuple[Verdict, float]:
-    """What a sweep would say of a history: steady, irregular or neither, and its amplitude.
+class Follower:
+    """Follows a speed of a history as a sweep would: when its amplitude is known, what it wears."""
 
-    - observed: (R, O) records of the observed displacements [m], as `integrate` makes them.
-    - speed_hz: [Hz].
-    - duration: [s].
+    def __init__(self, modes: Modes, scene: Scene, speed_hz: float, duration: float) -> None:
+        """Nothing is seen yet; duration: of the history [s]."""
+        grid = cut_revolution(speed_hz, scene)
+        self.scene, self.speed, self.per_turn = scene, speed_hz, grid.blocks_per_revolution
+        self.window = scene.steady.window_revolutions * self.per_turn
+        self.checks = checks(speed_hz, duration, scene)
+        self.n_blocks = n_blocks(speed_hz, duration, grid)
+        self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
+        self.recent: list[np.ndarray] = []  # observed displacements of two windows, by block
+        self.n_taken, self.time = 0, math.nan  # when it was known; NaN: ends before the first check
+        self.verdict: Verdict | None = None
 
-    Returns verdict; time, since the start, when it was found [s]; NaN: the history ends before the
-    first check.
-    """
-    steady, grid = scene.steady, cut_revolution(speed_hz, scene)
-    per_block = grid.steps_per_block // grid.stride
-    window = steady.window_revolutions * grid.blocks_per_revolution * per_block
-    omega = modes.at(speed_hz).omega
-    decay = float((ratios(scene.damping_ratio, omega) * omega).min())
-    kind = Windows if steady.rule == "ensemble" else LastWindow
-    watch, ends = kind(steady, decay, steady.window_revolutions / speed_hz), [np.nan]
-    unknown = np.full(observed.shape[1], np.nan)
-    found: Verdict | None = Verdict(NOT_STEADY, unknown, np.nan, np.nan, np.nan)
-    blocks = checks(speed_hz, duration, scene)
-    for block in blocks:
-        before, last = (observed[block * per_block - k * window :][:window] for k in (2, 1))
-        ends.append(block / (speed_hz * grid.blocks_per_revolution))
+    def take(self, piece: Piece, lane: int) -> None:
+        """Take note of the next Piece, unless this speed has come to its end, or failed."""
+        if self.n_taken == self.n_blocks or status.are_fatal(piece.reason[lane]):
+            return
+        self.n_taken += 1
+        observed = piece.observed[:, :, lane]
+        self.recent = [*self.recent, observed][-2 * self.window :]
+        time = self.n_taken / (self.speed * self.per_turn)
+        if self.scene.coating:
+            self.watch.see(float(np.abs(observed).max()), time)
+            if self.n_taken % self.window == 0 or self.n_taken == self.n_blocks:
+                self.watch.keep(self.n_taken // self.per_turn, piece.worn[lane])
+        if self.n_taken in self.checks and self.verdict is None:
+            self._look(time)
 
-        def signals(
-            tip: int, before: np.ndarray = before, last: np.ndarray = last
-        ) -> tuple[np.ndarray, np.ndarray]:
-            return before[:, tip], last[:, tip]
-
+    def _look(self, time):
+        parts = self.recent[: self.window], self.recent[self.window :]
+        before, last = (np.concatenate(part) for part in parts)
         sizes = np.abs(before).max(axis=0), np.abs(last).max(axis=0)
-        found = watch.look(*sizes, signals, ends[-1], block == blocks[-1])
-        if found is not None:
-            break
-    assert found is not None  # the last check always ends it
-    return found, ends[-1]
+        over = self.n_taken == self.checks[-1]
+        self.time = time
+        self.verdict = self.watch.look(
+            *sizes, lambda tip: (before[:, tip], last[:, tip]), time, over
+        )
+
+    @property
+    def found(self) -> Verdict:
+        """What a sweep would say of this speed."""
+        unknown = np.full(self.scene.interface.observed.shape[0], np.nan)
+        return self.verdict or Verdict(NOT_STEADY, unknown, math.nan, math.nan, math.nan)
+
+    @property
+    def wear(self) -> Wear:
+        """What has become of the coating at the end of the history, of one speed."""
+        wear = Wear.empty(1, self.scene.n_strips)
+        self.watch.write(0, wear)
+        return wear
 
 
 def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:
@@ -197,7 +212,6 @@ def _piece(bank, modes, scene, grid, n_speeds):
     position = position[:, :, :n_speeds]
     with np.errstate(all="ignore"):  # numbers of a diverged speed
         observed = modes.observed @ position
-    worn = np.full(n_speeds, np.nan)
-    if scene.coating:
-        worn[:] = [bank.law.surface.worn_depth(lane).max() for lane in range(n_speeds)]
+    lanes = range(n_speeds) if scene.coating else ()
+    worn = [bank.law.surface.worn_depth(lane) for lane in lanes]
     return Piece(time, position, observed, normal, tangential, axial, worn, reason=np.empty(0))

@@ -55,6 +55,11 @@ class Scene(NamedTuple):
         return self.interface.n_blades if self.coating else 1
 
     @property
+    def n_strips(self) -> int:
+        """Strips of the coating, 0 without one."""
+        return self.interface.n_strips if self.coating else 0
+
+    @property
     def highest(self) -> float:
         """Highest place of the casing above its nominal radius, inwards [m]."""
         return highest(self.n_bumps, self.bump_height, self.profile, self.bump_width)

@@ -15,7 +15,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene, can_touch
-from hpcrub.response.wear import N_ANGLES, Wear
+from hpcrub.response.wear import Wear
 
 WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
 
@@ -49,11 +49,11 @@ class SweepResult(NamedTuple):
     n_steps: int = 0  # time steps of all speeds
 
     @classmethod
-    def empty(cls, n: int, n_angles: int = 0) -> "SweepResult":
-        """Result of n speeds, none of them integrated yet; n_angles: of worn depths."""
+    def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
+        """Result of n speeds, none of them integrated yet; n_strips: of a coating."""
         numbers, codes = np.full((5, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[1] = 0.0
-        values: tuple[Any, ...] = *numbers, *codes, Wear.empty(n, n_angles)
+        values: tuple[Any, ...] = *numbers, *codes, Wear.empty(n, n_strips)
         return cls(*values)
 
     @property
@@ -103,7 +103,7 @@ def run_sweep(
     """
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n = len(speeds_hz)
-    out, n_steps = SweepResult.empty(n, N_ANGLES if scene.coating else 0), 0
+    out, n_steps = SweepResult.empty(n, scene.n_strips), 0
     wanted = set(range(n) if selection is None else selection)
     if motion is None:
         still = [i for i in wanted if not can_touch(scene.at(speeds_hz[i]))]

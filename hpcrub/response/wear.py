@@ -18,7 +18,7 @@ REVOLUTIONS = 10  # in which the growth of the worn depth is looked at
 ENDED = 1e-3  # growth in these revolutions of wear that has ended, over the largest depth
 AT_REST = 0.01  # amplitude of a motion that has died away, over the largest before
 FAINT = 1e-3  # order of the worn depth that is no lobe, over the mean depth
-N_ANGLES = 360  # of a worn depth that is kept for every speed
+N_ANGLES = 360  # of the worn depths that are kept of every speed
 
 
 class Wear(NamedTuple):
@@ -31,12 +31,13 @@ class Wear(NamedTuple):
     volume: np.ndarray  # worn away (S,) [m³]
     energy: np.ndarray  # that has gone into it (S,) [J]
     lobes: np.ndarray  # of the worn depth (S,) [-]
-    around: np.ndarray  # worn depth around the casing (S, A) [m]; (S, 0) without a coating
+    around: np.ndarray  # worn depth of Z strips around the casing (S, Z, A) [m]
 
     @classmethod
-    def empty(cls, n: int, n_angles: int) -> "Wear":
-        """Of n speeds, not known yet."""
-        values: tuple[Any, ...] = *np.full((7, n), np.nan), np.full((n, n_angles), np.nan)
+    def empty(cls, n: int, n_strips: int) -> "Wear":
+        """Of n speeds, not known yet; n_strips: of the coating, 0 without one."""
+        around = np.full((n, n_strips, N_ANGLES), np.nan)
+        values: tuple[Any, ...] = *np.full((7, n), np.nan), around
         return cls(*values)
 
 
@@ -135,9 +136,9 @@ def lobes(worn: np.ndarray, repeats: int) -> int:
 
 
 def around(worn: np.ndarray) -> np.ndarray:
-    """Largest worn depth of any strip in N_ANGLES equal parts of a turn (N_ANGLES,) [m]."""
-    n_bars = worn.shape[1]
+    """Largest of the worn depths (Z, S) [m] in N_ANGLES equal parts of a turn (Z, N_ANGLES)."""
+    n_strips, n_bars = worn.shape
     part = np.arange(n_bars) * N_ANGLES // n_bars
-    found = np.zeros(N_ANGLES)
-    np.maximum.at(found, part, worn.max(axis=0))
+    found = np.zeros((n_strips, N_ANGLES))
+    np.maximum.at(found.T, part, worn.T)
     return found

@@ -51,6 +51,7 @@ _INDEX = {
     "percentile": "percentile",
     "task": "number of the task",
     "blade": "number of the blade, from 1",
+    "strip": "number of the strip of the coating, from 0 at its smallest axial place",
 }
 
 

@@ -9,6 +9,7 @@ from hpcrub.errors import InputError
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sweep import WIDTH
+from hpcrub.response.wear import N_ANGLES, REVOLUTIONS
 from hpcrub.runs.study import Run
 from hpcrub.setup import imported
 from hpcrub.setup.problem import time_grid
@@ -64,9 +65,19 @@ def _estimate(run):
         integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
         if config.disk.model is not None:  # of every point on every other, in each direction
             integration += NUMBER * 4 * n_points**2 * WIDTH
+        if config.contact.wears:
+            integration += _worn(config, grid)
     if study.histories:
         records = history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         )
         integration += NUMBER * records * config.n_coordinates * len(history.LANES)
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
+
+
+def _worn(config, grid):
+    """Worn depths: of all bars in every lane, now and after some windows, and those of results."""
+    kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
+    bars = WIDTH * grid.steps_per_revolution * kept
+    results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)
+    return NUMBER * config.disk.n_strips * (bars + results)

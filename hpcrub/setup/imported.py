@@ -40,6 +40,7 @@ def resolved(config: Config) -> Config:
         "disk.n_blades": model.n_blades,
         "disk.n_contact_nodes": n_points,
         "disk.n_directions": directions,
+        "disk.n_strips": len(np.unique(np.round(model.nodes[model.contact_node, 2], 9))),
         "disk.tip_radius_mm": float(1e3 * radius),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }

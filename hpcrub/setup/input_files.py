@@ -32,7 +32,7 @@ def with_tables(config: Config) -> Config:
     if not config.casing.profile_is_known:
         config = config.replace(_profile(config.casing.profile_csv))
     if isinstance(path := config.casing.clearance_hz_mm, str):
-        points = np.round(tables.columns(path, CLEARANCE_COLUMNS), DIGITS)
+        points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS)
         config = config.replace({"casing.clearance_hz_mm": points.tolist()})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
@@ -111,9 +111,17 @@ def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -
     return np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
 
 
+def _table(key, path, names):
+    """Columns of the table that a key names, rounded."""
+    try:
+        return np.round(tables.columns(path, names), DIGITS)
+    except InputError as error:
+        raise InputError(f"{key}: {error}") from None
+
+
 def _profile(path):
     """Keys of a measured casing: its points in the order of their angles, 360° as 0°."""
-    table = np.round(tables.columns(path, PROFILE_COLUMNS), DIGITS)
+    table = _table("casing.profile_csv", path, PROFILE_COLUMNS)
     angle, change = table.T
     if (angle < 0.0).any() or (angle > 360.0).any():
         raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")

@@ -16,6 +16,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.statistics.percentiles import Z_95
+from hpcrub.studies import worn
 
 _DS = ("disk", "speed")
 LAYOUT = (
@@ -36,12 +37,13 @@ AT_SPEED = Dataset(
     "Hz",
     "the same at each speed; of a model file, whose stiffness depends on it",
 )
-SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz"}
+SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz", **worn.SCALES}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a planar disk, or of a model file."""
-    return LAYOUT if config.disk.model is None else (*LAYOUT, AT_SPEED)
+    """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
+    of_model = () if config.disk.model is None else (AT_SPEED,)
+    return *LAYOUT, *of_model, *worn.layout(config, _DS)
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -52,7 +54,7 @@ def sizes(config: Config) -> dict[str, int]:
         "disk": len(disks(config)),
         "blade": config.disk.n_blades,
         "mode": config.n_coordinates,
-    }
+    } | worn.sizes(config)
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -61,7 +63,7 @@ def constants(config: Config) -> dict[str, Any]:
         "speeds_hz": config.speeds.values_hz,
         "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
         "deviation": disks(config),
-    }
+    } | worn.constants(config)
 
 
 def n_tasks(config: Config) -> int:
@@ -96,10 +98,12 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     disk, number = divmod(task, len(groups))
     modes, group = problem.modes[disk], groups[number]
     speeds = config.speeds.values_hz[group]
-    parts = [
-        (piece.time, piece.observed, _touching(scene, piece), piece.reason)
-        for piece in history.integrate(modes, scene, speeds, config.history.duration_s, poll=poll)
-    ]
+    duration = config.history.duration_s
+    followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
+    for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
+        for lane, one in enumerate(followed):
+            one.take(piece, lane)
+        parts.append((piece.time, piece.observed, _touching(scene, piece), piece.reason))
     *values, reasons = zip(*parts, strict=True)
     time, tips, touching = map(np.concatenate, values)
     if group[0] == groups[0][0]:
@@ -109,7 +113,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
             there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
             yield AT_SPEED.name, (disk, speed), there
         # a group is integrated as long as its fastest speed needs; no speed depends on the others
-        end = history.n_records(speeds[lane], config.history.duration_s, scene)
+        end = history.n_records(speeds[lane], duration, scene)
         interval = time[1, lane] - time[0, lane]
         last = slice(end - round(config.spectrum.window_s / interval), end)
         window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
@@ -120,13 +124,18 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield "point_status", (disk, speed), DIVERGED
         if status.are_fatal(reason):
             continue
-        duration = config.history.duration_s
-        found, _ = history.judged(tips[:end, :, lane], speeds[lane], duration, modes, scene)
-        yield "point_status", (disk, speed), found.status
-        yield "mean_amplitude_m", (disk, speed), found.amplitude
-        yield "mean_error_m", (disk, speed), found.error
+        yield from _point(followed[lane], (disk, speed))
         yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
         yield "amplitude_m", (disk, speed), np.abs(window).max()
+
+
+def _point(followed, where):
+    """What a sweep would say of a point, and what it wears."""
+    yield "point_status", where, followed.found.status
+    yield "mean_amplitude_m", where, followed.found.amplitude
+    yield "mean_error_m", where, followed.found.error
+    if followed.scene.coating:
+        yield from worn.of_speed(followed.wear, where)
 
 
 def _touching(scene, piece):
@@ -174,6 +183,7 @@ def report(file: ResultFile) -> Iterator[str]:
             f"{name}: largest amplitude {1e3 * amplitude[best]:.1f}{interval} mm "
             f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
         )
+        yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
 
 def how_known(file: ResultFile, disk: int) -> str:

@@ -21,6 +21,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
+from hpcrub.studies import worn
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -46,12 +47,12 @@ _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
 )
-SCALES = {"time": "time_s", "check": "check_s", "block": "block_s"}
+SCALES = {"time": "time_s", "check": "check_s", "block": "block_s", **worn.SCALES}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets; of a disk with several contact points on a blade, motions are of every point."""
-    coating = _COATING if config.contact.wears else ()
+    coating = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
     if config.disk.n_points == config.disk.n_blades:
         return LAYOUT + coating
     points = {"blade": "point"}
@@ -80,7 +81,7 @@ def sizes(config: Config) -> dict[str, int]:
         "point": config.disk.n_points,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
-    }
+    } | worn.sizes(config)
 
 
 def _block_ends(config):
@@ -98,12 +99,13 @@ def constants(config: Config) -> dict[str, Any]:
     """The disks and the times of the checks."""
     speed = config.speeds.from_hz
     per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
-    coated = config.contact.wears
-    return ({"block_s": _block_ends(config)} if coated else {}) | {
+    known = {
         "deviation": disks(config),
         "check_s": np.array(_checks(config)) / (speed * per_revolution),
         "window_s": config.steady_state.window_revolutions / speed,
     }
+    coated = {"block_s": _block_ends(config)} if config.contact.wears else {}
+    return known | coated | worn.constants(config)
 
 
 def n_tasks(config: Config) -> int:
@@ -131,7 +133,11 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     """Integrate one disk in time and test its steady state; of one that diverges, say why."""
     scene, modes = problem.problem.scene, problem.modes[task]
     speed, duration = config.speeds.from_hz, config.history.duration_s
-    pieces = list(history.integrate(modes, scene, np.array([speed]), duration, poll=poll))
+    followed, pieces, worn_depth = history.Follower(modes, scene, speed, duration), [], []
+    for piece in history.integrate(modes, scene, np.array([speed]), duration, poll=poll):
+        followed.take(piece, 0)
+        worn_depth += [depth.max() for depth in piece.worn]
+        pieces.append(piece._replace(worn=()))
     time = np.concatenate([piece.time[:, 0] for piece in pieces])
     force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
     tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
@@ -155,18 +161,18 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "gap_m", task, gap(scene, speed, time, radial)
     yield "force_n", task, force
     if scene.coating:
-        yield "worn_depth_m", task, np.array([piece.worn_depth[0] for piece in pieces])
+        yield "worn_depth_m", task, np.array(worn_depth)
+        yield from worn.of_speed(followed.wear, task)
     tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
     yield "tip", task, tip
     yield "correlation", task, correlated
     yield "amplitude_change", task, change
     yield "point_status", task, DIVERGED
     if not status.are_fatal(reason):
-        found, when = history.judged(tangential, speed, duration, modes, scene)
-        yield "judged_s", task, when
-        yield "point_status", task, found.status
-        yield "amplitude_m", task, found.amplitude
-        yield "amplitude_error_m", task, found.error
+        yield "judged_s", task, followed.time
+        yield "point_status", task, followed.found.status
+        yield "amplitude_m", task, followed.found.amplitude
+        yield "amplitude_error_m", task, followed.found.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
@@ -222,6 +228,7 @@ def report(file: ResultFile) -> Iterator[str]:
         yield (
             f"{name}: {known}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
         )
+        yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
 
 STUDY = Study(

@@ -9,8 +9,10 @@ CLEARANCE = [
     ("clearance_hz_mm: [[33, 0.3], [35, 0.2]]", "points from 33 to 35 Hz say nothing of all"),
     ("clearance_hz_mm: [[34, 0.3], [36, 0.2]]", "points from 34 to 36 Hz say nothing of all"),
     ("clearance_hz_mm: [[33, 0.3], [36, 0.2], [36, 0.1]]", "the speeds of the points are not incr"),
-    ("clearance_hz_mm: [[33, 0.3], [36, -0.2]]", "-0.116667 mm at 35.5 Hz; a clearance from 0"),
+    ("clearance_hz_mm: [[33, 0.3], [36, -0.2]]", "-0.2 mm at 36 Hz; a clearance from 0"),
+    ("clearance_hz_mm: [[20, -0.3], [33, 0.1], [36, 0.2]]", "-0.3 mm at 20 Hz; a clearance from 0"),
     ("clearance_hz_mm: [[33, 0.3]]", "[[33, 0.3]] is not a list of 2 to 1000 values, each a list"),
+    ("clearance_hz_mm: 0.3", "each a list of 2 values, each a number, or a file name, or null"),
     ("clearance_hz_mm: [[33, 0], [36, a]]", "clearance_hz_mm[1][1]: 'a' is not a number (clear"),
     ("clearance_polynomial_mm: [3.4, -0.1]", "-0.15 mm at 35.5 Hz; a clearance from 0"),
     (
@@ -26,6 +28,11 @@ CLEARANCE = [
 LAW = [
     ("coating: {thickness_mm: 0}", "coating.thickness_mm: 0 is out of range, allowed is a number"),
     ("coating: {hardening_mpa: -1}", "below 0 the forces of a step would not be unique"),
+    ("coating: {tip_area_mm2: 0}", "0 is out of range, allowed is a number above 0 and up to 100,"),
+    (
+        "law: abradable, coating: {yield_mpa: 1000}",
+        "yield_mpa: 1000 is not below contact.coating.young_gpa, 1: such a coating is pressed flat",
+    ),
     ("coating: {yield_mpa: 10}", "coating.yield_mpa: goes with contact.law: abradable, not rigid"),
     ("law: elastic", "casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"),
     ("casing_stiffness_n_per_m: 1e8", "goes with contact.law: elastic or abradable, not rigid"),

@@ -220,10 +220,12 @@ def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
     problem = build_problem(tiny_config.replace({"steady_state": keys}))
     modes, scene, speed = mistuned_modes(problem.reduced, np.zeros(12)), problem.scene, 34.2
     sweep = run_sweep(modes, scene, [speed])
-    pieces = [piece.observed[:, :, 0] for piece in history.integrate(modes, scene, [speed], 0.8)]
-    found, time = history.judged(np.concatenate(pieces), speed, 0.8, modes, scene)
+    followed = history.Follower(modes, scene, speed, 0.8)
+    for piece in history.integrate(modes, scene, [speed], 0.8):
+        followed.take(piece, 0)
+    found = followed.found
     assert found.status == sweep.point_status[0]
-    assert time == pytest.approx(sweep.time[0], abs=0.1)
+    assert followed.time == pytest.approx(sweep.time[0], abs=0.1)
     assert found.amplitude == pytest.approx(sweep.amplitude[0], rel=2e-3)
     assert found.error == pytest.approx(sweep.error[0], rel=0.05, nan_ok=True)
 

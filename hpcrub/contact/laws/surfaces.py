@@ -171,7 +171,7 @@ class Coated(NamedTuple):
         strip, offset = np.zeros((2, n_points), dtype=np.int64)
         if coating:
             n_steps = grid.steps_per_revolution
-            strip[:n] = strips(interface)
+            strip[:n] = interface.strip
             offset[:n] = np.round(interface.angle * n_steps / (2.0 * np.pi)).astype(int) % n_steps
             bars[:, :n] = np.transpose(
                 [coating.stiffnesses(coating.area * share) for share in interface.share]
@@ -352,11 +352,6 @@ class Coated(NamedTuple):
         for lane in range(state.report.shape[1]):
             if law.right[0, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
-
-
-def strips(interface: Any) -> np.ndarray:
-    """Strip of every contact point (C,) int: those at one axial place have one strip."""
-    return np.unique(np.round(interface.axial_position, 9), return_inverse=True)[1]
 
 
 def surface_of(scene: Any, grid: Any, n_points: int, width: int) -> Hard | Coated:

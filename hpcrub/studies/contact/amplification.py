@@ -10,6 +10,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.problem import Problem
+from hpcrub.studies import worn
 
 
 class Reference(NamedTuple):
@@ -67,12 +68,4 @@ def point_values(result: SweepResult) -> dict[str, Any]:
         "point_status": result.point_status,
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
-        "largest_amplitude_m": result.wear.amplitude,
-        "largest_amplitude_time_s": result.wear.time,
-        "worn_depth_m": result.wear.depth,
-        "worn_growth_m": result.wear.growth,
-        "worn_volume_m3": result.wear.volume,
-        "wear_energy_j": result.wear.energy,
-        "lobes": result.wear.lobes,
-        "worn_m": result.wear.around,
-    }
+    } | worn.values(result.wear)

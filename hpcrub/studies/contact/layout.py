@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.studies import worn
 
 
 class Kind(NamedTuple):
@@ -39,22 +40,6 @@ _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
-# of a coating only: {name: (units, description)}
-_WEAR = {
-    "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
-    "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
-    "worn_depth_m": ("m", "largest worn depth of the coating in the end"),
-    "worn_growth_m": ("m", "largest growth of a worn depth in the last ten revolutions or so"),
-    "worn_volume_m3": ("m3", "volume of coating worn away: depth by arc by width of its strip"),
-    "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
-    "lobes": ("1", "lobes of the worn depth beyond those of casing and load"),
-}
-
-
-def _wear_lines(group, dimensions):
-    return (Dataset(f"{group}/{n}", dimensions, *what) for n, what in _WEAR.items())
-
-
 # Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
 LAYOUT = (
     Dataset("speeds_hz", _S, "Hz", "speeds of rotation"),
@@ -74,10 +59,10 @@ LAYOUT = (
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
-    *_wear_lines("tuned", _S),
+    *worn.numbers("tuned", _S),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
-    Dataset("tuned/worn_m", ("speed", "angle"), "m", "largest worn depth of any strip, by angle"),
-    Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing"),
+    worn.around("tuned", _S),
+    worn.ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
@@ -93,7 +78,7 @@ LAYOUT = (
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
-    *_wear_lines("samples", _VNS),
+    *worn.numbers("samples", _VNS),
     Dataset("samples/deepest_m", _VN, "m", "largest worn depth of any speed"),
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
@@ -123,10 +108,9 @@ LAYOUT = (
 )
 MOST_LINES = 24  # of the trust block
 SCALES = {
-    "speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen",
-    "angle": "angle_deg",
+    "speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen", **worn.SCALES
 }  # fmt: skip
-_OF_COATING = {*_WEAR, "worn_m", "angle_deg", "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+_OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[2:]}
 _NAMES = [line.name.partition("/")[::2] for line in LAYOUT]
 TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))

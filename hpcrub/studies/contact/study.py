@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.response.wear import N_ANGLES
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
@@ -15,6 +14,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
+from hpcrub.studies import worn
 from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
@@ -22,7 +22,6 @@ from hpcrub.studies.contact.monte_carlo import MonteCarlo
 def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension."""
     return {
-        "angle": N_ANGLES,
         "speed": config.speeds.n_values,
         "level": len(config.levels),
         "sample": len(config.samples),
@@ -32,22 +31,21 @@ def sizes(config: Config) -> dict[str, int]:
         "run": config.mistuning.tuned_runs,
         "line": MOST_LINES,
         "block": len(config.samples) // config.convergence.step,
-    }
+    } | worn.sizes(config)
 
 
 def constants(config: Config) -> dict[str, Any]:
     """What is known before any computation."""
     n_blocks = sizes(config)["block"]
     seen = config.convergence.step * np.arange(1, n_blocks + 1)
-    angle = {"angle_deg": np.arange(N_ANGLES) * (360.0 / N_ANGLES)}
     return (
-        (angle if config.contact.wears else {})
-        | {
+        {
             "speeds_hz": config.speeds.values_hz,
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
         }
+        | worn.constants(config)
         | {f"statistics/{kind.name}/samples_seen": seen for kind in kinds(config)}
     )
 

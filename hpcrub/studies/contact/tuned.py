@@ -49,7 +49,7 @@ def join(parts: Sequence[Any]) -> Any:
     seconds = sum(part.seconds for part in parts)
     if failed:
         return failed._replace(seconds=seconds)
-    whole = SweepResult.empty(*parts[0].result.wear.around.shape)
+    whole = SweepResult.empty(*parts[0].result.wear.around.shape[:2])
     for first, part in enumerate(parts):
         whole.take(slice(first, None, len(parts)), part.result)
     n_steps = sum(part.result.n_steps for part in parts)

@@ -1,0 +1,97 @@
+"""What studies store and say of a coating: names, units and words, the same in all of them."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.response.wear import ENDED, N_ANGLES, Wear
+from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Values
+
+# of every speed: {name: (units, description)}, in the order of `Wear`
+_NUMBERS = {
+    "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
+    "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
+    "worn_depth_m": ("m", "largest worn depth of the coating in the end"),
+    "worn_growth_m": ("m", "largest growth of a worn depth in the last ten revolutions or so"),
+    "worn_volume_m3": ("m3", "volume of coating worn away: depth by arc by width of its strip"),
+    "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
+    "lobes": ("1", "lobes of the worn depth beyond those of casing and load"),
+}
+NAMES = (*_NUMBERS, "worn_m")
+_AROUND = "largest worn depth within an angle of the casing, of each strip"
+ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
+SCALES = {"angle": ANGLE.name}
+
+
+def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
+    """Datasets of the numbers of every speed; group: of the file."""
+    return (Dataset(f"{group}/{n}", dimensions, *what) for n, what in _NUMBERS.items())
+
+
+def around(group: str, dimensions: tuple[str, ...]) -> Dataset:
+    """Dataset of the worn depths of every speed, over strip and angle."""
+    return Dataset(f"{group}/worn_m", (*dimensions, "strip", "angle"), "m", _AROUND)
+
+
+def layout(config: Config, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
+    """All of them, in the group `wear`; none without a coating."""
+    if not config.contact.wears:
+        return ()
+    return (*numbers("wear", dimensions), around("wear", dimensions), ANGLE)
+
+
+def sizes(config: Config) -> dict[str, int]:
+    """Length of their dimensions."""
+    return {"angle": N_ANGLES, "strip": config.disk.n_strips}
+
+
+def constants(config: Config) -> dict[str, Any]:
+    """Their scale; nothing without a coating."""
+    angle = np.arange(N_ANGLES) * (360.0 / N_ANGLES)
+    return {ANGLE.name: angle} if config.contact.wears else {}
+
+
+def values(wear: Wear) -> dict[str, np.ndarray]:
+    """Arrays of some speeds by their names in a group of the file."""
+    return dict(zip(NAMES, wear, strict=True))
+
+
+def of_speed(wear: Wear, where: Any) -> Iterator[Values]:
+    """What one speed has in a file of `layout`; where: its place there."""
+    return ((f"wear/{name}", where, found[0]) for name, found in values(wear).items())
+
+
+def report(file: ResultFile, disk: int) -> Iterator[str]:
+    """What the blades of a disk have cut, in a file of `layout` whose first dimension is the disk.
+
+    Of the speed at which it is deepest; nothing without a coating.
+    """
+    if "wear/worn_depth_m" not in file:
+        return
+    found = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in _NUMBERS}
+    depth, growth = found["worn_depth_m"], found["worn_growth_m"]
+    if not np.isfinite(depth).any():
+        return
+    at = int(np.nanargmax(depth))
+    here = {name: values[at] for name, values in found.items()}
+    speeds = file.config.speeds.values_hz
+    where = f" at {speeds[at]:g} Hz" if len(speeds) > 1 else ""
+    if not depth[at] > 0.0:
+        yield "nothing of the coating is worn"
+        return
+    yield (
+        f"worn{where} {1e3 * depth[at]:.3g} mm deep in {here['lobes']:.0f} lobes, "
+        f"{1e9 * here['worn_volume_m3']:.3g} mm³ with {here['wear_energy_j']:.3g} J; "
+        f"largest amplitude {1e3 * here['largest_amplitude_m']:.3g} mm at "
+        f"{here['largest_amplitude_time_s']:.3g} s"
+    )
+    goes_on = growth > ENDED * depth
+    if len(speeds) > 1:
+        yield f"wear goes on at {np.count_nonzero(goes_on)} of {len(speeds)} speeds"
+    else:
+        word = "wear goes on" if goes_on[0] else "wear has ended"
+        yield f"{word}: {1e3 * growth[0]:.3g} mm deeper in the last ten revolutions"
