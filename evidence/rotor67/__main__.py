@@ -11,7 +11,7 @@ from pathlib import Path
 
 import hpcrub
 from evidence.page import DOCS
-from evidence.rotor67 import frequencies, model, numbers, page, response, sections
+from evidence.rotor67 import frequencies, model, numbers, page, response, sections, stress
 from hpcrub.model.imported import neutral
 from hpcrub.results import model_file
 
@@ -58,6 +58,7 @@ def from_sections(path: Path, output: Path, folder: Path, figures: Path) -> tupl
     fan = model.shapes(blade, folder)
     found += model.numbers(fan)
     sectors = model.matrices(fan, folder)
+    found += stress.numbers(fan, sectors[model.DESIGN])
     arrays = model.reduced(fan, sectors, model.blade_alone(fan, folder))
     model_file.write(output, neutral.to_arrays(neutral.from_arrays(arrays)), overwrite=True)
     model_file.write(folder / "sector.h5", neutral.to_arrays(sectors[model.DESIGN]), overwrite=True)

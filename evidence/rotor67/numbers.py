@@ -5,6 +5,7 @@ of the rows only, and needs neither `low` nor `high`.
 """
 
 import csv
+import math
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -54,15 +55,30 @@ def _text(x):
 
 
 def compare(theirs: dict, ours: dict) -> list[tuple]:
-    """Rows (quantity, at, theirs, ours, difference in %, within our bounds) of common numbers."""
+    """Rows (quantity, at, theirs, ours, difference in %, within our bounds) of common numbers.
+
+    Numbers with bounds of their own, as those of fewer fans, are within where these meet ours.
+    """
     rows = []
     for key, number in theirs.items():
         if key in ours:
             mine = ours[key]
-            within = "" if mine.low != mine.low else mine.low <= number.value <= mine.high
+            low, high = _bounds(mine)
+            least, most = _bounds(number) if _bounded(number) else (number.value, number.value)
+            within = low <= most and least <= high if _bounded(mine) else ""
             off = 100 * (number.value / mine.value - 1) if mine.value else NONE
             rows.append((*key, number.value, mine.value, off, within))
     return rows
+
+
+def _bounded(number):
+    return not (math.isnan(number.low) and math.isnan(number.high))
+
+
+def _bounds(number):
+    """Low and high; infinite where too few fans know an end."""
+    low = -math.inf if math.isnan(number.low) else number.low
+    return low, math.inf if math.isnan(number.high) else number.high
 
 
 def show(rows: list[tuple]) -> None:

@@ -4,6 +4,23 @@ from evidence import page
 
 PAGE = page.DOCS / "rotor67.md"
 
+# columns of percentiles over the fans: quantity and digits by heading
+PERCENTILES = {
+    "A_nl": ("amplification A_nl", 2),
+    "A_lin": ("amplification A_lin", 2),
+    "stress [MPa]": ("stress", 0),
+}
+DAMPING = {
+    f"{kind}, damping ratio {ratio}": (f"amplification {kind}{where}", 2)
+    for kind in ("A_nl", "A_lin")
+    for ratio, where in ((0.01, ""), (0.005, " at half the damping"))
+}
+WEAR = {
+    "largest amplitude [mm]": ("largest amplitude on a coating", 2),
+    "largest worn depth [mm]": ("largest worn depth", 2),
+    "stress [MPa]": ("stress on a coating", 0),
+}
+
 
 def write(found: dict) -> None:
     """Write the tables anew; found: Number by (quantity, at)."""
@@ -13,10 +30,13 @@ def write(found: dict) -> None:
         tip=_tip(found),
         families=_families(found),
         crossings=_crossings(found),
-        percentiles=_percentiles(found),
+        stress=_stress(found),
+        percentiles=_fans(found, PERCENTILES),
+        limits=_limits(found),
+        damping=_fans(found, DAMPING),
         conclusions=_conclusions(found),
         coated=_coated(found),
-        wear=_wear(found),
+        wear=_fans(found, WEAR),
     )
 
 
@@ -67,15 +87,37 @@ def _crossings(found):
     return page.table(heads, rows)
 
 
-def _percentiles(found):
+def _stress(found):
+    """What CalculiX's displacements say of stresses at the design speed."""
+    return page.table(
+        ["at the design speed", "value"],
+        [[n.quantity, f"{n.value:.3g} {n.unit}"] for n in found.values()
+         if n.at.startswith("of the blade")],
+    )  # fmt: skip
+
+
+def _fans(found, columns):
+    """Percentiles over the fans, where all columns {heading: (quantity, digits)} know them."""
     table: dict = {}
-    for kind in ("A_nl", "A_lin"):
-        for number in _rows(found, f"amplification {kind}"):
-            percentile, blades = number.at.split(", ")
-            text = f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
-            table.setdefault((blades, percentile.split()[1]), []).append(text)
-    rows = [[*key, *values] for key, values in table.items()]
-    return page.table(["blades", "percentile", "A_nl", "A_lin"], rows)
+    for quantity, digits in columns.values():
+        for number in _rows(found, quantity):
+            table.setdefault(number.at, []).append(_interval(number, digits))
+    rows = [
+        [*reversed(at.removeprefix("percentile ").split(", ")), *cells]
+        for at, cells in table.items()
+        if len(cells) == len(columns)
+    ]
+    return page.table(["blades", "percentile", *columns], rows)
+
+
+def _limits(found):
+    """Shares of fans above limits, by where they run."""
+    table: dict = {}
+    for number in found.values():
+        if number.quantity.startswith("share of fans above"):
+            table.setdefault(number.at, {})[number.quantity] = _interval(number)
+    heads = list(next(iter(table.values())))
+    return page.table(["fans", *heads], [[at, *row.values()] for at, row in table.items()])
 
 
 def _conclusions(found):
@@ -88,8 +130,7 @@ def _conclusions(found):
     for quantity in quantities:
         numbers = _rows(found, quantity)
         levels = levels or [number.at for number in numbers]
-        rows.append([quantity, *(f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
-                                 for number in numbers)])  # fmt: skip
+        rows.append([quantity, *map(_interval, numbers)])
     return page.table(["of the fans", *levels], rows)
 
 
@@ -105,20 +146,10 @@ def _coated(found):
     return page.table(heads, rows)
 
 
-def _wear(found):
-    """Percentiles of amplitude and worn depth over the fans."""
-    table: dict = {}
-    for quantity in ("largest amplitude on a coating", "largest worn depth"):
-        for number in _rows(found, quantity):
-            text = f"{number.value:.2f} ({_end(number.low)} to {_end(number.high)})"
-            table.setdefault(number.at.split(", ")[0], []).append(text)
-    rows = [[at, *values] for at, values in table.items()]
-    return page.table(["fans", "largest amplitude [mm]", "largest worn depth [mm]"], rows)
-
-
 def _shown(value):
     return "" if value is None else f"{value:.2f}"
 
 
-def _end(value):
-    return "?" if value != value else f"{value:.2f}"
+def _interval(number, digits=2):
+    low, high = ("?" if x != x else f"{x:.{digits}f}" for x in (number.low, number.high))
+    return f"{number.value:.{digits}f} ({low} to {high})"

@@ -15,23 +15,20 @@ from hpcrub.config.schema import load_runs
 from hpcrub.plot import pictures
 from hpcrub.results.reader import Results
 from hpcrub.statistics.pairs import rank_correlation, share_interval
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, percentile_interval, probability_interval
 
 INPUTS = ROOT / "inputs" / "rotor67"
-STUDIES = "modes", "contact", "interaction_map", "percentiles", "coating", "motion"
+STUDIES = (
+    "modes", "contact", "interaction_map", "percentiles", "half_damping", "coating", "motion",
+)  # fmt: skip
 FIGURES = {  # of the results to those of the page
     "modes_safe": "rotor67_safe",
     "contact": "rotor67_contact",
     "interaction_map": "rotor67_map",
-    "percentiles": "rotor67_percentiles",
-    "coating": "rotor67_coating",
     "coating_wear": "rotor67_wear",
     "motion_rubbing": "rotor67_rubbing",
 }
-SCALED = {  # keys of the numbers of fans, and how many there are at the scale 1
-    "percentiles": "mistuning.samples",
-    "coating": "mistuning.samples",
-}
+SCALED = "percentiles", "half_damping", "coating"  # studies whose fans a scale makes fewer
 FEWEST = 4  # fans of a level
 PERCENTILES = 1.0, 50.0, 99.0
 
@@ -52,7 +49,9 @@ def numbers(model: Path, scale: float, ranks: int, folder: Path, figures: Path) 
             if study == "contact":
                 found += response_of(file)
             elif study == "percentiles":
-                found += percentiles_of(file) + conclusions_of(file)
+                found += percentiles_of(file) + stresses_of(file) + conclusions_of(file)
+            elif study == "half_damping":
+                found += percentiles_of(file, " at half the damping")
             elif study == "coating":
                 found += wear_of(file)
     return found
@@ -65,7 +64,7 @@ def run(study: str, model: Path, scale: float, ranks: int, output: Path) -> None
     if study in SCALED and scale < 1:
         samples = load_runs(str(source), [])[0].mistuning.samples
         few = max(FEWEST, round(scale * samples))
-        changes += ["--set", f"{SCALED[study]}={few}", "--set", f"convergence.step={few}"]
+        changes += ["--set", f"mistuning.samples={few}", "--set", f"convergence.step={few}"]
     words = command(ranks, ROOT / "main.py", source, *changes, "--output", output, "--resume")
     subprocess.run(words, check=True, env=os.environ | ENVIRONMENT, cwd=ROOT)
 
@@ -78,25 +77,54 @@ def response_of(file: Results) -> list[Number]:
     ]
 
 
-def percentiles_of(file: Results) -> list[Number]:
-    """Percentiles of both amplifications at all levels, with 95 % intervals; tuned repeats."""
+def percentiles_of(file: Results, where: str = "") -> list[Number]:
+    """Percentiles of both amplifications at all levels, with 95 % intervals; tuned repeats.
+
+    where: ends the names of the numbers.
+    """
     runs = 1e3 * np.sort(file["tuned/run_peaks_m"])
     middle = 1e3 * file["tuned/reference_amplitude_m"]
     found = [
-        Number("largest amplitude of the tuned fan", f"{len(runs)} runs", middle, "mm",
+        Number(f"largest amplitude of the tuned fan{where}", f"{len(runs)} runs", middle, "mm",
                runs[0], runs[-1])
     ]  # fmt: skip
-    levels = file.config.mistuning.half_range_percent
     for kind, name in (("A_nl", "amplification"), ("A_lin", "linear_amplification")):
-        for level, half_range in enumerate(levels):
-            values = file[f"samples/{name}"][level]
-            values = values[np.isfinite(values)]
-            ends = percentile_interval(values, list(PERCENTILES), Z_95)
-            for k, p in enumerate(PERCENTILES):
-                low, high = (float(np.ravel(end)[k]) for end in ends)
-                at = f"percentile {p:g}, blades within {half_range:g} %"
-                found.append(Number(f"amplification {kind}", at, np.percentile(values, p), "1",
-                                    low, high))  # fmt: skip
+        found += _percentiles(file, f"amplification {kind}{where}", f"samples/{name}", "1")
+    return found
+
+
+def _percentiles(file, quantity, name, unit, times=1.0):
+    """Percentiles of a dataset of samples at all levels, with 95 % intervals."""
+    found = []
+    for level, half_range in enumerate(file.config.mistuning.half_range_percent):
+        values = times * file[name][level]
+        values = values[np.isfinite(values)]
+        ends = percentile_interval(values, list(PERCENTILES), Z_95)
+        for k, p in enumerate(PERCENTILES):
+            low, high = (float(np.ravel(end)[k]) for end in ends)
+            at = f"percentile {p:g}, blades within {half_range:g} %"
+            found.append(Number(quantity, at, np.percentile(values, p), unit, low, high))
+    return found
+
+
+def stresses_of(file: Results, where: str = "") -> list[Number]:
+    """Percentiles of a fan's largest stress, and shares of fans above the limits of the study.
+
+    A blade's stress is that of the first family's mode at its amplitude.
+    """
+    limits = file.config.limits
+    per_metre = 1e3 * limits.stress_mpa_per_mm
+    found = _percentiles(file, f"stress{where}", "samples/peak_amplitude_m", "MPa", per_metre)
+    for limit, words in ((limits.stress_mpa / per_metre, f"{limits.stress_mpa:g} MPa"),
+                         (limits.amplitude, f"{limits.amplitude_mm:g} mm")):  # fmt: skip
+        for level, half_range in enumerate(file.config.mistuning.half_range_percent):
+            peaks = file["samples/peak_amplitude_m"][level]
+            peaks = peaks[np.isfinite(peaks)]
+            above = int((peaks > limit).sum())
+            bounds = probability_interval(above, len(peaks), Z_95)
+            at = f"blades within {half_range:g} %{where}"
+            found.append(Number(f"share of fans above {words}", at, above / len(peaks), "1",
+                                *bounds))  # fmt: skip
     return found
 
 
@@ -131,14 +159,7 @@ def wear_of(file: Results) -> list[Number]:
                        ("worn_depth_m", "worn depth of the tuned fan")):  # fmt: skip
         values = zip(file.config.speeds.values_hz, file[f"tuned/{name}"], strict=True)
         found += [Number(what, f"{speed:g} Hz", 1e3 * value, "mm") for speed, value in values]
-    (half_range,) = file.config.mistuning.half_range_percent
-    for name, what in (("peak_amplitude_m", "largest amplitude on a coating"),
-                       ("deepest_m", "largest worn depth")):  # fmt: skip
-        values = 1e3 * file[f"samples/{name}"][0]
-        values = values[np.isfinite(values)]
-        ends = percentile_interval(values, list(PERCENTILES), Z_95)
-        for k, p in enumerate(PERCENTILES):
-            low, high = (float(np.ravel(end)[k]) for end in ends)
-            at = f"percentile {p:g}, blades within {half_range:g} %"
-            found.append(Number(what, at, np.percentile(values, p), "mm", low, high))
-    return found
+    found += _percentiles(file, "largest amplitude on a coating", "samples/peak_amplitude_m", "mm",
+                          1e3)  # fmt: skip
+    found += _percentiles(file, "largest worn depth", "samples/deepest_m", "mm", 1e3)
+    return found + stresses_of(file, " on a coating")

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from evidence.rotor67 import mesh, numbers, reduction, sections
+from evidence.calculix import POISSON, YOUNG
+from evidence.rotor67 import mesh, numbers, reduction, sections, stress
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.commands import import_model
 from hpcrub.model.imported import cyclic, neutral
@@ -54,6 +55,30 @@ def test_mesh_of_sections(blade):
     assert np.abs(arc).max() == pytest.approx(1e3 * THICK / 2, rel=2e-3)
 
 
+def test_stress_recovered_from_displacements(blade):
+    """A turned and stretched blade has the stress of the stretch; a bent one that of its curvature.
+
+    Curvature k about y is a quadratic displacement, which the 20-node element knows exactly.
+    """
+    made = mesh.sector(blade, mesh.Size(7, 4))
+    elements = made.elements[: made.n_blade_elements]
+    corner = np.unique(elements[:, :8])
+    turn, along = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0], 1.001
+    stretch = np.diag([along**-POISSON, along**-POISSON, along])
+    moved = made.nodes @ (turn @ stretch - np.eye(3)).T
+    found = stress.at_corners(
+        stress.by_rotation(made.nodes, elements, moved), elements, len(made.nodes)
+    )
+    np.testing.assert_allclose(stress.mises(found[corner]), YOUNG * (along - 1), rtol=3e-3)
+    k, (x, y, z) = 1e-6, made.nodes.T
+    moved = k * np.column_stack([(POISSON * (y**2 - x**2) - z**2) / 2, -POISSON * x * y, x * z])
+    gradient = stress.gradients(made.nodes, elements, moved)
+    strain = (gradient + gradient.swapaxes(-1, -2)) / 2
+    found = stress.at_corners(stress.elastic(strain), elements, len(made.nodes))
+    expected = YOUNG * k * x[corner, None, None] * np.diag([0, 0, 1])
+    np.testing.assert_allclose(found[corner], expected, atol=1e-3 * YOUNG * k * x.max())
+
+
 def test_cyclic_matrices_are_those_of_their_waves():
     """A cyclic matrix from its parts has the parts' eigenvalues, double ones twice."""
     rng = np.random.default_rng(1)
@@ -92,6 +117,16 @@ def test_numbers_of_another_program_are_compared(tmp_path):
     Path(theirs).write_text("quantity,at,value\nfrequency,mode 1,102\n", encoding="utf-8")
     (row,) = numbers.compare(numbers.read(theirs), numbers.read(tmp_path / "ours.csv"))
     assert row[2:] == (102.0, 100.0, pytest.approx(2.0), False)
+
+
+def test_numbers_of_fewer_fans_are_within_where_intervals_meet():
+    """A percentile of few fans has its own interval, whose ends may be unknown."""
+    nan = float("nan")
+    ours = {("A", ""): numbers.Number("A", "", 1.05, "1", nan, 1.06)}
+    for low, high, within in ((nan, 1.2, True), (1.055, 1.2, True), (1.07, 1.2, False)):
+        theirs = {("A", ""): numbers.Number("A", "", 1.1, "1", low, high)}
+        ((*_, found),) = numbers.compare(theirs, ours)
+        assert found is within
 
 
 def test_the_model_file_is_a_fan_that_can_be_mistuned(capsys):

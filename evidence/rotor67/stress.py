@@ -1,0 +1,116 @@
+"""Stress of the blade: by rotation, and of the first family's mode for a motion of the tip.
+
+Strains are those of the 20-node element at its eight integration points, where they are best known;
+the linear function through these gives the corners, where elements are averaged. A mode at speed
+strains the blade from its running shape on, so that its displacements belong on that mesh.
+"""
+
+import numpy as np
+
+from evidence.calculix import POISSON, YOUNG
+from evidence.rotor67.mesh import PLACES
+from evidence.rotor67.model import DESIGN, Fan
+from evidence.rotor67.numbers import Number
+from evidence.rotor67.reduction import Cyclic
+from hpcrub.model.imported.frames import row_table, to_cartesian, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel
+
+DIAMETERS = 2  # of the mode: the second engine order meets it
+PHASES = np.exp(1j * np.linspace(0.0, np.pi, 25))  # of the mode's motion
+ULTIMATE, FATIGUE = 950.0, 510.0  # of annealed Ti-6Al-4V [MPa], see docs/rotor67.md
+POINTS = (2.0 * np.array(list(np.ndindex(2, 2, 2))) - 1.0) / np.sqrt(3.0)  # of integration
+LINEAR = np.array(list(np.ndindex(2, 2, 2)))  # powers of the coordinates
+SERENDIPITY = np.array([e for e in np.ndindex(3, 3, 3) if e.count(2) < 2])
+
+
+def _powers(places, exponents):
+    """Products of powers of coordinates (places, exponents)."""
+    return np.prod(places[:, None, :] ** exponents, axis=2)
+
+
+def _slopes():
+    """Derivatives of the shape functions at the integration points, (8 points, 3, 20 nodes)."""
+    nodal = np.linalg.inv(_powers(PLACES - 1.0, SERENDIPITY))
+    parts = [
+        SERENDIPITY[:, d] * _powers(POINTS, np.maximum(SERENDIPITY - np.eye(3, dtype=int)[d], 0))
+        for d in range(3)
+    ]
+    return np.stack(parts, axis=1) @ nodal
+
+
+def gradients(nodes: np.ndarray, elements: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Displacement gradients at the integration points, (elements, 8, 3 of moved, 3 of place).
+
+    nodes: (n, 3) places; elements: (e, 20); moved: (n, 3) displacements, real or complex.
+    """
+    slopes = _slopes()
+    jacobian = slopes @ nodes[elements][:, None]
+    return np.linalg.solve(jacobian, slopes @ moved[elements][:, None]).swapaxes(-1, -2)
+
+
+def elastic(strain: np.ndarray) -> np.ndarray:
+    """Stress [MPa] of strains (..., 3, 3)."""
+    trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    return YOUNG / (1.0 + POISSON) * (strain + POISSON / (1.0 - 2.0 * POISSON) * trace)
+
+
+def by_rotation(nodes: np.ndarray, elements: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Cauchy stress at the integration points of large displacements from rest."""
+    gradient = gradients(nodes, elements, moved)
+    F = np.eye(3) + gradient
+    second = elastic((F.swapaxes(-1, -2) @ F - np.eye(3)) / 2.0)
+    return F @ second @ F.swapaxes(-1, -2) / np.linalg.det(F)[..., None, None]
+
+
+def at_corners(stress: np.ndarray, elements: np.ndarray, n_nodes: int) -> np.ndarray:
+    """Stress (n_nodes, 3, 3) at corners from the integration points; NaN at other nodes."""
+    corners = _powers(PLACES[:8] - 1.0, LINEAR) @ np.linalg.inv(_powers(POINTS, LINEAR))
+    values = np.einsum("cp,epij->ecij", corners, stress)
+    total = np.zeros((n_nodes, 3, 3), dtype=values.dtype)
+    count = np.zeros(n_nodes)
+    np.add.at(total, elements[:, :8], values)
+    np.add.at(count, elements[:, :8], 1.0)
+    with np.errstate(invalid="ignore"):
+        return total / count[:, None, None]
+
+
+def mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises' stress of real stresses (..., 3, 3)."""
+    mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0
+    return np.sqrt(1.5 * ((stress - mean * np.eye(3)) ** 2).sum(axis=(-2, -1)))
+
+
+def mode(sector: NeutralModel, n_nodes: int) -> np.ndarray:
+    """Displacements (n_nodes, 3), complex, of the first family's mode of a free sector at speed.
+
+    Its largest tangential amplitude at a contact point is one.
+    """
+    sector = to_cylindrical(sector)
+    wave = Cyclic(sector, DIAMETERS)
+    shape = wave.phases @ wave.modes(1)[1][:, 0]
+    rows = row_table(sector.dof, n_nodes)[:, 1:4]
+    moved = np.where(rows >= 0, shape[rows], 0.0)
+    moved /= np.abs(moved[sector.contact_node, 1]).max()
+    return to_cartesian(sector.nodes, moved)
+
+
+def numbers(fan: Fan, sector: NeutralModel) -> list[Number]:
+    """Stress of the mode for a millimetre, of rotation, and what fatigue leaves beside it."""
+    elements = fan.running.elements[: fan.running.n_blade_elements]
+    n = len(fan.running.nodes)
+    gradient = gradients(fan.running.nodes, elements, mode(sector, n))
+    found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)
+    moving = np.max([mises((phase * found).real) for phase in PHASES], axis=0)
+    steady = mises(
+        at_corners(by_rotation(fan.at_rest.nodes, elements, fan.moved[DESIGN]), elements, n)
+    )
+    place = int(np.nanargmax(moving))
+    left = FATIGUE * (1.0 - steady / ULTIMATE) / moving  # Goodman's line
+    at = "of the blade, 2 diameters"
+    return [
+        Number("largest stress of the first family's mode", at, moving[place], "MPa/mm"),
+        Number("stress by rotation at the same place", at, steady[place], "MPa"),
+        Number("largest stress by rotation", at, float(np.nanmax(steady)), "MPa"),
+        Number("amplitude at which the first place reaches its fatigue limit", at,
+               float(np.nanmin(left)), "mm"),
+    ]  # fmt: skip
