@@ -85,7 +85,8 @@ def show(rows: list[tuple]) -> None:
     """Print what `compare` found."""
     for quantity, at, value, mine, off, within in rows:
         verdict = {"": "", True: "  within", False: "  outside"}[within]
-        print(f"{quantity}, {at}: {value:.6g} beside {mine:.6g}, {off:+.2f} %{verdict}")
+        difference = "" if math.isnan(off) else f", {off:+.2f} %"
+        print(f"{quantity}, {at}: {value:.6g} beside {mine:.6g}{difference}{verdict}")
 
 
 if __name__ == "__main__":
