@@ -71,6 +71,7 @@ def lay_out(path: str | Path, plan: Plan) -> None:
             for name, values in plan.values.items():
                 file[name][...] = values
             _attach_scales(file, plan)
+        _reserve(part, part.stat().st_size, "r+b")  # texts that are not written yet leave holes
         ownership.move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
@@ -88,12 +89,12 @@ def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
     return sum(items) + OVERHEAD * len(lines)
 
 
-def _reserve(path, size):
-    """Raise OSError when a new file of this size has no place, as by a quota.
+def _reserve(path, size, mode="xb"):
+    """Raise OSError when a file of this size has no place, as by a quota; mode: of a new file.
 
     HDF5, when it cannot write, leaves objects behind that crash the process.
     """
-    with open(path, "xb") as file:
+    with open(path, mode) as file:
         if hasattr(os, "posix_fallocate"):
             os.posix_fallocate(file.fileno(), 0, size)
 
@@ -301,9 +302,10 @@ class ResultFile:
         with self._damage():
             if dataset.is_scale:
                 return (name,)
-            return tuple(
-                axis[0].name.lstrip("/") if len(axis) else axis.label or f"axis_{number}"
-                for number, axis in enumerate(dataset.dims)
+            scales = [axis[0].name if len(axis) else None for axis in dataset.dims]
+            return tuple(  # the scale of a damaged file may have no name
+                scale.lstrip("/") if scale else axis.label or f"axis_{number}"
+                for number, (scale, axis) in enumerate(zip(scales, dataset.dims, strict=True))
             )
 
     def attributes(self, name: str = "/") -> dict[str, Any]:
