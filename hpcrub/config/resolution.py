@@ -8,24 +8,29 @@ from typing import Any
 
 from hpcrub.model.casing import Outline, width_of_rest
 
-LEAST = 0.05  # of the height of a casing above its mean: blades that touch it meet that, at least
+# of the height of a casing above its mean: what the step resolves, at least, because blades that
+# touch it vibrate; those that do not are marked (`setup.plausibility`)
+LEAST = 0.05
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
 RECORDS_PER_PERIOD = 20  # of the displacements that windows are compared by; peaks are of all steps
 
 
-def width_of_bump(config: Any) -> float:
+def width_of_bump(config: Any, least: float = LEAST) -> float:
     """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
 
     Zero when it does not reach the tips; a load during contact may bring them to any bump. A crest
     of a casing with harmonics or a measured profile counts as the Gaussian bump that has its
     height, above the mean of the casing, and curvature. Where the clearance changes with the speed,
     it is the narrowest of all speeds.
+
+    least: part of the height of a casing above its mean that blades meet, however little of it
+    reaches beyond the clearance; 0: that alone.
     """
-    clearance = _clearance(config)
+    clearance = _clearance(config, least)
     if config.forcing.in_contact:
         clearance = min(clearance, 0.0)
     if config.casing.profile.exists:
-        return _width_of_crest(config.casing.outline, clearance)
+        return _width_of_crest(config.casing.outline, clearance, least)
     height = config.casing.bump_height
     if height <= clearance:
         return 0.0
@@ -33,7 +38,7 @@ def width_of_bump(config: Any) -> float:
     return 2.0 * config.casing.bump_width * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
 
 
-def _clearance(config: Any) -> float:
+def _clearance(config: Any, least: float) -> float:
     """Clearance of the nearest tip, the largest at any speed that brings it to the casing [m]."""
     casing, own = config.casing, min(config.casing.blade_clearance_mm or (0.0,)) / 1000
     nearest = config.disk.least_clearance + own
@@ -42,24 +47,26 @@ def _clearance(config: Any) -> float:
     found = casing.clearances(config.speeds.values_hz) + nearest
     top, mean = casing.outline.highest, casing.outline.mean
     touching = found[found < top]
-    # one speed of many may just touch: it need not be resolved better than LEAST
-    return min(touching.max(), top - LEAST * (top - mean)) if touching.size else found.min()
+    return min(touching.max(), top - least * (top - mean)) if touching.size else found.min()
 
 
-def _width_of_crest(outline: Outline, clearance: float) -> float:
+def _width_of_crest(outline: Outline, clearance: float, least: float) -> float:
     beyond = outline.highest - max(clearance, outline.mean)
     if outline.highest <= clearance:
         return 0.0
     crest = 2.0 * math.pi  # as good as a circle
     if outline.curvature * math.pi**2 > 2.0 * beyond:
         crest = 2.0 * math.sqrt(2.0 * beyond / outline.curvature)
-    met = max(beyond, LEAST * (outline.highest - outline.mean))
+    met = max(beyond, least * (outline.highest - outline.mean))
     return min(crest, width_of_rest(outline, met))
 
 
-def bump_time(config: Any) -> float:
-    """Time in which a tip passes the width of a bump at the highest speed [s]; inf: no contact."""
-    width = width_of_bump(config)
+def bump_time(config: Any, least: float = LEAST) -> float:
+    """Time in which a tip passes the width of a bump at the highest speed [s]; inf: no contact.
+
+    least: as of `width_of_bump`.
+    """
+    width = width_of_bump(config, least)
     return width / (2.0 * math.pi * config.speeds.to_hz) if width > 0.0 else math.inf
 
 

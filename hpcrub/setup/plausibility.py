@@ -1,9 +1,7 @@
 """Whether the numbers of a study mean anything: what its time step and its model resolve.
 
-The limit of the steps per bump width follows from the errors and the order of docs/stress.md; the
-others are provisional until `evidence/stress/plausibility.py` has been run in full. What cannot
-have a result is refused; what may be wanted goes on with a warning that stands in the result file
-and under its figures.
+The limits come from the errors that docs/stress.md measures. What cannot have a result is refused;
+what may be wanted goes on with a warning that stands in the result file and under its figures.
 """
 
 from collections.abc import Iterator
@@ -96,6 +94,8 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
             f"not resolved: {found:.3g} time steps per bump width, fewer than "
             f"{STEPS_PER_BUMP_WIDTH:g} (time.steps_per_bump_width)"
         )
+    else:
+        yield from _graze_warnings(config)
     found = steps_per_period(config, problem)
     if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
         yield (
@@ -105,6 +105,21 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _mode_warnings(config, problem)
     yield from _time_warnings(config, problem)
     yield from _friction_warnings(config, problem)
+
+
+def _graze_warnings(config):
+    """A casing that hardly reaches beyond the clearance, with spikes or noise that are steep there.
+
+    The step resolves what vibrating blades meet of it. Those that a graze does not set vibrating
+    meet the graze alone.
+    """
+    found = resolution.bump_time(config, least=0.0) / config.step
+    if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
+        yield (
+            f"not resolved: the casing is grazed, {found:.3g} time steps for what reaches beyond "
+            f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; blades that vibrate no further "
+            "need a shorter step (time.steps_per_bump_width)"
+        )
 
 
 def _time_warnings(config, problem):

@@ -105,6 +105,31 @@ def test_a_step_that_is_far_too_long_changes_nothing_that_is_steady():
     np.testing.assert_allclose(found[0], found[1], rtol=0.03)
 
 
+def test_a_graze_that_the_step_does_not_resolve_is_marked():
+    """The scene: 30 µm beyond the clearance of a casing of 4 mm, whose step is made for 200 µm."""
+    height = [3.73, 2.29, 0.24, -1.81, -3.42, -4.1, -3.66, -2.29, -0.24, 1.88, 3.49, 4.17]
+    config = Config().replace(
+        {
+            "disk.n_blades": 6, "disk.blade.n_elements": 1, "disk.blade.thickness_mm": 26,
+            "disk.blade.lean_deg": -17, "disk.tip_radius_mm": 367, "reduction.n_modes": 36,
+            "material.damping_ratio": 0.14, "contact.friction": 0.5, "forcing.engine_order": 1,
+            "casing.profile_deg": [30 * k for k in range(12)],
+            "casing.profile_mm": [-h for h in height], "casing.clearance_mm": 4.14,
+            "casing.growth_time_s": 0.002, "steady_state.first_check_s": 0.1,
+            "speeds.from_hz": 165, "speeds.to_hz": 165,
+        }
+    )  # fmt: skip
+    amplitudes = []
+    for keys in ({}, {"time.steps_per_bump_width": 100}, {"casing.clearance_mm": 3.9}):
+        changed = config.replace(keys)
+        problem = build_problem(changed)
+        marked = [line for line in plausibility.warnings(changed, problem) if "grazed" in line]
+        assert bool(marked) == (not keys)
+        modes = modes_of(changed, problem, np.zeros(6))
+        amplitudes.append(run_sweep(modes, problem.scene, [165.0]).amplitude[0])
+    assert abs(amplitudes[1] / amplitudes[0] - 1.0) > 0.1  # which is why
+
+
 REFUSED = [
     ({"casing.growth_time_s": 20}, "casing.growth_time_s: the bumps still grow at"),
     ({"speeds.from_hz": 0.05, "speeds.to_hz": 0.05}, "steady_state.max_time_s: 0.5 s are over"),
