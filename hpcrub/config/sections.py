@@ -147,8 +147,8 @@ class SteadyState(Section):
     motion repeats itself; last_window: the largest of the last window once two are alike, as in the
     paper"""
     max_error: Number = Field(CRITERIA.max_error, gt=0, le=1)
-    """rule ensemble: standard error of the mean, relative, of a motion that is followed no longer
-    [-]"""
+    """rule ensemble: standard error of the mean, relative, of a motion that is followed no longer;
+    it is never below max_amplitude_change [-]"""
     first_check_s: Number = Field(CRITERIA.first_check, gt=0, le=1e4)
     """time of the first check [s]"""
     window_revolutions: Whole = Field(CRITERIA.window_revolutions, ge=1, le=1000)

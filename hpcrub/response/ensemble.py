@@ -9,7 +9,10 @@ watched window by window, from the first check on:
   window, and this must be below the change allowed.
 - *irregular*: it does not repeat itself, but the mean of its windows' largest displacements has a
   standard error below `max_error`, and they show no trend. Their mean is the amplitude. Windows
-  that follow one another are correlated, so that fewer count as independent ones.
+  that follow one another are correlated, so that fewer count as independent ones: of a process that
+  forgets as a transient decays, those that are two time constants apart. The scatter of a few is
+  not well known either, for which Student's t makes up. No mean is taken for better known than the
+  change that is allowed to a steady motion.
 - *not steady*: neither is true when the time is over.
 
 Only the later half of the windows counts, five at least, and no motion is irregular before
@@ -21,6 +24,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
@@ -28,8 +32,10 @@ from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
 ALIKE = 3  # windows in succession of a steady motion
 FEWEST = 5  # windows that a mean is made of
 SETTLED = 2.0  # time constants of the slowest mode before a motion counts as irregular
-TREND = 3.0  # standard errors of a slope that is not chance
-MEMORY = 0.65  # time constants of the slowest mode that separate independent windows, measured
+TREND = 1.7  # standard errors of a slope that is not chance
+TO_GO = 0.4  # of max_error, that a trend may lead away from the mean
+MEMORY = 2.0  # time constants of the slowest mode: apart by so many, windows are independent
+TWO_SIDED = 0.975  # two standard errors hold 95 %
 
 Signals = Callable[[int], tuple[np.ndarray, np.ndarray]]
 
@@ -112,8 +118,12 @@ class Windows:
         last = np.array(self.sizes[-n:])
         amplitudes = last.max(axis=1)
         scatter = amplitudes.std(ddof=1)
-        error = scatter / math.sqrt(n * self.independent)
-        return Verdict(status, last.mean(axis=0), amplitudes.mean(), error, scatter)
+        mean, errors = amplitudes.mean(), stdtrit(n - 1, TWO_SIDED) / 2.0
+        error = math.hypot(
+            errors * scatter / math.sqrt(n * self.independent),
+            self.criteria.max_amplitude_change * mean,
+        )
+        return Verdict(status, last.mean(axis=0), mean, error, scatter)
 
     def _goes_on(self, n, mean):
         """Whether the last n amplitudes show a trend that leads away from their mean."""
@@ -123,4 +133,4 @@ class Windows:
         rest = amplitudes - mean - slope * t
         error = math.sqrt(rest @ rest / (n - 2) / (t @ t) / self.independent)
         to_go = abs(slope) / self.part
-        return abs(slope) > TREND * error and to_go > self.criteria.max_error * mean
+        return abs(slope) > TREND * error and to_go > TO_GO * self.criteria.max_error * mean
