@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 
 from hpcrub.config.schema import PROFILE, Config, differences
-from hpcrub.config.text import flatten, show
+from hpcrub.config.text import counted, flatten, show
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
@@ -86,7 +86,7 @@ def _try(out, run, problem):
 
 
 def _estimate(seconds, n_ranks):
-    ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
+    ranks = counted(n_ranks, "rank")
     return f"{progress.duration(seconds / n_ranks)} on {ranks}, {seconds / 3600:,.3g} core hours"
 
 

@@ -113,9 +113,12 @@ def draw_figures(paths: list[str]) -> None:
     try:
         from hpcrub.commands.plot import of_study  # matplotlib takes a second to import
 
-        for found in of_study(paths):
-            drawn = not isinstance(found, HpcrubError)
-            out.print(f"figure:  {found}" if drawn else f"no figure: {found}", soft_wrap=True)
+        lines = [
+            f"no figure: {found}" if isinstance(found, HpcrubError) else f"figure:  {found}"
+            for found in of_study(paths)
+        ]
+        for line in dict.fromkeys(lines):  # several figures may fail for one reason
+            out.print(line, soft_wrap=True)
     except Exception as error:  # whatever a foreign matplotlib set-up raises
         out.print(f"no figure: {type(error).__name__}: {reason(error)}", soft_wrap=True)
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, model_validator
 
+from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
@@ -156,7 +157,7 @@ class Casing(Section):
     @property
     def words(self) -> str:
         """The casing in a few words, for titles."""
-        bumps = [f"{self.n_bumps} bump{'s'[: self.n_bumps > 1]}"]
+        bumps = [counted(self.n_bumps, "bump")]
         orders = ", ".join(str(h.order) for h in self.harmonics)
         harmonics = [f"harmonics {orders}"] if orders else []
         if len(self.harmonics) == 1:

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 
@@ -31,7 +32,7 @@ def cut(config: Config, number: int, count: int) -> Config:
         raise InputError("part: the input is of a part already, it cannot be cut again")
     n_samples = len(config.samples)
     if count > n_samples:
-        raise InputError(f"--part: {n_samples} samples cannot be cut into {count} parts")
+        raise InputError(f"--part: {counted(n_samples, 'sample')} cannot be cut into {count} parts")
     first, end = (k * n_samples // count for k in (number - 1, number))
     width = len(str(count))  # the parts of a folder listed in order
     output = f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5"

@@ -66,6 +66,11 @@ def show(value: Any) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
+def counted(n: int, what: str) -> str:
+    """A number of things: "1 sample", "1,200 samples"."""
+    return f"{n:,} {what}{'' if n == 1 else 's'}"
+
+
 def one_line(text: str) -> str:
     """The text with line breaks and other control characters made visible."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

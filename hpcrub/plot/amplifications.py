@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
@@ -20,10 +21,12 @@ from hpcrub.plot.families import (
 )
 from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies.contact import measured
 
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 CONTACT = ("amplification", "contact", BLUE, "-")
 LINEAR = ("linear_amplification", "linear", ORANGE, "--")
+BESIDE = -0.12, 0.12  # of a row: both amplifications
 SIGMA = "mistuning σ [%]"
 
 
@@ -61,9 +64,7 @@ def percentiles(canvas: Canvas) -> None:
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
     files = ordered(canvas.files)
-    if len(files) > MOST_PANELS or (
-        len(files) > 1 and all(len(f.read("sigma")) == 1 for f in files)
-    ):
+    if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
     columns = min(2, len(files))
@@ -75,7 +76,7 @@ def percentiles(canvas: Canvas) -> None:
             values = finished(file, name)
             shared = uncertainty(file, name)
             open_end |= draw_curves(panel, sigma, values, at, [colour], style, f"{word}, ", shared)
-        panel.set(xlabel=SIGMA, title=f"{label}, {_samples(file)}")
+        panel.set(xlabel=SIGMA, title=f"{label}, {samples(file)}")
     for panel in axes[::columns]:
         panel.set_ylabel("amplification [-]")
     canvas.legend_of_all(axes[:1], intervals.handles(open_end))
@@ -86,42 +87,73 @@ def _case(file: ResultFile) -> str:
     return casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
 
 
-def _samples(file: ResultFile) -> str:
-    counts = sorted({len(values) for values in finished(file, "amplification")})
-    return f"{'–'.join(str(n) for n in {counts[0]: 0, counts[-1]: 0})} samples"
+def samples(file: ResultFile) -> str:
+    """How many samples a level has that are finished."""
+    return _in_words(finished(file, "amplification"))
+
+
+def _in_words(levels: Sequence[Any]) -> str:
+    counts = sorted({len(values) for values in levels})
+    return f"{counts[0]}–" * (len(counts) > 1) + counted(counts[-1], "sample")
 
 
 def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
     """A row for every file, its widest level; light lines at the percentiles of the reference."""
     axes = canvas.panels(1, 1, (10, 1.6 + 0.55 * len(files)))[0, 0]
     best, open_end = reference(files), False
-    shown: dict[str, Any] = {}
     for row, file in enumerate(files):
-        at = file.config.convergence.percentiles
-        for k, (name, word, colour, _) in enumerate((CONTACT, LINEAR)):
-            values = finished(file, name)[-1]
-            if not len(values):
-                continue
-            centre, shared = np.percentile(values, at), uncertainty(file, name)
-            low, high = intervals.interval(values, at, shared)
-            height = np.full(len(at), row + 0.24 * k - 0.12)
-            open_end |= intervals.draw(axes, height, centre, low, high, colour, sideways=True)
-            for p, value in enumerate(centre):
-                (dot,) = axes.plot(value, height[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
-                shown.setdefault(f"{word}, percentile {at[p]:g}", dot)
-                if file is best:
-                    axes.axvline(value, color=colour, lw=0.8, alpha=0.6, zorder=0)
+        open_end |= draw_row(axes, row, file)
+    if len(files) > 1:
+        for name, _, colour, _ in (CONTACT, LINEAR):
+            values = finished(best, name)[-1]
+            for value in np.percentile(values, best.config.convergence.percentiles):
+                axes.axvline(value, color=colour, lw=0.8, alpha=0.6, zorder=0)
     names = [
-        f"{label}\n({_samples(file)})" for file, label in zip(files, labels(files), strict=True)
+        f"{label}\n({samples(file)})" for file, label in zip(files, labels(files), strict=True)
     ]
     row = files.index(best)
-    names[row] = names[row].replace("(", "(lines; ")
+    names[row] = names[row].replace("(", "(lines; ") if len(files) > 1 else names[row]
     axes.set_yticks(range(len(files)), names, fontsize=10)
     axes.set_ylim(len(files) - 0.5, -0.5)
     level = 100 * best.read("half_range")[-1]
     axes.set(xlabel="amplification [-]", title=f"Amplifications at ±{level:.3g} %")
-    handles = intervals.handles(open_end)
-    canvas.legend([*shown.values(), *handles], [*shown, *(str(h.get_label()) for h in handles)])
+    canvas.legend_of_all([axes], intervals.handles(open_end))
+
+
+def draw_row(axes: Axes, row: float, file: ResultFile) -> bool:
+    """Percentiles of both amplifications of a file's widest level, with their intervals, in a row.
+
+    Returns whether an interval has an open end.
+    """
+    at, open_end = file.config.convergence.percentiles, False
+    for (name, word, colour, _), beside in zip((CONTACT, LINEAR), BESIDE, strict=True):
+        values = finished(file, name)[-1]
+        if not len(values):
+            continue
+        centre = np.percentile(values, at)
+        low, high = intervals.interval(values, at, uncertainty(file, name))
+        height = np.full(len(at), row + beside)
+        open_end |= intervals.draw(axes, height, centre, low, high, colour, sideways=True)
+        for p, value in enumerate(centre):
+            axes.plot(
+                value, height[p], MARKERS[p % len(MARKERS)], color=colour, ms=7,
+                label=f"{word}, percentile {at[p]:g}",
+            )  # fmt: skip
+    return open_end
+
+
+def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
+    """Both amplifications of measured disks, a row each, with the intervals of those in contact."""
+    rows = np.array([disk.number for disk in found], dtype=float)
+    contact, linear = (
+        np.array([getattr(d, n) for d in found]) for n in ("amplification", "linear")
+    )
+    low, high = np.transpose([disk.interval for disk in found])
+    intervals.draw(axes, rows + BESIDE[0], contact, low, high, BLUE, sideways=True)
+    axes.plot(contact, rows + BESIDE[0], "o", color=BLUE, ms=7, label="contact")
+    axes.plot(linear, rows + BESIDE[1], "s", color=ORANGE, ms=7, label="linear")
+    axes.set_yticks(rows, [f"disk {disk.number}" for disk in found])
+    axes.set_ylim(rows.max() + 0.5, rows.min() - 0.5)
 
 
 @figure("contact", paper="13", what="largest amplitudes over n_d", several=True, alone=False,
@@ -168,7 +200,7 @@ def amplitudes(canvas: Canvas) -> None:
     turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
     axes.set_xticks(x, names, **(turned if long else {}))
     axes.set_ylabel("largest blade-tip amplitude [mm]")
-    axes.set_title(", ".join(sorted({_samples(file) for file in files})) + " per level")
+    axes.set_title(", ".join(sorted({samples(file) for file in files})) + " per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
     canvas.legend_of_all([axes], intervals.handles(open_end), columns=2)
 
@@ -186,9 +218,8 @@ def linear(canvas: Canvas) -> None:
         by_level = file.read("amplification", (slice(None), d))
         values = [level[np.isfinite(level)] for level in by_level]
         open_end |= draw_curves(panel, sigma, values, at, [GREEN, BLUE, ORANGE])
-        counts = sorted({len(level) for level in values})
         panel.set_title(f"$n_d$ = {diameters[d]}")
-    canvas.title(f"Linear amplification, {'–'.join(map(str, counts))} samples per level")
+    canvas.title(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-columns:]:
         panel.set_xlabel(SIGMA)
     for panel in axes[::columns]:

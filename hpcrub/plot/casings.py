@@ -15,7 +15,7 @@ N_ANGLES, N_TIMES = 2401, 201
 
 @figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False)
 def casing(canvas: Canvas) -> None:
-    """The casing to an exaggerated scale, its gap around the circumference, and the bump ramp.
+    """The casing to an exaggerated scale, its gap around the circumference, and how it grows.
 
     Where the clearance changes with the speed, it is drawn where it is smallest, dotted where it is
     largest. Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
@@ -46,7 +46,12 @@ def casing(canvas: Canvas) -> None:
     gaps.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
     time = np.linspace(0, 1.2 * shape.growth_time, N_TIMES)
     growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
-    growth.set(xlabel="time [ms]", ylabel="bump ramp [-]", ylim=(0, 1.05))
+    growth.set(
+        xlabel="time [ms]",
+        ylabel="part of its shape [-]",
+        title="Growth of the casing",
+        ylim=(0, 1.05),
+    )
 
 
 def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:

@@ -8,16 +8,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot import intervals
-from hpcrub.plot.amplifications import CONTACT, LINEAR, draw_curves
+from hpcrub.plot.amplifications import CONTACT, LINEAR, draw_curves, draw_disks, draw_row, samples
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact import layout, trust
+from hpcrub.studies.contact import layout, measured, trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
@@ -36,7 +37,11 @@ def summary(canvas: Canvas) -> None:
     file = canvas.file
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
-        draw_range(left, file)
+        if measured.are_few(file) and len(file.config.samples) <= MOST_LINES:
+            for disk, colour in zip(measured.disks(file), COLOURS, strict=False):
+                draw_response(left, file, "samples", disk.where, colour, f"disk {disk.number}")
+        else:
+            draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
         _draw_amplifications(right, canvas)
         for line in trust.short(file):
@@ -122,7 +127,7 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     few = n * min(low, 100 - high) < 100
     ends = [0, 50, 100] if few else [low, 50, high]
     band = np.nanpercentile(amplitude[:, known], ends, axis=0)
-    words = f"range of {n} samples" if few else f"percentiles {low:g} to {high:g}"
+    words = f"range of {counted(n, 'sample')}" if few else f"percentiles {low:g} to {high:g}"
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
     axes.fill_between(
         speeds[known], band[0], band[2], color=BLUE, alpha=0.25, lw=0, label=f"{level}, {words}"
@@ -131,27 +136,45 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
 
 
 def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
-    """Percentiles of both amplifications against the mistuning level, with their intervals."""
+    """Both amplifications: percentiles against the level, in a row when there is one level alone.
+
+    Of a few measured disks each has a row, as their percentiles say nothing.
+    """
     file, open_end = canvas.file, False
     half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
-    axes.axhline(1.0, color="0.6", lw=1)
-    at = file.config.convergence.percentiles
+    names = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
+    disks = list(measured.disks(file)) if measured.are_few(file) else []
+    axes.set_title(f"Amplification, {samples(file)} per level")
+    if len(names) > 1:
+        axes.axhline(1.0, color="0.6", lw=1)
+        open_end = _draw_levels(axes, file, half_range)
+        axes.set(xlabel="mistuning: largest deviation of a blade's stiffness, and σ")
+        axes.set(ylabel="amplification [-]")
+        axes.set_xticks(half_range, names)
+        axes.margins(x=0.08, y=0.12)
+    else:
+        axes.axvline(1.0, color="0.6", lw=1)
+        axes.set_xlabel("amplification [-]")
+        if disks:
+            draw_disks(axes, disks)
+            axes.set_title("Amplification of measured disks")
+        else:
+            open_end = draw_row(axes, 0.0, file)
+            axes.set_yticks([0.0], names)
+            axes.set_ylim(0.5, -0.5)
+    for handle in intervals.handles(open_end):
+        axes.add_line(handle)
+
+
+def _draw_levels(axes: Axes, file: ResultFile, half_range: Any) -> bool:
+    """Percentiles of both amplifications at every level (V,) [%]; whether an interval is open."""
+    at, open_end = file.config.convergence.percentiles, False
     for name, word, colour, style in (CONTACT, LINEAR):
         values, shared = finished(file, name), uncertainty(file, name)
         open_end |= draw_curves(
             axes, half_range, values, at, [colour], style, f"{word}, ", shared, from_one=False
         )
-    counts = (file.status() == DONE).sum(axis=1)
-    each = f"{counts.min()}" if counts.min() == counts.max() else f"{counts.min()}–{counts.max()}"
-    axes.set(
-        xlabel="mistuning: largest deviation of a blade's stiffness, and σ",
-        ylabel="amplification [-]", title=f"Amplification, {each} samples per level",
-    )  # fmt: skip
-    ticks = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
-    axes.set_xticks(half_range, ticks)
-    axes.margins(x=0.08, y=0.12)
-    for handle in intervals.handles(open_end):
-        axes.add_line(handle)
+    return open_end
 
 
 @figure("contact", paper="8, 9", what="responses, differences to the reference", several=True,

@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
 from rich.progress import Progress as Bar
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
 
@@ -79,7 +80,7 @@ class Progress:
         self.already = self.done = int(np.count_nonzero(status != PENDING))
         self.total = status.size
         if self.already:
-            self.say(f"{self.already} of {self.total} samples are already there")
+            self.say(f"{self.already} of {counted(self.total, 'sample')} are already there")
 
     def sample(self, level: int, sample: int, outcome: Any, amplification: np.ndarray) -> None:
         """One sample is finished; amplification (V, n) with NaN for the others."""

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reason
 
 MOST_BYTES = 200_000_000
@@ -29,10 +30,15 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     if not lines:
         raise InputError(f"{path}: an empty table")
     names: tuple[str, ...] = ()
+    first = lines[0][0]
     if _number(lines[0][1][0]) is None:
         names = tuple(lines.pop(0)[1])
     width = len(names or lines[0][1])
-    rows = [_row(path, number, cells, width) for number, cells in lines]
+    for number, cells in lines:
+        if len(cells) != width:
+            there = counted(len(cells), "value")
+            raise InputError(f"{path}: line {number} has {there}, line {first} has {width}")
+    rows = [_row(path, number, cells) for number, cells in lines]
     return names, np.array(rows).reshape(len(rows), width)
 
 
@@ -45,9 +51,7 @@ def columns(path: str | Path, names: tuple[str, ...]) -> np.ndarray:
     return values[:, [columns.index(name) for name in names]]
 
 
-def _row(path, number, cells, width):
-    if len(cells) != width:
-        raise InputError(f"{path}: line {number} has {len(cells)} values, not {width}")
+def _row(path, number, cells):
     values = [_number(cell) for cell in cells]
     for value, cell in zip(values, cells, strict=True):
         if value is None or not np.isfinite(value):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from hpcrub import __version__
+from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
@@ -191,7 +192,7 @@ def _stop(bar, job):
 
 def announce(bar: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
     """Say what will be computed."""
-    ranks = f"{n_ranks} rank{'s'[: n_ranks > 1]}"
+    ranks = counted(n_ranks, "rank")
     bar.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
     for line in warnings:
         bar.say(f"warning: {line}")

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
@@ -162,7 +163,7 @@ class Run(NamedTuple):
         """How much there is to compute, in words."""
         config = self.config
         if self.study.compute:
-            return f"{self.study.name}, {self.n_tasks:,} task{'s'[: self.n_tasks > 1]}"
+            return f"{self.study.name}, {counted(self.n_tasks, 'task')}"
         levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
         what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
         if config.is_part:

@@ -51,6 +51,12 @@ def widened(
     )
 
 
+def interval_in_words(low: float, high: float) -> str:
+    """Both ends of an interval; one that is open, NaN, for too few samples is "-"."""
+    ends = (f"{end:.3f}" if np.isfinite(end) else "-" for end in (low, high))
+    return " to ".join(ends)
+
+
 class Intervals(NamedTuple):
     """Confidence intervals of percentiles; NaN where there are too few samples for an end."""
 

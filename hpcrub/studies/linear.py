@@ -18,7 +18,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
 
 ROUNDING = 1e-9  # of the radial displacement: no tangential amplitude below
 CHUNK = 50  # samples of a level that make a task
@@ -129,7 +129,7 @@ def report(file: ResultFile) -> Iterator[str]:
             at = file.config.convergence.percentiles
             text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
             low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
-            text += f"  [{low:.3f}, {high:.3f}]"
+            text += f"  [{interval_in_words(low, high)}]"
             yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
 

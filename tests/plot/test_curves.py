@@ -8,11 +8,12 @@ import pytest
 from scipy import stats
 
 from hpcrub import plot
-from hpcrub.contact.status import NOT_STEADY
+from hpcrub.contact.status import IRREGULAR, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot import densities
 from hpcrub.plot.families import finished
 from hpcrub.results.layout import DONE
+from hpcrub.studies.contact import measured
 from tests.plot.drawn import (
     arrows,
     assert_drawn,
@@ -66,6 +67,40 @@ def test_a_band_of_many_samples_is_of_percentiles(random):
     band = edges(axes)
     found = band[band[:, 0] == 34.0, 1]
     np.testing.assert_allclose([found.min(), found.max()], wanted)
+
+
+def test_summary_of_one_level_is_a_row(random):
+    """Percentiles side by side, contact above linear; they lay on each other at one x."""
+    file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, N))
+    right = plot.summary(file)[1]
+    for name, height in (("amplification", -0.12), ("linear_amplification", 0.12)):
+        values = np.percentile(done(file, f"samples/{name}", 0), [1, 50, 99])
+        assert_drawn(right, *(([value], [height]) for value in values))
+    assert [t.get_text() for t in right.get_yticklabels()] == ["±2 %\nσ = 1.2 %"]
+
+
+def test_summary_of_measured_disks_has_a_row_for_each(random):
+    text = (
+        TINY[: TINY.index("mistuning")]
+        + "mistuning: {pattern: disks.csv, half_range_percent: [2], samples: 2}\n"
+    )
+    file = contact_file(random, text, (1, 2))
+    file.values["samples/peak_speed_hz"] = np.array([[34.0, 34.4]])
+    file.values["samples/point_status"][0, 1] = IRREGULAR
+    file.values["samples/amplitude_error_m"] = np.full((1, 2, 3), 1e-4)
+    file.values["tuned/run_peaks_m"] = np.full(3, 0.013)
+    left, right = plot.summary(file)
+    contact, linear = (file.read(f"samples/{n}", 0) for n in measured.NAMES[:2])
+    assert_drawn(right, (contact, [0.88, 1.88]), (linear, [1.12, 2.12]))
+    assert [t.get_text() for t in right.get_yticklabels()] == ["disk 1", "disk 2"]
+    speeds = file.read("speeds_hz")
+    assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
+    steady, irregular = measured.disks(file)
+    np.testing.assert_allclose(steady.interval, contact[0])  # no scatter, and one reference
+    part = 1.96 * 1e-4 / file.read("samples/peak_amplitude_m", (0, 1))
+    np.testing.assert_allclose(
+        irregular.interval, contact[1] * (1 + part * np.array([-1, 1])), 1e-4
+    )
 
 
 def test_summary_of_a_pattern(random):

@@ -56,7 +56,7 @@ def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
         ("0,1\n90,0\n180,0\n270,1\n", "a line of numbers instead of the names angle_deg"),
         ("angle,radius\n0,1\n", "angle, radius instead of the names angle_deg, radius_change_mm"),
         ("angle_deg,radius_change_mm\n0,0\n90,x\n", "line 3: 'x' is not a number"),
-        ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 values, not 2"),
+        ("angle_deg,radius_change_mm\n0,0\n90\n", "line 3 has 1 value, line 1 has 2"),
         ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
         ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
         (PROFILE + "90,1\n", "two points at 90 degrees"),

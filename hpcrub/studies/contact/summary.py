@@ -8,13 +8,20 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
+from hpcrub.config.text import counted
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.ranks.progress import WIDTH, console, duration, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
-from hpcrub.studies.contact import depths, trust
+from hpcrub.statistics.percentiles import (
+    Z_95,
+    confidence,
+    interval_in_words,
+    percentile_interval,
+    widened,
+)
+from hpcrub.studies.contact import depths, measured, trust
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -25,6 +32,8 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
     out, found = console(), trust.survey(file)
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
+    elif measured.are_few(file):
+        out.print(measured.table(file))
     else:
         table = level_table(file, found)
         fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
@@ -39,7 +48,7 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
     out.print("How far this can be trusted:")
     for line in trust.lines(file, found):
         print_line(out, f"- {line}")
-    text = f"wall time {duration(seconds)} on {job.team.size} rank{'s'[: job.team.size > 1]}"
+    text = f"wall time {duration(seconds)} on {counted(job.team.size, 'rank')}"
     if job.work.seconds > 0.0:
         rate = job.work.n_steps / job.work.seconds
         text += f", {rate / 1e6:.3g} million steps per second and core"
@@ -118,7 +127,7 @@ def interval_table(file: ResultFile) -> Table:
             middle = np.percentile(values, c.percentiles) if len(values) else np.full_like(low, nan)
             if name == names[0]:
                 low, high = widened(middle, low, high, shared)
-            columns += [[_number(x) for x in middle], list(map(_interval, low, high))]
+            columns += [[_number(x) for x in middle], list(map(interval_in_words, low, high))]
         for percentile, *cells in zip(c.percentiles, *columns, strict=True):
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
     return table
@@ -126,11 +135,6 @@ def interval_table(file: ResultFile) -> Table:
 
 def _number(x):
     return f"{x:.3f}" if np.isfinite(x) else "-"
-
-
-def _interval(low, high):
-    """An end is open when there are too few samples for it."""
-    return f"{_number(low)} to {_number(high)}"
 
 
 def point_lines(found: trust.Survey) -> Iterator[str]:

@@ -1,0 +1,77 @@
+"""Disks that have been measured, each for itself: percentiles of a handful say nothing."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from hpcrub.contact.status import DIVERGED, IRREGULAR, NOT_STEADY
+from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import Z_95, confidence, widened
+from hpcrub.studies.contact import trust
+
+NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
+ERROR = "samples/amplitude_error_m"
+MOST = 24  # measured disks with a line each; of more, percentiles say what is to be said
+
+
+class Disk(NamedTuple):
+    """What is known of one disk."""
+
+    number: int  # row of the file of measured disks, from 1
+    where: tuple[int, int]  # place in the result file
+    amplification: float  # in contact [-]
+    interval: np.ndarray  # its 95 % interval, by windows of the peak and runs of the tuned disk
+    linear: float  # amplification [-]
+    peak: float  # largest amplitude [m]
+    speed_hz: float  # where it is
+    not_steady: float  # share of the points
+    diverged: float  # share of the points
+
+
+def are_few(file: ResultFile) -> bool:
+    """Whether the samples of a file are so few measured disks that each has its own line."""
+    config = file.config
+    return config.mistuning.pattern_file is not None and len(config.samples) <= MOST
+
+
+def disks(file: ResultFile) -> Iterator[Disk]:
+    """All measured disks of a file that have a result."""
+    shared, status = trust.shared_uncertainty(file), file.status()[0]
+    for i in np.flatnonzero(status == DONE):
+        where = 0, int(i)
+        value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)
+        states = file.read("samples/point_status", where)
+        best = int(np.argmin(np.abs(file.read("speeds_hz") - speed)))
+        known = states[best] == IRREGULAR and ERROR in file and not file.config.contact.wears
+        error = float(file.read(ERROR, where)[best]) if known else 0.0
+        middle, reach = np.array(value), Z_95 * error / peak * value
+        interval = np.array(widened(middle, middle - reach, middle + reach, shared))
+        shares = (float(np.mean(states == s)) for s in (NOT_STEADY, DIVERGED))
+        number = file.config.samples[i] + 1
+        yield Disk(number, where, value, interval, linear, peak, speed, *shares)
+
+
+def table(file: ResultFile) -> Table:
+    """A row for each disk."""
+    found = Table(
+        box=box.SIMPLE_HEAD,
+        title=f"Measured disks, {100 * confidence(Z_95):.4g} % intervals",
+    )
+    for heading in ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "not\nsteady", "diverged"):
+        found.add_column(heading, justify="right", no_wrap=True)
+    for disk in disks(file):
+        found.add_row(
+            f"{disk.number}",
+            f"{disk.amplification:.3f}",
+            "{:.3f} to {:.3f}".format(*disk.interval),
+            f"{disk.linear:.3f}",
+            f"{1e3 * disk.peak:.2f}",
+            f"{disk.speed_hz:.2f}",
+            f"{100 * disk.not_steady:.0f} %",
+            f"{100 * disk.diverged:.0f} %",
+        )
+    return found
