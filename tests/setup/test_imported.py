@@ -45,6 +45,19 @@ def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
     np.testing.assert_allclose(found[1].localisation, found[0].localisation, rtol=1e-4)
 
 
+def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folder):
+    """It was "inf steps per bump width", and too long a step, where nodes stand out by 21.5 mm."""
+    arrays, text = sector_arrays(), "casing: {bump_height_mm: 0.155, clearance_mm: %g}"
+    model_file.write("plain.h5", arrays)
+    one = neutral.from_arrays(arrays | {"contact_clearance": np.ones(2)}).contact_clearance[0]
+    out = -21.5e-3 / one  # in the units of the file
+    model_file.write("near.h5", arrays | {"contact_clearance": np.full(2, out)})
+    plain = read(f"disk: {{model: plain.h5}}\n{text % 0.1}")
+    near = read(f"disk: {{model: near.h5}}\n{text % 21.6}")
+    assert resolution.bump_time(near) == pytest.approx(resolution.bump_time(plain))
+    assert near.step == pytest.approx(plain.step)
+
+
 def test_keys_that_the_model_file_fills_in(folder):
     model_file.write("sector.h5", sector_arrays())
     config = read("disk: {model: sector.h5}\nreduction: {n_modes: 7}")
