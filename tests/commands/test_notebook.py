@@ -20,8 +20,6 @@ def test_a_study_from_python(folder, capfd):
     with hpcrub.open(path) as file:
         assert file.config.casing == config.casing
         assert file["full/frequencies_hz"][0] == pytest.approx(90.1, abs=0.05)
-    with pytest.raises(InputError, match="modal.h5 exists: --resume goes on with it"):
-        hpcrub.run(config)
     keys_of_input = {"study": "modal", "casing": {"n_bumps": 5}, "output": "modal.h5"}
     again = hpcrub.run(keys_of_input, ranks=2, overwrite=True, quiet=True)
     assert again == path

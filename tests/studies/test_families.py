@@ -133,7 +133,6 @@ def test_a_run_of_a_sweep_may_start_from_the_one_before(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("study: cross", "cross is a figure of a contact study now: hpcrub plot --figure cross"),
         ("study: energy", "0 result files given, energy needs 1"),
         ("study: energy\nsources: [nothing.h5]", "nothing.h5 does not exist"),
         ("study: energy\nsources: [input.yaml]", "is not an HDF5 file"),
