@@ -42,6 +42,7 @@ from hpcrub.errors import InputError
 from hpcrub.model import families
 from hpcrub.model.damping import Damping
 
+SPRING_BACK_S = 2e-6  # [s], time.step_s before a casing that gives or wears
 # keys of the shape of the casing beside its bumps; lists of numbers, `Casing.words` are shorter
 PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casing.profile_mm"
 
@@ -91,6 +92,15 @@ class Config(Section):
             }
             filled = {"samples": 1, "half_range_percent": (width,)} | given
             object.__setattr__(self, "mistuning", Mistuning.model_construct(**filled))
+        return self
+
+    @model_validator(mode="after")
+    def _short_steps_where_a_tip_springs_back(self):
+        """Unless given: the end of a long step takes the energy that casing or coating stores."""
+        given = self.time.model_fields_set
+        if self.contact.law != "rigid" and "step_s" not in given:
+            values = self.time.model_dump() | {"step_s": SPRING_BACK_S}
+            object.__setattr__(self, "time", Time.model_construct(set(given), **values))
         return self
 
     @model_validator(mode="after")

@@ -18,7 +18,7 @@ DENSE = 8  # matrices of the full model in memory at once
 SAMPLE = 64  # bytes of rank 0 for every sample
 NUMBER = 8  # bytes
 # of a process before it does anything, and of one that compiles, measured [bytes]
-INTERPRETER, COMPILING = 160_000_000, 350_000_000
+INTERPRETER, COMPILING = 160_000_000, 400_000_000
 
 
 def estimate(run: Run) -> int:

@@ -152,8 +152,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
             yield "contact_blade", (), scene.interface.blade
             yield "contact_angle_rad", (), scene.interface.angle
     yield "point_reason", task, reason
+    yield "point_status", task, DIVERGED
     if status.are_fatal(pieces[-1].reason[0]):
-        yield "point_status", task, DIVERGED
         return
     radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
     yield "radial_m", task, radial
@@ -167,12 +167,16 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "tip", task, tip
     yield "correlation", task, correlated
     yield "amplitude_change", task, change
-    yield "point_status", task, DIVERGED
     if not status.are_fatal(reason):
-        yield "judged_s", task, followed.time
-        yield "point_status", task, followed.found.status
-        yield "amplitude_m", task, followed.found.amplitude
-        yield "amplitude_error_m", task, followed.found.error
+        yield from _judged(followed, task)
+
+
+def _judged(followed, task):
+    """What a sweep would say of a disk."""
+    yield "judged_s", task, followed.time
+    yield "point_status", task, followed.found.status
+    yield "amplitude_m", task, followed.found.amplitude
+    yield "amplitude_error_m", task, followed.found.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:

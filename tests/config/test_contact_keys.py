@@ -52,6 +52,15 @@ def test_wrong_inputs(text, words):
     assert words in str(caught.value)
 
 
+def test_a_tip_that_springs_back_takes_short_steps_unless_told_otherwise():
+    rigid, given = Config(), Config(contact={"law": "abradable"}, time={"step_s": 1e-5})
+    coated = rigid.replace({"contact.law": "abradable"})
+    assert coated.time.step_s < rigid.time.step_s / 10.0
+    assert given.time.step_s == 1e-5
+    assert coated.replace({"contact.law": "rigid"}) == rigid
+    assert Config.from_yaml(coated.to_yaml()).time == coated.time
+
+
 @pytest.mark.parametrize("study", ["branches", "energy"])
 def test_a_study_that_goes_on_from_motions_has_no_coating(study):
     """The coating that those motions have worn is not kept."""

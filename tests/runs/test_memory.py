@@ -25,6 +25,7 @@ def laptop(monkeypatch):
         "speeds: {from_hz: 1e-9, to_hz: 1e-9}",
         "time: {step_s: 1e-12}",
         "time: {step_s: 1e-300}",
+        "contact: {law: abradable}\ntime: {step_s: 1e-10}",
         "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
     ],
 )
