@@ -41,7 +41,7 @@ def errors(canvas: Canvas) -> None:
             for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
-    canvas.title(f"Convergence error (6) with Z for {level}")
+    canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
 
 
 def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = None) -> Any:
