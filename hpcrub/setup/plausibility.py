@@ -20,6 +20,7 @@ from hpcrub.setup.problem import Problem
 STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 16.0
 MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
+REBOUND = 0.25  # of the energy with which a tip springs back, that the time step may take
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7
@@ -105,6 +106,7 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _mode_warnings(config, problem)
     yield from _time_warnings(config, problem)
     yield from _friction_warnings(config, problem)
+    yield from _rebound_warnings(config, problem)
 
 
 def _graze_warnings(config):
@@ -159,6 +161,30 @@ def _friction_warnings(config, problem):
             f"{rate:.3g} 1/s. Less friction, or a casing that reaches less beyond the clearance, "
             "may keep contacts short"
             + (", and a coating is cut until they are" if scene.coating else "")
+        )
+
+
+def rebound_lost(turn: float) -> float:
+    """Part of the energy of a rebound that the time step takes; turn: angle of a step ωh [rad].
+
+    With the force at the end of a step z² (1 + ω²h²) − 2z + 1 = 0, over half a period.
+    """
+    return float(1.0 - (1.0 + turn**2) ** (-np.pi / np.arctan(turn)))
+
+
+def _rebound_warnings(config, problem):
+    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
+    if not (scene.coating or scene.elastic_casing):
+        return
+    area = scene.coating.area * scene.interface.share.max() if scene.coating else 0.0
+    spring = scene.coating.stiffnesses(area)[0] if scene.coating else scene.elastic_casing.stiffness
+    omega = float(np.sqrt(spring * (modes.normal**2).sum(axis=1).max()))
+    lost = rebound_lost(omega * config.step)
+    if lost > REBOUND:
+        yield (
+            f"not resolved: a tip springs back within {1e6 * np.pi / omega:.3g} µs, of whose "
+            f"energy time steps of {1e6 * config.step:.3g} µs take {100 * lost:.0f} %; amplitudes "
+            "may be too small: compare with half of time.step_s"
         )
 
 

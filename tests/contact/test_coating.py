@@ -27,6 +27,7 @@ from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
 from hpcrub.response.revolution import Grid, cut_revolution
+from hpcrub.setup.plausibility import rebound_lost
 from tests.contact.test_kernel import integrate_lanes
 from tests.contact.test_spatial import integrate, made_up
 from tests.program import ROOT
@@ -162,6 +163,17 @@ def test_energy_goes_into_wear_and_what_a_step_loses(coating):
         assert abs(work.sum() - worn - wasted - by_step) < 1e-9 * start
         lost.append((wasted + by_step) / start)
     assert abs(fitted_order(steps, np.abs(lost)) - 1.0) < 0.05
+
+
+@pytest.mark.parametrize("turn", [0.01, 0.05, 0.2])
+def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
+    """A free mass thrown at a spring, √(k/m) h = turn; a step more or less of contact aside."""
+    mass, h = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness)
+    found = wall(GAP, 0.0, elastic_casing=SPRING)
+    place, _, _ = thrown(mass, SPEED, found, h, 3.0 * GAP / SPEED + 4.0 * h / turn)
+    left = ((place[-1] - place[-2]) / (h * SPEED)) ** 2
+    assert place[-1] < place[-2]
+    assert abs(1.0 - left - rebound_lost(turn)) < 2.0 * turn**2 + 1e-3
 
 
 def test_limits_of_the_law():
