@@ -22,6 +22,7 @@ from hpcrub.studies.contact import layout, measured, trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
+BESIDE = 0.01  # of the range of levels: both amplifications to either side
 SPEED, AMPLITUDE = "speed of rotation [Hz]", "blade-tip amplitude [mm]"
 LOCALISATION = "localisation factor [%]"
 
@@ -169,10 +170,11 @@ def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
 def _draw_levels(axes: Axes, file: ResultFile, half_range: Any) -> bool:
     """Percentiles of both amplifications at every level (V,) [%]; whether an interval is open."""
     at, open_end = file.config.convergence.percentiles, False
-    for name, word, colour, style in (CONTACT, LINEAR):
+    for (name, word, colour, style), side in zip((CONTACT, LINEAR), (-1, 1), strict=True):
         values, shared = finished(file, name), uncertainty(file, name)
+        beside = half_range + side * BESIDE * np.ptp(half_range)  # their intervals hide no other
         open_end |= draw_curves(
-            axes, half_range, values, at, [colour], style, f"{word}, ", shared, from_one=False
+            axes, beside, values, at, [colour], style, f"{word}, ", shared, from_one=False
         )
     return open_end
 
