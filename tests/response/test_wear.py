@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import reference_reduced, reference_scene
+from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
 from hpcrub.model.reduction import mistuned_modes
@@ -12,6 +13,7 @@ from hpcrub.response.ensemble import Verdict
 from hpcrub.response.history import Follower, integrate
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.problem import coating_of
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
 SPEEDS = np.array([33.4, 33.9, 34.4])
@@ -28,6 +30,13 @@ def test_volume_and_energy_of_an_even_groove():
     assert abs(wear.volume(worn, COATING, 0.5) / (2 * np.pi * 0.5 * 0.1 * 1e-3) - 1.0) < 1e-12
     each = (15e6 + 2e8 * 1e-3 / 10e-3) * 1e-3
     assert abs(wear.energy(worn, COATING, 0.5) / (2 * np.pi * 0.5 * 0.1 * each) - 1.0) < 1e-12
+
+
+def test_one_contact_node_on_a_blade_does_not_tell_the_volume():
+    keys = {"law": "abradable", "coating": {"tip_area_mm2": 100}}
+    config = Config(disk={"model": "any.h5"}, contact=keys)
+    coating = coating_of(config, reference_reduced().interface)
+    assert np.isnan(wear.volume(np.full((1, 840), 1e-3), coating, 0.5))
 
 
 def test_lobes_are_those_that_the_casing_does_not_have():
