@@ -1,4 +1,21 @@
-"""The energy audit in plain Python and NumPy: the twin of `evidence.validation.energy_balance`."""
+"""The energy audit in plain Python and NumPy, whatever the tips meet.
+
+A contact force N of a step, whose point goes from p_{n−1} over p_n to p_{n+1} inside the new
+surface, takes N (p_{n+1} − p_{n−1})/2 from the disk and from the casing that moves its bumps:
+
+    N (p_{n+1} − p_{n−1})/2 = N (p_{n+1} − p_n) + N (p_n − p_{n−1} − p_{n+1} + p_n)/2.
+
+The last term is lost because forces act for a step in which the motion is the mean of two. On a
+rigid casing the sum is the impact loss λ (g_{n−1} − g_{n+1})/2. Of a bar with the worn depths w_n
+under the point after the step before, w⁻ and w before and after this one,
+
+    k₁ q (p_{n+1} − p_n) = ΔU + A Δe − k₁ q (w_n − w⁻)
+                           + k₁ Δq²/2 + A H Δw²/2t + k₁ q (q_n − p_n + w_n)
+
+with q = max(p − w, 0), U = k₁ q²/2 and the plastic work e(w) = σ_Y w + H w²/2t of each area. The
+third term is the work with which the turning casing brings the groove of former passages under the
+point; the last three are what implicit steps lose. So for the casing behind.
+"""
 
 from typing import NamedTuple
 
@@ -9,27 +26,43 @@ from hpcrub.model import casing
 
 
 class Ledger(NamedTuple):
-    """Energy and works of n steps, L lanes."""
+    """Energy of the disk, and works of n steps, L lanes."""
 
     energy: np.ndarray  # E (n + 1, L) before the first and after every step [J]
     casing: np.ndarray  # work of the casing's motion in every step (n, L) [J]
     friction: np.ndarray  # work of friction (n, L) [J]
     external: np.ndarray  # work of the external forces (n, L) [J]
+    groove: np.ndarray  # work of the worn surface's motion (n, L) [J]
     damping: np.ndarray  # D, dissipated (n, L) [J]
-    impact: np.ndarray  # loss in impacts (n, L) [J]
+    impact: np.ndarray  # loss in impacts, and by the length of a step (n, L) [J]
+    elastic: np.ndarray  # into coating and casing, which they give back (n, L) [J]
+    plastic: np.ndarray  # into the wear of the bars (n, L) [J]
+    dashpot: np.ndarray  # into the damper of an elastic casing (n, L) [J]
 
     def residual(self):
         """What the balance of every step fails to explain (n, L) [J]: rounding, or a defect."""
-        gained = self.casing + self.friction + self.external
-        return np.diff(self.energy, axis=0) - (gained - self.damping - self.impact)
+        gained = self.casing + self.friction + self.external + self.groove
+        spent = self.damping + self.impact + self.elastic + self.plastic + self.dashpot
+        return np.diff(self.energy, axis=0) - (gained - spent)
+
+    def turnover(self):
+        """Energy that ever was there and work done either way (L,) [J]: the residual's scale."""
+        works = np.abs(self[1:]).sum(axis=(0, 1))
+        return works + np.abs(self.energy).max(axis=0)
+
+    def unexplained(self):
+        """Sum of what is not explained, over the energy turned over (L,) [-]; idle lanes have 0."""
+        turnover = self.turnover()
+        return np.abs(self.residual()).sum(axis=0) / np.where(turnover > 0.0, turnover, 1.0)
 
 
-def audit(bank, n_steps):
+def audit(bank, n_steps, scene=None):
     """Integrate a Bank in time, at the start of its table, and account for its energy.
 
     Args:
         bank: arrays.Bank (modified).
         n_steps: how far.
+        scene: of a casing that gives or wears.
 
     Returns:
         Ledger. Idle lanes have zeros.
@@ -37,55 +70,107 @@ def audit(bank, n_steps):
     scheme, state = bank.scheme, bank.state
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
-    spring = scheme.squared[:, None] / 2.0
+    spring = np.reshape(scheme.squared, (len(inverse), -1)) / 2.0
     q, d = state.position.copy(), state.increment.copy()
     start = state.n_steps.copy()
-    gap_before, gap = _gap(bank, q - d, start, -1), _gap(bank, q, start, 0)
+    before, now = _penetration(bank, q - d, start, -1), _penetration(bank, q, start, 0)
+    surface = Surface(bank, scene) if scene and (scene.coating or scene.elastic_casing) else None
     energy = [np.sum(inertia * d**2 + spring * q * (q - d), axis=0)]
     works = []
     for n in single_steps(bank, n_steps):
         q_before, d_before = q, d
         q, d = state.position.copy(), state.increment.copy()
-        gap_two_before, gap_before, gap = gap_before, gap, _gap(bank, q, start, n)
+        two_before, before, now = before, now, _penetration(bank, q, start, n)
         moved = d + d_before
-        force, normal, friction = _contact_work(bank, moved)
-        impact = np.sum(force * (gap_two_before - gap), axis=0) / 2.0
+        force = state.multiplier[: len(now)]
+        normal = np.sum(-force * (_normal(bank) @ moved), axis=0) / 2.0
+        all_forces = np.sum((scheme.load @ state.multiplier) * moved, axis=0) / 2.0
+        taken = np.sum(force * (now - two_before), axis=0) / 2.0
         external = scheme.external[(n - 1) % len(scheme.bump)] if len(scheme.external) else 0.0
+        impact, *given = taken, *np.zeros((4, bank.width))
+        if surface:
+            late = np.sum(force * (2.0 * before - two_before - now), axis=0) / 2.0
+            impact, *given = surface.works(force, before, now)
+            impact += late
         works.append(
             (
-                normal + impact,
-                friction,
+                normal + taken,
+                all_forces - normal,
                 np.sum(np.reshape(external, (-1, 1)) * moved, axis=0) / 2.0,
+                given[0],
                 np.sum(loss * moved**2, axis=0),
                 impact,
+                *given[1:],
             )
         )
         energy.append(np.sum(inertia * d**2 + spring * q * q_before, axis=0))
     return Ledger(np.array(energy), *np.moveaxis(np.array(works), 1, 0))
 
 
-def _gap(bank, q, start, n):
-    """Gaps g after n steps of a run that began at step ``start`` of each lane (n_c, L) [m]."""
-    scheme, n_points = bank.scheme, _n_points(bank)
+class Surface:
+    """What the contact points of a bank meet, from its Scene and the worn depths of the bank."""
+
+    def __init__(self, bank, scene):
+        """At the start of a table."""
+        face, coating, spring = scene.interface, scene.coating, scene.elastic_casing
+        self.worn, n = bank.law.surface.worn, len(face.angle)
+        self.n_bars = bank.law.surface.n_steps
+        self.first = np.round(face.angle * self.n_bars / (2.0 * np.pi)).astype(int)
+        self.strip, self.n_steps = face.strip * self.n_bars, 0
+        self.coating, self.area = coating, coating.area * face.share[:, None] if coating else 0.0
+        self.k = spring.stiffness if spring else 0.0
+        h = np.where(bank.scheme.step > 0.0, bank.scheme.step, np.inf)
+        self.d = spring.damping / h if spring else 0.0
+        self.thickness = coating.thickness if coating else 0.0
+        self.under = np.zeros((n, bank.width))  # worn depth under every point after the last step
+        self.fresh = self._worn(1)  # and before the coming one
+
+    def _worn(self, step):
+        """Worn depths now of the bars on which the points stand at a step."""
+        bars = self.strip + (self.first + step) % self.n_bars
+        return self.worn[bars] if self.coating else np.zeros_like(self.under)
+
+    def works(self, force, p, new):
+        """Loss, groove, elastic, plastic and dashpot (L,) [J] of a step.
+
+        force: (C, L) [N]; p, new: penetrations before and after the step (C, L) [m].
+        """
+        self.n_steps += 1
+        old, fresh = self.under, self.fresh
+        worn = fresh
+        if self.coating:  # of the point: another one on this bar may wear it deeper
+            worn = np.maximum(fresh, self.coating.kept * (new - self.coating.depth_at_yield))
+        self.under, self.fresh = worn, self._worn(self.n_steps + 1)
+        k1 = hard = plastic = 0.0
+        if self.coating:
+            k1 = self.coating.young * self.area / self.thickness
+            hard = self.coating.hardening * self.area / self.thickness
+            plastic = self.area * (self.coating.energy(worn) - self.coating.energy(fresh))
+        q0, q = np.maximum(p - old, 0.0), np.maximum(new - worn, 0.0)
+        bar = k1 * q
+        x0, x = np.maximum(p - self.thickness, 0.0), np.maximum(new - self.thickness, 0.0)
+        pushes = self.k * x + self.d * (x - x0) > 0.0
+        dashpot = np.where(pushes, self.d * (x - x0), -self.k * x) * (x - x0)
+        elastic = k1 * (q**2 - q0**2) / 2.0 + self.k * (x**2 - x0**2) / 2.0
+        loss = k1 * (q - q0) ** 2 / 2.0 + hard * (worn - fresh) ** 2 / 2.0 + bar * (q0 - p + old)
+        loss += self.k * (x - x0) ** 2 / 2.0 + (force - bar) * (x0 - p + self.thickness)
+        groove = bar * (old - fresh)
+        return [np.sum(part + 0.0 * force, 0) for part in (loss, groove, elastic, plastic, dashpot)]
+
+
+def _normal(bank):
+    """Normal displacement of the contact points per modal coordinate, without the padding."""
+    return bank.scheme.normal[:, np.isfinite(bank.scheme.own[0])].T
+
+
+def _penetration(bank, q, start, n):
+    """Penetrations of the new surface after n steps of a run that began at step ``start``.
+
+    Returns (n_c, L) [m].
+    """
+    scheme, n_points = bank.scheme, np.count_nonzero(np.isfinite(bank.scheme.own))
     t = np.maximum(start + n, 0) * scheme.step
     grown = np.array([casing.ramp(time, scheme.ramp_time) for time in t])
     bump = scheme.bump[(n - 1) % len(scheme.bump), :n_points, None]
     clearance = scheme.clearance + scheme.own[0, :n_points, None]
-    return clearance - grown * bump - scheme.normal[:, :n_points].T @ q
-
-
-def _contact_work(bank, moved):
-    """Contact forces of the last step and their works over half of ``moved`` = d_{n+1} + d_n.
-
-    Returns λ (n_c, L) [N] and the works of the normal forces and of friction (L,) [J].
-    """
-    n_points = _n_points(bank)
-    force = bank.state.multiplier[:n_points]
-    normal, load = (table[:, :n_points].T for table in (bank.scheme.normal, bank.scheme.load))
-    along = (load + normal) @ moved / 2.0  # −μ u_t
-    return force, np.sum(-force * (normal @ moved / 2.0), axis=0), np.sum(force * along, axis=0)
-
-
-def _n_points(bank):
-    """Contact points, without those of the padding, that nothing reaches."""
-    return np.count_nonzero(np.isfinite(bank.scheme.own))
+    return grown * bump + _normal(bank) @ q - clearance

@@ -51,10 +51,9 @@ def spatial(modes):
     return modes._replace(axial=np.zeros_like(modes.normal))
 
 
-def thrown(mass, velocity, scene, h, duration, kind=lambda modes: modes):
-    """Motion of a mass (`bars.Mass`) from u = 0 with a velocity [m/s].
+def ready(mass, velocity, scene, h, kind=lambda modes: modes):
+    """Bank of a mass (`bars.Mass`) at u = 0 with a velocity [m/s] that takes steps h [s].
 
-    Returns the places u (n,) [m] and forces (n,) [N] at the ends of n steps h [s], and the bank;
     kind: `spatial`, or the planar mass as it is.
     """
     omega = np.sqrt(mass.spring / mass.mass)
@@ -70,7 +69,15 @@ def thrown(mass, velocity, scene, h, duration, kind=lambda modes: modes):
     bank.state.increment[0, 0] = (
         root * velocity * np.sin(turn * h) / turn * np.exp(ratio * omega * h)
     )
-    n = round(duration / h)
+    return bank
+
+
+def thrown(mass, velocity, scene, h, duration, **kind):
+    """Motion of a mass from u = 0; arguments as of `ready`.
+
+    Returns the places u (n,) [m] and forces (n,) [N] at the ends of n steps h, and the bank.
+    """
+    bank, n = ready(mass, velocity, scene, h, **kind), round(duration / h)
     recorded = Recorded(np.zeros(n), np.zeros(n))
     run(bank, n, recorded)
-    return recorded.place / root, recorded.force, bank
+    return recorded.place / np.sqrt(mass.mass), recorded.force, bank

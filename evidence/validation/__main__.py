@@ -15,6 +15,7 @@ from evidence.validation import (
     blade3d,
     bouncing_bar,
     cantilever,
+    coating,
     energy_audit,
     full_disk,
     linear_load,
@@ -31,6 +32,7 @@ CASES = {
     "full_disk": full_disk,
     "linear_load": linear_load,
     "energy_audit": energy_audit,
+    "coating": coating,
     "sliding": sliding,
     "blade3d": blade3d,
 }

@@ -140,7 +140,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
 
 
 def set_motion(
-    bank: Bank, lane: int, position: np.ndarray, velocity: np.ndarray, time: float
+    bank: Bank, lane: int, position: np.ndarray, velocity: np.ndarray, time: float, memory: Any
 ) -> None:
     """Start a filled lane from a motion at the begin of a block (bank is modified).
 
@@ -149,20 +149,23 @@ def set_motion(
     position: (K,) modal coordinates [m·√kg].
     velocity: (K,) modal velocities, mean over the step before [m·√kg/s].
     time: since the bumps began to grow [s].
+    memory: of the contact law; None: nothing has touched before.
     """
     h = bank.scheme.step[lane]
     bank.state.position[:, lane] = position
     bank.state.increment[:, lane] = h * velocity
     bank.state.n_steps[lane] = round(time / h)
+    if memory is not None:
+        bank.law.remember(lane, memory)
 
 
-def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float]:
+def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float, Any]:
     """Motion of a lane, as `set_motion` takes it.
 
     bank: bank of the lane; lane: index of the lane.
     Returns position (K,), modal coordinates [m·√kg]; velocity (K,), modal velocities, mean over the
-    step before [m·√kg/s]; time, since the bumps began to grow [s].
+    step before [m·√kg/s]; time, since the bumps began to grow [s]; memory of the contact law.
     """
     h, state = bank.scheme.step[lane], bank.state
-    velocity = state.increment[:, lane] / h
-    return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h
+    velocity, memory = state.increment[:, lane] / h, bank.law.memory(lane)
+    return state.position[:, lane].copy(), velocity, state.n_steps[lane] * h, memory

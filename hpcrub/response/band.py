@@ -56,7 +56,7 @@ def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     decay = float((ratios(scene.damping_ratio, modes.omega) * modes.omega).min())
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
-    return Wearing(rule, scene, scene.coating) if scene.coating else rule
+    return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule
 
 
 class Band:

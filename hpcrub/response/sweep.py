@@ -26,12 +26,13 @@ class Motion(NamedTuple):
     position: np.ndarray  # modal coordinates (S, K) [m·√kg]
     velocity: np.ndarray  # (S, K)
     time: np.ndarray  # since the bumps began to grow (S,) [s]
+    memory: np.ndarray  # of the contact law, of what it has met (S,) of object
 
     @classmethod
     def at_rest(cls, n_speeds: int, n_modes: int) -> "Motion":
         """At rest, before the bumps grow."""
         still = np.zeros((n_speeds, n_modes))
-        return cls(still, still.copy(), np.zeros(n_speeds))
+        return cls(still, still.copy(), np.zeros(n_speeds), np.full(n_speeds, None))
 
 
 class SweepResult(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.contact.status import NOT_STEADY, STEADY
+from hpcrub.model.casing import casing_height
 from hpcrub.model.coating import Coating
 from hpcrub.response.ensemble import Signals, Verdict
 from hpcrub.response.scene import Scene
@@ -17,7 +18,7 @@ from hpcrub.response.scene import Scene
 REVOLUTIONS = 10  # in which the growth of the worn depth is looked at
 ENDED = 1e-3  # growth in these revolutions of wear that has ended, over the largest depth
 AT_REST = 0.01  # amplitude of a motion that has died away, over the largest before
-FAINT = 1e-3  # order of the worn depth that is no lobe, over the mean depth
+FAINT = 0.1  # of the worn depth: what is less beyond the bumps', or of one order, is no lobe
 N_ANGLES = 360  # of the worn depths that are kept of every speed
 
 
@@ -30,7 +31,7 @@ class Wear(NamedTuple):
     growth: np.ndarray  # largest growth of any bar in the last revolutions (S,) [m]
     volume: np.ndarray  # worn away (S,) [m³]
     energy: np.ndarray  # that has gone into it (S,) [J]
-    lobes: np.ndarray  # of the worn depth (S,) [-]
+    lobes: np.ndarray  # of the worn depth, 0 for none (S,) [-]
     around: np.ndarray  # worn depth of Z strips around the casing (S, Z, A) [m]
 
     @classmethod
@@ -44,9 +45,9 @@ class Wear(NamedTuple):
 class Wearing:
     """Watches a lane on a coating: by another rule of `ensemble`, until nothing wears any more."""
 
-    def __init__(self, rule: Any, scene: Scene, coating: Coating) -> None:
-        """Nothing is worn yet."""
-        self.rule, self.scene, self.coating = rule, scene, coating
+    def __init__(self, rule: Any, scene: Scene) -> None:
+        """Nothing is worn yet; scene: at the lane's speed."""
+        self.rule, self.scene = rule, scene
         self.largest, self.time = 0.0, 0.0
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
 
@@ -85,15 +86,16 @@ class Wearing:
     def write(self, index: int, wear: Wear) -> None:
         """What became of the coating, as speed ``index`` of ``wear`` (modified)."""
         worn = self.depths[-1][1]
-        radius = float(self.scene.interface.radius.max())
+        coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
+        assert coating is not None  # what wears is one
         values = (
             self.largest,
             self.time,
             worn.max(),
             self.growth,
-            volume(worn, self.coating, radius),
-            energy(worn, self.coating, radius),
-            lobes(worn, self.scene.repeats),
+            volume(worn, coating, radius),
+            energy(worn, coating, radius),
+            lobes(worn, self.scene),
             around(worn),
         )
         for array, value in zip(wear, values, strict=True):
@@ -116,23 +118,33 @@ def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
     return float(coating.energy(worn).sum() * element_area(worn, coating, radius))
 
 
-def lobes(worn: np.ndarray, repeats: int) -> int:
-    """Lobes of worn depths around the casing.
+def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
+    """Depths (Z, S) [m] that bumps and profile press into the coating where no blade moves.
 
-    worn: (Z, S) worn depths [m].
-    repeats: times that the casing and the load repeat themselves in a turn.
-    Returns strongest order that is not a multiple of ``repeats``, which are those of the casing;
-    where there is none, or casing and load have all orders, the strongest of all. 0: no wear.
+    scene: at one speed; n_strips, n_bars: Z, S.
     """
-    size = np.abs(np.fft.rfft(worn.mean(axis=0)))
-    if not size[0] > 0.0:
+    face, coating = scene.interface, scene.coating
+    assert coating is not None
+    phi = 2.0 * np.pi * np.arange(n_bars) / n_bars
+    height = casing_height(phi, scene.n_bumps, scene.bump_height, scene.profile, scene.bump_width)
+    own = np.full(n_strips, np.inf)
+    np.minimum.at(own, face.strip, face.clearance)
+    beyond = height - scene.clearance - own[:, None] - coating.depth_at_yield
+    return np.clip(coating.kept * beyond, 0.0, coating.thickness)
+
+
+def lobes(worn: np.ndarray, scene: Scene) -> int:
+    """Lobes of worn depths (Z, S) [m] around the casing; scene: at their speed.
+
+    Returns strongest order of what is worn deeper than blades at rest would have cut. A blade that
+    vibrates with the frequency f while it cuts leaves f/Ω lobes. 0: as good as nothing is deeper,
+    or the depth is the same all around.
+    """
+    beyond = np.maximum(worn - cut_at_rest(scene, *worn.shape), 0.0).mean(axis=0)
+    size = np.abs(np.fft.rfft(beyond))
+    if beyond.max() <= FAINT * worn.max() or 2.0 * size[1:].max() <= FAINT * size[0]:
         return 0
-    size, mean = size[1:], size[0]
-    order = np.arange(1, len(size) + 1)
-    own = np.where(order % repeats == 0, 0.0, size) if repeats > 1 else size
-    if own.max() <= FAINT * mean:
-        own = size
-    return int(order[own.argmax()])
+    return 1 + int(size[1:].argmax())
 
 
 def around(worn: np.ndarray) -> np.ndarray:

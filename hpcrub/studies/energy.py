@@ -1,7 +1,8 @@
 """Strain energy of the blades, for the samples of a contact study with the largest A_nl.
 
 Every speed is integrated to its steady state as in the contact study, and then, from where it
-stands, over the revolutions of one more window, in which the energy is taken.
+stands, over the revolutions of one more window, in which the energy is taken. On a coating that
+is the one that has been worn until then, and what its wear has taken is kept, too.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,6 +42,10 @@ LAYOUT = (
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
+_COATING = (
+    Dataset("tuned/wear_energy_j", ("speed",), "J", "energy that the wear by the tuned disk took"),
+    Dataset("wear_energy_j", _SS, "J", "energy that has gone into the wear of the coating"),
+)
 SCALES = {"speed": "speeds_hz"}
 
 
@@ -49,6 +54,11 @@ class Chosen(NamedTuple):
 
     problem: Problem
     deviation: np.ndarray  # (n, N)
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets."""
+    return LAYOUT + (_COATING if config.contact.wears else ())
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -115,6 +125,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield f"{group}energy_j", where, found
     yield f"{group}point_status", where, result.point_status
     yield f"{group}point_reason", where, result.point_reason
+    if config.contact.wears:
+        yield f"{group}wear_energy_j", where, result.wear.energy
 
 
 def energies(
@@ -166,6 +178,11 @@ def amplification(file: ResultFile) -> np.ndarray:
     return np.array(list(found)) / (tuned if tuned > 0.0 else np.nan)
 
 
+def worn(file: ResultFile) -> np.ndarray:
+    """Largest energy that the wear by every sample took, of a study on a coating (n,) [J]."""
+    return np.array([_largest(energy) for energy in file.read("wear_energy_j")])
+
+
 def _largest(energy):
     """Largest finite one of some energies [J], NaN when there is none."""
     known = energy[np.isfinite(energy)]
@@ -183,6 +200,9 @@ def report(file: ResultFile) -> Iterator[str]:
         yield "by strain energy: not known, all points of the tuned disk or of the samples diverged"
         return
     yield f"by strain energy: {found.min():.3f} to {found.max():.3f}, median {np.median(found):.3f}"
+    if "wear_energy_j" in file:
+        taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
+        yield f"wear takes {np.nanmin(taken):.3g} to {np.nanmax(taken):.3g} J, tuned {tuned:.3g} J"
 
 
 STUDY = Study(
@@ -190,7 +210,7 @@ STUDY = Study(
     figures="14",
     sections=("energy",),
     what="amplification of the blades' strain energy",
-    layout=lambda config: LAYOUT,
+    layout=layout,
     scales=SCALES,
     sizes=sizes,
     constants=constants,

@@ -19,7 +19,7 @@ _NUMBERS = {
     "worn_growth_m": ("m", "largest growth of a worn depth in the last ten revolutions or so"),
     "worn_volume_m3": ("m3", "volume of coating worn away: depth by arc by width of its strip"),
     "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
-    "lobes": ("1", "lobes of the worn depth beyond those of casing and load"),
+    "lobes": ("1", "lobes of the worn depth beyond what blades at rest cut; 0: none"),
 }
 NAMES = (*_NUMBERS, "worn_m")
 _AROUND = "largest worn depth within an angle of the casing, of each strip"

@@ -71,5 +71,8 @@ class Spring(NamedTuple):
         normal = multiplier[:, : len(scene.interface.angle)]
         return normal, 0.0 * normal, normal[:, :0]
 
+    def memory(self, lane):
+        return None
+
     def steps_touched(self, lane):
         return np.zeros(0)

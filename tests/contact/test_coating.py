@@ -15,10 +15,12 @@ import sys
 import numpy as np
 import pytest
 
-from evidence.truth.bars import Bar, Mass, Reference
+from evidence.truth.bars import Mass
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.one_mass import scene as wall
 from evidence.truth.one_mass import spatial, thrown
+from evidence.validation import coating
+from evidence.validation.coating import GAP, HARD, LAWS, MILD, SOFT, SPEED, SPRING, WALLS
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
@@ -32,70 +34,20 @@ from tests.contact.test_kernel import integrate_lanes
 from tests.contact.test_spatial import integrate, made_up
 from tests.program import ROOT
 
-MASS = Mass(0.8, 15.0, 0.8 * (2.0 * np.pi * 150.0) ** 2)
-GAP, SPEED, DURATION = 1e-4, 2.0, 6e-3
-HARD = Coating(2e-3, 1e9, 8e6, 2e8, 5e-4)
-THIN = Coating(4e-4, 1e9, 1e6, 1e9, 5e-5)
-WORN_THROUGH = THIN._replace(thickness=2e-4, hardening=2e7, area=5e-4)
-SPRING, DAMPED = ElasticCasing(2e7), ElasticCasing(2e7, 300.0)
-WALLS = {
-    "elastic": (None, SPRING),
-    "damped": (None, DAMPED),
-    "coated": (HARD, None),
-    "pressed to the casing": (THIN, DAMPED),
-    "worn through": (WORN_THROUGH, DAMPED),
-}
-# a disk: the coating is cut by some tips, and by others pressed to the casing
-SOFT = Coating(0.6e-3, 3e8, 1e6, 1e8, 1.4e-3)
-MILD = ElasticCasing(1e7, 50.0)
-LAWS = {
-    "elastic": {"elastic_casing": MILD},
-    "coated": {"coating": SOFT},
-    "both": {"coating": SOFT, "elastic_casing": MILD},
-}
-
-
-def exact(coating, casing, duration=DURATION):
-    bar = Bar(*coating[:5]) if coating else Bar()
-    return Reference(MASS, bar, GAP, *(casing or ())).run(SPEED, 1e-5, round(duration / 1e-5))
-
-
-def computed(coating, casing, h, duration=DURATION, **kind):
-    found = wall(GAP, 0.0, coating=coating, elastic_casing=casing)
-    return thrown(MASS, SPEED, found, h, duration, **kind)
-
-
-def extrapolated(values):
-    """Limit of values at steps halved again and again, their error a power series of the step."""
-    values = np.array(values)
-    for order in range(1, len(values)):
-        values = (2.0**order * values[1:] - values[:-1]) / (2.0**order - 1.0)
-    return values[0]
-
 
 @pytest.mark.parametrize("name", WALLS)
 def test_one_mass_is_the_event_driven_motion(name):
-    coating, casing = WALLS[name]
-    truth = exact(coating, casing, 2e-3)
-    assert len(truth.events) >= 2
-    assert coating is None or 0.0 < truth.worn[-1] <= coating.thickness
-    steps, peaks, worn = 1e-8 / 2.0 ** np.arange(4), [], []
-    for h in steps:
-        place, _, bank = computed(coating, casing, h, 2e-3)
-        peaks.append(place.max())
-        worn.append(bank.law.surface.worn[0, 0] if coating else 0.0)
-    errors = np.abs(np.array(peaks) / truth.highest - 1.0)
-    assert abs(fitted_order(steps, errors) - 1.0) < 0.02
-    assert abs(extrapolated(peaks[:3]) / truth.highest - 1.0) < 1e-6
-    if coating:
-        assert abs(extrapolated(worn[:3]) - truth.worn[-1]) < 1e-6 * truth.worn[-1]
+    order, peak, worn = coating.first_peak(name)
+    assert abs(order - 1.0) < 0.02
+    assert peak < 1e-6
+    assert worn < 1e-6
 
 
 @pytest.mark.parametrize("name", WALLS)
 def test_one_mass_in_three_dimensions_moves_alike(name):
     """The set of points that is solved exactly, and Gauss–Seidel, find the same forces."""
     (place, force, bank), (same, as_large, solid) = (
-        computed(*WALLS[name], 1e-6, **kind) for kind in ({}, {"kind": spatial})
+        coating.computed(*WALLS[name], 1e-6, **kind) for kind in ({}, {"kind": spatial})
     )
     assert type(bank.law) is not type(solid.law)
     assert np.abs(same - place).max() < 1e-12 * place.max()
@@ -105,64 +57,29 @@ def test_one_mass_in_three_dimensions_moves_alike(name):
 
 @pytest.mark.parametrize("name", WALLS)
 def test_the_whole_motion_converges_with_the_first_order(name):
-    truth, steps, errors = exact(*WALLS[name]), 1e-5 / 2.0 ** np.arange(5, 10), []
-    for h in steps:
-        place, _, _ = computed(*WALLS[name], h)
-        every = round(1e-5 / h)
-        errors.append(np.abs(place[every - 1 :: every] - truth.place[1:]).max())
-    assert 0.9 < fitted_order(steps, np.array(errors)) < 1.1
+    assert 0.9 < coating.motion_order(name) < 1.1
 
 
 def test_a_slow_incursion_wears_what_statics_say():
     """A stiff damped tip before a casing that comes 1.5 mm nearer: x = w + (σ_Y + H w/t) t/E."""
-    omega, height, gap = 1e4, 1.5e-3, 0.5e-3
-    found = wall(gap, 0.0, coating=HARD)._replace(bump_height=height, ramp_time=0.2)
-    mass = Mass(1e6, 2e6 * 0.9 * omega, 1e6 * omega**2)
-    place, _, bank = thrown(mass, 0.0, found, 1e-5, 0.21)
-    x, w, t = place[-1] + height - gap, bank.law.surface.worn[0, 0], HARD.thickness
-    assert abs(x - (height - gap)) < 1e-3 * x
-    assert abs(w + (HARD.yield_stress + HARD.hardening * w / t) * t / HARD.young - x) < 1e-10 * x
-    assert w > 0.5 * x
+    error, share = coating.incursion()
+    assert error < 1e-10
+    assert share > 0.5
 
 
-@pytest.mark.parametrize("coating", [HARD, None], ids=["coated", "elastic"])
-def test_energy_goes_into_wear_and_what_a_step_loses(coating):
-    """E = ½ v v₋ + … of the scheme; N (Δp + Δp₋)/2 is stored, worn away, or lost by the step.
-
-    The end of a step is where the law holds, so ½ ΔN²/k₁ of every step is lost, ½ H A/t Δw² of
-    wear, what a force takes in the step in which a gap closes, and N (Δp₋ − Δp)/2 because forces
-    act for a step in which the motion is a mean of two.
-    """
-    mass = MASS._replace(damper=0.0)
-    found = wall(GAP, 0.0, coating=coating, elastic_casing=None if coating else SPRING)
-    lost = []
-    steps = 1e-7 / 2.0 ** np.arange(3)
-    for h in steps:
-        u, force, bank = thrown(mass, SPEED, found, h, 2e-3)
-        u = np.concatenate([[-SPEED * h], [0.0], u])  # close: the first step is free
-        gain, stiff = bank.scheme.gain[0, 0] / mass.mass, mass.spring
-        moved = np.diff(u)
-        energy = moved[1:] ** 2 / (2.0 * gain) + stiff / 2.0 * u[2:] * u[1:-1]
-        work = force * (u[2:] - u[:-2]) / 2.0
-        start = energy[0]  # no force yet
-        assert np.abs(energy - start + np.cumsum(work)).max() < 1e-9 * start
-        p = u[2:] - GAP
-        by_step = np.sum(force * (moved[:-1] - moved[1:]) / 2.0)
-        k = coating.stiffnesses(coating.area)[0] if coating else SPRING.stiffness
-        wasted = np.sum(np.diff(force) ** 2) / (2.0 * k)
-        worn, w = 0.0, np.zeros_like(p)
-        if coating:
-            w = np.maximum.accumulate(np.maximum(coating.kept * (p - coating.depth_at_yield), 0.0))
-            hard = coating.hardening * coating.area / coating.thickness
-            worn = coating.area * coating.yield_stress * w[-1] + hard * w[-1] ** 2 / 2.0
-            wasted += hard * np.sum(np.diff(w) ** 2) / 2.0
-            assert worn > 0.2 * start
-        gap = force / k + w - p
-        wasted += np.sum(force[1:] * gap[:-1])
-        assert force[-1] == 0.0  # nothing is stored at the end
-        assert abs(work.sum() - worn - wasted - by_step) < 1e-9 * start
-        lost.append((wasted + by_step) / start)
-    assert abs(fitted_order(steps, np.abs(lost)) - 1.0) < 0.05
+@pytest.mark.parametrize("bar", [HARD, None], ids=["coated", "elastic"])
+def test_energy_goes_into_wear_and_what_a_step_loses(bar):
+    """The balance of every step closes, nothing is stored in the end, and what steps lose has the
+    first order."""
+    books = coating.thrown_ledgers(bar)
+    assert max(found.unexplained()[0] for found in books) < 1e-10
+    start = books[-1].energy[0, 0]
+    lost = [found.impact[:, 0].sum() / start for found in books]
+    assert abs(fitted_order(2.0 ** -np.arange(3), np.array(lost)) - 1.0) < 0.1
+    assert abs(books[-1].elastic[:, 0].sum()) < 1e-12 * start
+    assert books[-1].elastic[:, 0].cumsum().max() > 0.1 * start
+    assert (books[-1].plastic >= 0.0).all()
+    assert books[-1].plastic[:, 0].sum() > (0.2 * start if bar else -1.0)
 
 
 @pytest.mark.parametrize("turn", [0.01, 0.05, 0.2])
@@ -178,26 +95,10 @@ def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
 
 def test_limits_of_the_law():
     """k → ∞ and E, σ_Y → ∞ are the rigid casing, σ_Y → ∞ the elastic one of stiffness EA/t."""
-    h = 1e-5
-    rigid, _, _ = computed(None, None, h)
-    stiffness = 10.0 ** np.arange(13, 17)
-    elastic = [
-        np.abs(computed(None, ElasticCasing(k), h)[0] - rigid).max() / rigid.max()
-        for k in stiffness
-    ]
-    assert abs(fitted_order(1.0 / stiffness, np.array(elastic)) - 1.0) < 0.02
-    hard = HARD._replace(yield_stress=1e30)
-    coated = [
-        np.abs(
-            computed(hard._replace(young=k * hard.thickness / hard.area), None, h)[0] - rigid
-        ).max() / rigid.max()
-        for k in stiffness
-    ]  # fmt: skip
-    assert np.allclose(coated, elastic, rtol=1e-3)
-    k = HARD.stiffnesses(HARD.area)[0]
-    spring, _, _ = computed(None, ElasticCasing(k), h)
-    place, _, _ = computed(hard, None, h)
-    assert np.abs(place - spring).max() < 1e-11 * spring.max()
+    elastic, coated, error = coating.limits()
+    assert abs(elastic - 1.0) < 0.02
+    assert abs(coated - 1.0) < 0.02
+    assert error < 1e-11
 
 
 def worn_by(points, scene, h, n_steps):
@@ -205,22 +106,22 @@ def worn_by(points, scene, h, n_steps):
 
     points: penetrations of the new coating at the ends of the steps (n, C) [m].
     """
-    coating, casing, face = scene.coating, scene.elastic_casing, scene.interface
+    bar_of, casing, face = scene.coating, scene.elastic_casing, scene.interface
     offset = np.round(face.angle * n_steps / (2.0 * np.pi)).astype(int)
     places = sorted(set(face.axial_position))
     strip = [places.index(place) for place in face.axial_position]
     strain, forces = np.zeros((len(places), n_steps)), np.zeros_like(points)
     before = np.zeros(points.shape[1])
-    E, H, t = coating.young, coating.hardening, coating.thickness
+    E, H, t = bar_of.young, bar_of.hardening, bar_of.thickness
     for n, row in enumerate(points):
         for i, p in enumerate(row):
             bar = strip[i], (n + 1 + offset[i]) % n_steps
             trial = max(E * (p / t - strain[bar]), 0.0)
-            beyond = trial - (coating.yield_stress + H * strain[bar])
+            beyond = trial - (bar_of.yield_stress + H * strain[bar])
             if beyond > 0.0:
                 strain[bar] = min(strain[bar] + beyond / (E + H), 1.0)
                 trial -= E * beyond / (E + H)
-            forces[n, i] = coating.area * face.share[i] * trial
+            forces[n, i] = bar_of.area * face.share[i] * trial
             if casing:
                 rate = (p - t - max(before[i] - t, 0.0)) / h
                 forces[n, i] += max(casing.stiffness * (p - t) + casing.damping * rate, 0.0)

@@ -8,7 +8,9 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from evidence.validation.report import fitted_order
 from hpcrub.contact import status
 from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED
 from hpcrub.contact.bank import allocate
@@ -21,7 +23,7 @@ from hpcrub.response import history
 from hpcrub.response.revolution import Grid, rung, slowest
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import run_sweep
+from hpcrub.response.sweep import Motion, run_sweep
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
@@ -187,3 +189,63 @@ def test_few_sets_are_tried_where_points_are_stiffly_coupled():
     _, bank = integrate(modes, scene, [SPEED], REVOLUTION)
     assert 1 <= bank.state.report[SWEEPS, 0] <= 40
     assert bank.state.report[UNSOLVED, 0] == 0.0
+
+
+def turned_by_friction(omega, friction, belt, velocity, times):
+    """Motion ü + ω²u = −friction·sign(belt + u̇) from u = 0, exact between reversals (never stuck).
+
+    Returns places at the times, and how often the slip reversed.
+    """
+    found, start, u, v, way, reversals = np.zeros(len(times)), 0.0, 0.0, velocity, 1.0, 0
+    while start < times[-1]:
+        at = -way * friction / omega**2
+
+        def speed(t, u=u, v=v, at=at):
+            return v * np.cos(omega * t) - omega * (u - at) * np.sin(omega * t)
+
+        grid = np.linspace(1e-9, 2.0 * np.pi / omega, 400)
+        slips = way * (belt + speed(grid)) > 0.0
+        end = np.inf
+        if not slips.all():
+            first = int(np.argmin(slips))
+            end = brentq(lambda t: belt + speed(t), grid[first - 1], grid[first], xtol=1e-15)
+        here = (times >= start) & (times < start + min(end, grid[-1]))
+        t = times[here] - start
+        found[here] = at + (u - at) * np.cos(omega * t) + v / omega * np.sin(omega * t)
+        t = min(end, grid[-1])
+        u, v, start = (
+            at + (u - at) * np.cos(omega * t) + v / omega * np.sin(omega * t),
+            speed(t),
+            start + t,
+        )
+        if end < np.inf:
+            assert omega**2 * abs(u) > friction
+            way, reversals = -way, reversals + 1
+    return found, reversals
+
+
+def test_friction_reverses_with_the_slip():
+    """A tip that is pressed and vibrates along the casing faster than it rotates; first order."""
+    omega, pressed, mu, speed, radius = 2.0 * np.pi * np.array([400.0, 60.0]), 1e-3, 0.05, 2.0, 0.5
+    belt, velocity = 2.0 * np.pi * speed * radius, 25.0  # [m/s]
+    force = mu * omega[0] ** 2 * pressed
+    one = np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])
+    modes = Modes(omega, *one, np.zeros((1, 2)), one[1], np.eye(2))
+    face = Interface(
+        *np.zeros((2, 1), int), np.array([radius]), *np.zeros((2, 1)), *one, modes.axial, one[1],
+        np.zeros(1, int),
+    )  # fmt: skip
+    steps, errors = 1e-5 / 2.0 ** np.arange(4), []
+    for step in steps:
+        scene = Scene(face, 0.0, 1, 0.0, -pressed, 0.0, mu, scheme="exact_modal", step=step)
+        scene, motion = scene._replace(record_interval=step), Motion.at_rest(1, 2)
+        motion.position[0, 0], motion.velocity[0, 1] = -pressed, velocity
+        pieces = list(history.integrate(modes, scene, [speed], 0.05, motion))
+        time = np.concatenate([piece.time[:, 0] for piece in pieces])
+        u = np.concatenate([piece.observed[:, 0, 0] for piece in pieces])[time < 0.05]
+        time = time[time < 0.05]
+        expected, reversals = turned_by_friction(omega[1], force, belt, velocity, time)
+        errors.append(np.abs(u - expected).max() / np.abs(expected).max())
+    assert reversals >= 4
+    assert errors[-1] < 1e-2
+    assert 0.8 < fitted_order(steps, np.array(errors)) < 1.2

@@ -11,9 +11,14 @@ from evidence.truth.disk import earlier_reduced
 from evidence.truth.energy import audit as plain_audit
 from evidence.truth.motion import Structure, make_bank, single_steps, start_free
 from evidence.validation import energy_balance
+from evidence.validation.coating import MILD, SOFT
 from evidence.validation.energy_audit import REVOLUTION, SPEEDS, bank_of
+from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.model import casing
+from hpcrub.model.coating import ElasticCasing
+from hpcrub.response.revolution import Grid
+from tests.contact.test_coating import KINDS, rubbing
 
 N_BLOCKS, N_ROWS = 2, REVOLUTION // 4
 SCHEMES = ["central_difference", "exact_modal"]
@@ -110,3 +115,38 @@ def test_energy_from_nowhere_is_found():
     books.inertia[:] *= 1.0 + 1e-6
     run(bank, N_BLOCKS, books)
     assert not any(energy_balance.is_balanced(books, lane) for lane in range(len(SPEEDS)))
+
+
+DISKS = {
+    "planar elastic": ("planar", {"elastic_casing": MILD}),
+    "planar both": (
+        "planar",
+        {"coating": SOFT._replace(thickness=1e-4, hardening=1e6), "elastic_casing": MILD},
+    ),
+    "spatial elastic": ("spatial", {"elastic_casing": ElasticCasing(5e5, 10.0)}),
+    **{name: KINDS[name] for name in ("planar coated", "spatial coated", "spatial both")},
+}
+
+
+@pytest.mark.parametrize("name", DISKS)
+def test_energy_of_a_disk_whose_casing_gives_or_wears_closes(name):
+    """With the plastic work, which is that of the depths in the end where nothing is worn through;
+    a bar that is softer than it should be does not close."""
+    modes, scene, speed = rubbing(*DISKS[name])
+    grid = Grid(1200, 1, 1)
+    bank, coating = allocate(modes, scene, grid, 8, [speed]), scene.coating
+    books = plain_audit(bank, 2400, scene)
+    assert books.unexplained()[0] < 1e-12
+    assert books.elastic[:, 0].max() > 0.0
+    assert (books.dashpot >= -1e-15).all()
+    assert (books.dashpot[:, 0].sum() > 0.0) == bool(scene.elastic_casing)
+    if coating:
+        worn, share = bank.law.surface.worn[:, 0], scene.interface.share[0]
+        found = books.plastic[:, 0].sum() / (coating.area * share * coating.energy(worn).sum())
+        assert abs(found - 1.0) < 1e-12 or worn.max() == coating.thickness
+        assert books.groove[:, 0].sum() > 0.0
+    bank = allocate(modes, scene, grid, 8, [speed])
+    bank.law.surface.bars[:] *= 0.999
+    wrong = bank.law.surface._replace(stiffness=bank.law.surface.stiffness * 1.001)
+    books = plain_audit(bank._replace(law=bank.law._replace(surface=wrong)), 2400, scene)
+    assert books.unexplained()[0] > 1e-9

@@ -10,7 +10,9 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.truth.hexahedra import sector_arrays
 from hpcrub import studies
+from hpcrub.results import model_file
 from hpcrub.runs import result_files
 from tests.program import TINY, datasets, error_lines, load, run, start
 
@@ -20,6 +22,17 @@ N_SAMPLES = 12  # on each of two levels, and three runs of the tuned disk
 SWEPT = 7  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}, tuned_runs: 3")
 STUDY += "contact: {law: abradable}\n"  # whose wear must be the same, too
+SPATIAL = f"""\
+disk: {{model: sector.h5}}
+reduction: {{n_modes: 10}}
+casing: {{n_bumps: 4, clearance_mm: 0.02, bump_height_mm: 0.06, growth_time_s: 0.002}}
+contact: {{law: abradable, coating: {{yield_mpa: 0.5, tip_area_mm2: 400}}}}
+speeds: {{from_hz: 575, to_hz: 585, step_hz: 5}}
+time: {{step_s: 2e-6}}
+steady_state: {{first_check_s: 0.012, max_time_s: 0.012}}
+mistuning: {{half_range_percent: [2, 4], samples: {N_SAMPLES}, tuned_runs: 3}}
+convergence: {{step: 1}}
+"""
 WAIT = 60.0  # [s] for anything to happen
 
 DRIVER = """\
@@ -139,8 +152,23 @@ MESSAGES = {  # of BAD_INPUTS
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """Folder with an input, and the bits of its results on one rank without mpirun."""
-    folder = tmp_path_factory.mktemp("study")
-    (folder / "study.yaml").write_text(STUDY)
+    return on_one_rank(tmp_path_factory.mktemp("study"), STUDY)
+
+
+@pytest.fixture(scope="module")
+def spatial(tmp_path_factory):
+    """The same of blades that move in three dimensions and cut with two points each."""
+    folder = tmp_path_factory.mktemp("spatial")
+    model_file.write(folder / "sector.h5", sector_arrays(lean=0.6))
+    folder, found = on_one_rank(folder, SPATIAL)
+    depths = np.frombuffer(found["samples/worn_depth_m"])
+    assert len(set(depths)) > N_SAMPLES
+    assert depths.max() > 1e-6
+    return folder, found
+
+
+def on_one_rank(folder, text):
+    (folder / "study.yaml").write_text(text)
     code, out, err = run(0, "study.yaml", "--output", "serial.h5", "--no-figures", folder=folder)
     assert code == 0, out + err
     return folder, datasets(folder / "serial.h5")
@@ -161,9 +189,12 @@ def driver(tmp_path):
     return path
 
 
-@pytest.mark.parametrize(("ranks", "figures"), [(2, ()), (3, ("--no-figures",))])
-def test_same_bits_on_any_number_of_ranks(study, ranks, figures):
-    folder, expected = study
+@pytest.mark.parametrize(
+    ("kind", "ranks", "figures"),
+    [("study", 2, ()), ("study", 3, ("--no-figures",)), ("spatial", 3, ("--no-figures",))],
+)
+def test_same_bits_on_any_number_of_ranks(request, kind, ranks, figures):
+    folder, expected = request.getfixturevalue(kind)
     code, out, err = run(ranks, "study.yaml", "--output", f"{ranks}.h5", *figures, folder=folder)
     assert code == 0, out + err
     assert error_lines(err) == []
@@ -289,11 +320,11 @@ def killed_and_resumed(folder, held, victim, ranks, resumed_on):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
 @pytest.mark.parametrize(
-    ("victim", "ranks", "resumed_on"),
-    [("mpirun", 2, 0), ("all ranks", 2, 3)],
+    ("kind", "victim", "ranks", "resumed_on"),
+    [("study", "mpirun", 2, 0), ("study", "all ranks", 2, 3), ("spatial", "all ranks", 2, 2)],
 )
-def test_killed_and_resumed_gives_the_same_bits(study, held, victim, ranks, resumed_on):
-    folder, expected = study
+def test_killed_and_resumed_gives_the_same_bits(request, held, kind, victim, ranks, resumed_on):
+    folder, expected = request.getfixturevalue(kind)
     assert killed_and_resumed(folder, held, victim, ranks, resumed_on) == expected
 
 

@@ -118,16 +118,15 @@ def test_every_mode_decays_with_its_own_damping():
         planar_interface(np.zeros(2), 1.0), damping, 1, 0.0, 1.0, 0.0, 0.0, step=1e-4,
         scheme="exact_modal",
     )  # fmt: skip
-    start = Motion(np.array([[1e-3, 2e-3]]), np.zeros((1, 2)), np.zeros(1))
-    end = Motion(*(values.copy() for values in start))
+    start = np.array([1e-3, 2e-3])
+    end = Motion.at_rest(1, 2)
+    end.position[:] = start
     pieces = list(history.integrate(modes, scene, [10.0], 0.5, end))
     time, ratio = pieces[-1].time[-1, 0], np.array(damping.ratios)
     envelope = np.hypot(
         end.position[0], (end.velocity[0] + ratio * omega * end.position[0]) / omega
     )
-    np.testing.assert_allclose(
-        envelope, start.position[0] * np.exp(-ratio * omega * time), rtol=0.02
-    )
+    np.testing.assert_allclose(envelope, start * np.exp(-ratio * omega * time), rtol=0.02)
 
 
 def test_a_profile_below_the_clearance_never_touches():

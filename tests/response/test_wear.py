@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import reference_reduced, reference_scene
+from evidence.validation import coating
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
@@ -12,8 +13,9 @@ from hpcrub.response import wear
 from hpcrub.response.ensemble import Verdict
 from hpcrub.response.history import Follower, integrate
 from hpcrub.response.steady import SteadyCriteria
-from hpcrub.response.sweep import run_sweep
+from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.setup.problem import coating_of
+from tests.contact.test_coating import KINDS, rubbing
 
 COATING = Coating(5e-3, 1e9, 15e6, 2e8, 1.4e-3, 0.1)
 SPEEDS = np.array([33.4, 33.9, 34.4])
@@ -39,11 +41,27 @@ def test_one_contact_node_on_a_blade_does_not_tell_the_volume():
     assert np.isnan(wear.volume(np.full((1, 840), 1e-3), coating, 0.5))
 
 
-def test_lobes_are_those_that_the_casing_does_not_have():
-    assert wear.lobes(around((4, 5e-4), (7, 1e-4), (9, 5e-5)), 4) == 7
-    assert wear.lobes(around((8, 5e-4), (4, 2e-4)), 4) == 8
-    assert wear.lobes(around((4, 5e-4), (7, 1e-4)), 1) == 4
-    assert wear.lobes(np.zeros((1, 960)), 4) == 0
+def test_lobes_are_those_beyond_what_blades_at_rest_cut():
+    scene = reference_scene(coating=COATING)
+    at_rest = wear.cut_at_rest(scene, 1, 960)
+    assert abs(at_rest.max() - COATING.kept * (1e-3 - COATING.depth_at_yield)) < 1e-15
+    assert (np.diff(np.flatnonzero(at_rest == at_rest.max())) == 240).all()
+    assert wear.lobes(at_rest, scene) == 0
+    assert wear.lobes(at_rest + around((7, 2e-4), (9, 5e-5)), scene) == 7
+    assert wear.lobes(around((4, 9e-4), (7, 1e-4)), scene) == 4
+    assert wear.lobes(around((7, 0.0)), scene._replace(bump_height=0.0)) == 0
+    assert wear.lobes(np.zeros((1, 960)), scene) == 0
+
+
+def test_lobes_of_an_interaction_are_the_vibrations_in_a_turn():
+    """Whether the two bumps have that order or not; just above the speeds f/k. Between these there
+    is no interaction, or one that closes after two turns, 6.5 vibrations in each."""
+    lobes, per_turn, amplitude, depth = coating.lobes()
+    grows = amplitude > 1e-3
+    assert list(lobes[grows]) == [3, 4, 5, 6, 13, 7]
+    assert set(lobes[~grows]) <= {0, 2}
+    assert np.array_equal(per_turn[grows], [3.0, 4.0, 5.0, 6.0, 6.5, 7.0])
+    assert (depth[~grows] < 0.25e-3).all()
 
 
 def test_depths_around_the_casing_are_the_largest_of_their_part():
@@ -66,7 +84,7 @@ class Rule:
 
 def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
     rule, none = Rule(), (None, None)
-    followed = wear.Wearing(rule, None, None)
+    followed = wear.Wearing(rule, None)
     for revolution in range(0, 40, 3):
         followed.see(1.0 + revolution, 0.1 * revolution)
         followed.keep(revolution, np.array([1.0 * revolution]))
@@ -138,3 +156,20 @@ def test_a_history_wears_as_the_sweep_does():
         tolerance = {"rel": 2e-3} if name in ("amplitude", "time") else {"rel": 0.0, "abs": 0.0}
         assert values[0] == pytest.approx(getattr(swept.wear, name)[0], **tolerance), name
     assert followed.found.status == swept.point_status[0] == NOT_STEADY
+
+
+@pytest.mark.parametrize("name", ["planar coated", "spatial coated", "spatial both"])
+def test_a_history_goes_on_before_the_coating_it_has_worn(name):
+    """In pieces that end within a turn, and after a turn: the same as at once, unless forgotten."""
+    modes, scene, speed = rubbing(*KINDS[name])
+    at_once = list(integrate(modes, scene, [speed], 3.0 / speed))
+    expected = np.concatenate([piece.position for piece in at_once])
+    for kept in (True, False):
+        motion, pieces = Motion.at_rest(1, len(modes.omega)), []
+        for turns in (0.5, 1.25, 1.25):
+            pieces += integrate(modes, scene, [speed], turns / speed, motion)
+            motion.memory[:] = motion.memory if kept else None
+        found = np.concatenate([piece.position for piece in pieces])[: len(expected)]
+        off = np.abs(found - expected).max() / np.abs(expected).max()
+        assert (off < 1e-9) if kept else (off > 1e-3)
+        assert not kept or np.ptp([part[-1].worn[0].max() for part in (pieces, at_once)]) < 1e-12

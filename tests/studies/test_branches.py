@@ -79,7 +79,7 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
 
     def fake(modes, scene, speeds_hz, poll, selection, motion, width):
         (i,) = selection
-        begun[i] = [float(values[i].flat[0]) for values in motion]
+        begun[i] = [float(np.ravel(values[i])[0]) for values in motion]
         for number, values in enumerate(motion):
             values[i] = 10 * (i + 1) + number
         result = SweepResult.empty(len(speeds_hz))
@@ -88,14 +88,16 @@ def test_every_speed_follows_the_one_before(monkeypatch, downwards):
         return result
 
     monkeypatch.setattr(branches, "run_sweep", fake)
-    given = Motion(np.full((5, 3), -1.0), np.full((5, 3), -2.0), np.full(5, -3.0))
+    first = [-1.0, -2.0, -3.0, -4.0]
+    given = Motion(*(np.full((5, 3), value) for value in first))
     speeds = np.linspace(30.0, 34.0, 5)
     result = branches.follow(None, None, speeds, given, downwards)
     order, step = ([4, 3, 2, 1, 0], 1) if downwards else ([0, 1, 2, 3, 4], -1)
     assert list(begun) == order
     for i in order:
-        first = i == order[0] or i + step == 2
-        expected = [-1.0, -2.0, -3.0] if first else [10 * (i + step + 1) + n for n in range(3)]
+        expected = [10 * (i + step + 1) + n for n in range(4)]
+        if i == order[0] or i + step == 2:
+            expected = first
         assert begun[i] == expected
     np.testing.assert_array_equal(result.amplitude, speeds)
     np.testing.assert_array_equal(result.point_status == DIVERGED, np.arange(5) == 2)

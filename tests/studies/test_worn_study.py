@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import xarray
 
+from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
-from hpcrub.studies import open_result
+from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import depths, trust
 from hpcrub.studies.contact.layout import KINDS
 from tests.program import TINY
@@ -94,3 +95,22 @@ def test_what_is_said_is_of_the_largest_amplitude_of_any_time(file):
     (ended, *rest) = trust.lines(file)
     assert ended.startswith(f"{100 - 100 * left:.0f} % of the points have ended")
     assert not any("irregular peaks" in line for line in rest)
+
+
+def test_energy_of_the_disks_that_cut(folder, monkeypatch):
+    """With what their wear has taken, as in the contact study that it starts from."""
+    monkeypatch.chdir(folder)
+    text = COATED.replace("coated.h5", "energy.h5")
+    text += "study: energy\nsources: [coated.h5]\nenergy: {samples: 3}\n"
+    (folder / "energy.yaml").write_text(text, encoding="utf-8")
+    assert cli.main(["energy.yaml", "--no-figures"]) == 0
+    file, source = open_result("energy.h5"), open_result("coated.h5")
+    level, number = file.read("level"), file.read("number")
+    taken = source.read("samples/wear_energy_j")[level, number]
+    assert taken.min() > 0.0
+    assert np.array_equal(file.read("wear_energy_j"), taken)
+    assert np.array_equal(file.read("tuned/wear_energy_j"), source.read("tuned/wear_energy_j"))
+    assert (file.read("energy_j") > 0.0).all()
+    *_, drawn = plot.energy(file)
+    np.testing.assert_array_equal(drawn.lines[0].get_ydata(), taken.max(axis=1))
+    assert any(line.startswith("wear takes ") for line in energy.report(file))

@@ -19,6 +19,9 @@ move in three dimensions before any of the `surfaces`. Another one needs:
     Normal, tangential and axial forces of recorded multipliers (R, F, L).
 ``steps_touched(lane)``
     Steps in which every blade carried a force, (0,) if the law does not count them.
+``memory(lane)``
+    What a later run of the lane goes on from beside its motion, None if it is nothing; else
+    ``remember(lane, memory)`` gives it to a lane that is filled.
 ``predict(lanes, bank, step, n_active)``
     Static method, compiled: corrector of the step before, predictor and penetrations of this one;
     returns the deepest penetration. `passes.predict_all` serves most laws.

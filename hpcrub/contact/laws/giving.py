@@ -136,6 +136,14 @@ class Giving(NamedTuple):
         """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
         return self.rigid().forces_on_points(multiplier, scene)
 
+    def memory(self, lane: int) -> Any:
+        """What the surface keeps; see ``laws``."""
+        return self.surface.memory(lane)
+
+    def remember(self, lane: int, memory: Any) -> None:
+        """Go on before a surface that has been met (modified)."""
+        self.surface.remember(lane, memory)
+
     def steps_touched(self, lane: int) -> np.ndarray:
         """Nothing (0,): contacts are not counted."""
         return np.zeros(0)

@@ -102,10 +102,11 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
 @compiled(inner=True)
 def find_wrong(
     lanes: tuple,
+    scheme: Scheme,
     state: State,
     law: Any,
-    start: int,
-    end: int,
+    n_groups: int,
+    group: int,
     n: int,
     threshold: np.ndarray,
     limit: np.ndarray,
@@ -113,7 +114,9 @@ def find_wrong(
 ) -> np.ndarray:
     """Mark the points that are not on the line guessed (law.wrong, modified).
 
-    start, end: places in `State.active` of the first point of the group and after the last.
+    A point that others push in needs its column before its surface can tell its line.
+
+    n_groups: groups with listed points; group: one of them.
     n: chosen points, the first of ``law.chosen``.
     threshold: (L,) penetration from which on a blade counts in a lane [m].
     limit: (L,) tolerance of a multiplier or penetration [m].
@@ -121,8 +124,8 @@ def find_wrong(
     Returns (L,); zero in the lanes that have none.
     """
     n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
-    count, own = zero, 0
-    for a in range(start, end):
+    start, count, own = law.groups[group], zero, 0
+    for a in range(start, law.groups[group + 1]):
         i = state.active[a]
         less, force = zero, zero
         for r in range(n):
@@ -132,6 +135,9 @@ def find_wrong(
         if own < n and law.chosen[own] == a:
             force = load(lanes, law.right, own)
             own += 1
+        elif not law.turned[a] and any_lane(below(limit, depth)):
+            law.fresh[0] = a
+            turn(lanes, scheme, state, law, 1, law.groups[n_groups])
         near = below(threshold, load(lanes, law.deepest, law.blade[i]))
         code = load(lanes, law.touching, i)
         wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
@@ -192,7 +198,7 @@ def solve_group(
     for trial in range(MOST_TRIALS):
         n = choose(lanes, scheme, state, law, n_groups, group, solving)
         solve_set(lanes, state, law, n)
-        count = find_wrong(lanes, state, law, start, end, n, threshold, limit, trying)
+        count = find_wrong(lanes, scheme, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + select(trying, one, zero)
         trying = below(zero, count)
         if not any_lane(trying):

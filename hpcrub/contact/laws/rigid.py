@@ -87,6 +87,9 @@ class Rigid(NamedTuple):
         normal = multiplier[:, : len(scene.interface.angle)]
         return normal, scene.friction * normal, normal[:, :0]
 
+    def memory(self, lane: int) -> None:
+        """Nothing."""
+
     def steps_touched(self, lane: int) -> np.ndarray:
         """Nothing (0,): contacts are not counted."""
         return np.zeros(0)

@@ -206,6 +206,14 @@ class Solid(NamedTuple):
         normal, tangential, axial = (multiplier[:, k * n_padded :][:, :n_points] for k in range(3))
         return normal, tangential, axial
 
+    def memory(self, lane: int) -> Any:
+        """What the surface keeps; see ``laws``."""
+        return self.surface.memory(lane)
+
+    def remember(self, lane: int, memory: Any) -> None:
+        """Go on before a surface that has been met (modified)."""
+        self.surface.remember(lane, memory)
+
     def steps_touched(self, lane: int) -> np.ndarray:
         """Steps in which every blade carried a force since its lane was filled (N,)."""
         return self.touched[:, lane].copy()

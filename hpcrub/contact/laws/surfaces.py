@@ -59,6 +59,9 @@ class Hard(NamedTuple):
     def fill(self, lane: int, scene: Any, h: float) -> None:
         """Nothing depends on the lane."""
 
+    def memory(self, lane: int) -> None:
+        """Nothing."""
+
     @staticmethod
     @compiled(inline=True, inner=True)
     def tick(surface: "Hard") -> None:
@@ -205,6 +208,22 @@ class Coated(NamedTuple):
         """Worn depths around the casing (Z, S) [m], bar e at the angle 2πe/S of the casing."""
         worn = self.worn[:, lane].reshape(-1, self.n_steps)
         return np.roll(worn, -int(self.filled[0, lane]), axis=1)
+
+    def memory(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
+        """Worn depths from where the disk stands (Z, S) and `reached` in the last step (C,) [m]."""
+        worn = self.worn[:, lane].reshape(-1, self.n_steps)
+        touched = self.clock[1] == self.clock[0]
+        reached = np.where(touched, self.reached[:, lane], 0.0)
+        return np.roll(worn, -(self.clock[0] % self.n_steps), axis=1), reached
+
+    def remember(self, lane: int, memory: tuple[np.ndarray, np.ndarray]) -> None:
+        """Give a lane that has just been filled a `memory` of as many steps a turn (modified)."""
+        worn, reached = memory
+        if self.clock[1] != self.clock[0]:  # nobody touched in the last step
+            self.reached[:] = 0.0
+            self.clock[1] = self.clock[0]
+        self.worn[:, lane] = np.roll(worn, self.clock[0] % self.n_steps, axis=1).ravel()
+        self.reached[:, lane] = reached
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -1,0 +1,290 @@
+"""A casing that gives and a coating that wears: the truths of these laws, and what was found.
+
+Every figure comes from a function here, which the tests call, too.
+"""
+
+import numpy as np
+
+from evidence.page import ROOT
+from evidence.truth.bars import Bar, Mass, Reference
+from evidence.truth.disk import reference_reduced, reference_scene
+from evidence.truth.energy import audit
+from evidence.truth.one_mass import ready, scene, thrown
+from evidence.validation import report
+from hpcrub.config.schema import load_runs
+from hpcrub.contact.bank import allocate
+from hpcrub.model.coating import Coating, ElasticCasing
+from hpcrub.model.interface import planar_interface
+from hpcrub.model.reduction import Modes, mistuned_modes
+from hpcrub.response import history
+from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.scene import Scene
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.input_files import resolved
+from hpcrub.setup.problem import build_problem
+
+MASS = Mass(0.8, 15.0, 0.8 * (2.0 * np.pi * 150.0) ** 2)
+GAP, SPEED, DURATION = 1e-4, 2.0, 6e-3
+HARD = Coating(2e-3, 1e9, 8e6, 2e8, 5e-4)
+THIN = Coating(4e-4, 1e9, 1e6, 1e9, 5e-5)
+SPRING, DAMPED = ElasticCasing(2e7), ElasticCasing(2e7, 300.0)
+WALLS = {
+    "elastic": (None, SPRING),
+    "damped": (None, DAMPED),
+    "coated": (HARD, None),
+    "pressed to the casing": (THIN, DAMPED),
+    "worn through": (THIN._replace(thickness=2e-4, hardening=2e7, area=5e-4), DAMPED),
+}
+# of a disk: some tips cut, others are pressed to the casing behind
+SOFT = Coating(0.6e-3, 3e8, 1e6, 1e8, 1.4e-3)
+MILD = ElasticCasing(1e7, 50.0)
+LAWS = {
+    "elastic": {"elastic_casing": MILD},
+    "coated": {"coating": SOFT},
+    "both": {"coating": SOFT, "elastic_casing": MILD},
+}
+OWN = 150.0  # frequency of the blade that cuts lobes [Hz]
+ORDERS = 2.85, 3.25, 3.75, 4.25, 4.75, 5.25, 5.65, 6.25, 6.65  # OWN over the speeds it runs at
+CUTS = Coating(5e-3, 1e8, 1e5, 2e7, 1e-4, 0.02)
+BLISK = {
+    "elastic": {"elastic_casing": ElasticCasing(2e6, 20.0)},
+    "coated": {"coating": Coating(1e-3, 1e9, 1e6, 2e8, 1.12e-4)},
+}
+
+TEXT = """## A casing that gives, a coating that wears
+
+What is held against the laws *elastic* and *abradable*, on planar disks and in three dimensions.
+The test of every row stands beside it; those of this page are computed by
+`evidence/validation/coating.py`."""
+ENERGY = """**Energy.** Planar: the reference disk, mistuned by up to ±3 %, over four revolutions
+from rest at 34.25 Hz with bumps of 1 mm; three dimensions: the blisk of `inputs/blisk`, mistuned
+by up to ±2 %, over four revolutions at 225 Hz. In joule. *Casing* is the work of the turning
+bumps. *Groove* is that of the turning worn surface, which brings what earlier passages have left
+under the tips. *Step* is what impacts lose and forces that act for a whole step. *Plastic* is
+the work into the wear of the bars, each with the area of a tip, one for each step of a turn: it
+and the groove's grow with the number of steps, what they take together from the blades does not.
+(The energy of the wear in result files is that of bars as long as a step.) *Unexplained* is the
+sum over all steps over the energy turned over."""
+LOBES = """**Lobes.** One blade of 150 Hz turns before a casing with two bumps and a coating. Its
+motion grows where its frequency in contact, somewhat above its own, is a multiple of the speed.
+There it cuts as many lobes as it vibrates per turn, whether the bumps repeat themselves as often
+or not, as is seen in experiments. Between such speeds it touches at the bumps alone, and cuts
+hardly deeper than at rest; or its motion closes after two turns, and it cuts the lobes of both: 13
+of 6.5 vibrations in each."""
+
+
+def exact(coating, casing, duration=DURATION):
+    """Event-driven motion of MASS; see `bars.Reference`."""
+    bar = Bar(*coating[:5]) if coating else Bar()
+    return Reference(MASS, bar, GAP, *(casing or ())).run(SPEED, 1e-5, round(duration / 1e-5))
+
+
+def computed(coating, casing, h, duration=DURATION, **kind):
+    """The same by the kernel; see `one_mass.thrown`."""
+    found = scene(GAP, 0.0, coating=coating, elastic_casing=casing)
+    return thrown(MASS, SPEED, found, h, duration, **kind)
+
+
+def extrapolated(values):
+    """Limit of values at steps halved again and again, their error a power series of the step."""
+    values = np.array(values)
+    for order in range(1, len(values)):
+        values = (2.0**order * values[1:] - values[:-1]) / (2.0**order - 1.0)
+    return values[0]
+
+
+def first_peak(name):
+    """Order of the error of the peak, and errors of peak and worn depth, extrapolated [-]."""
+    coating, casing = WALLS[name]
+    truth = exact(coating, casing, 2e-3)
+    assert len(truth.events) >= 2
+    steps, peaks, worn = 1e-8 / 2.0 ** np.arange(4), [], []
+    for h in steps:
+        place, _, bank = computed(coating, casing, h, 2e-3)
+        peaks.append(place.max())
+        worn.append(bank.law.surface.worn[0, 0] if coating else 0.0)
+    errors = np.abs(np.array(peaks) / truth.highest - 1.0)
+    depth = truth.worn[-1]
+    off = abs(extrapolated(worn[:3]) / depth - 1.0) if coating else 0.0
+    assert coating is None or 0.0 < depth <= coating.thickness
+    order = report.fitted_order(steps, errors)
+    return order, abs(extrapolated(peaks[:3]) / truth.highest - 1.0), off
+
+
+def motion_order(name):
+    """Order of the error of a whole motion."""
+    truth, steps, errors = exact(*WALLS[name]), 1e-5 / 2.0 ** np.arange(5, 10), []
+    for h in steps:
+        place, _, _ = computed(*WALLS[name], h)
+        every = round(1e-5 / h)
+        errors.append(np.abs(place[every - 1 :: every] - truth.place[1:]).max())
+    return report.fitted_order(steps, np.array(errors))
+
+
+def incursion():
+    """Error of x = w + (σ_Y + H w/t) t/E where a casing comes 1.5 mm nearer, over x; and w/x."""
+    omega, height, gap = 1e4, 1.5e-3, 0.5e-3
+    found = scene(gap, 0.0, coating=HARD)._replace(bump_height=height, ramp_time=0.2)
+    mass = Mass(1e6, 2e6 * 0.9 * omega, 1e6 * omega**2)  # a stiff damped tip
+    place, _, bank = thrown(mass, 0.0, found, 1e-5, 0.21)
+    x, w, t = place[-1] + height - gap, bank.law.surface.worn[0, 0], HARD.thickness
+    assert abs(x - (height - gap)) < 1e-3 * x
+    return abs(w + (HARD.yield_stress + HARD.hardening * w / t) * t / HARD.young - x) / x, w / x
+
+
+def limits():
+    """Order in 1/k of an elastic casing and of E, σ_Y → ∞ against the rigid one, and the error of
+    σ_Y → ∞ against the elastic one of stiffness EA/t."""
+    h, stiffness = 1e-5, 10.0 ** np.arange(13, 17)
+    rigid, _, _ = computed(None, None, h)
+    hard = HARD._replace(yield_stress=1e30)
+
+    def off(*wall):
+        return np.abs(computed(*wall, h)[0] - rigid).max() / rigid.max()
+
+    elastic = [off(None, ElasticCasing(k)) for k in stiffness]
+    coated = [off(hard._replace(young=k * hard.thickness / hard.area), None) for k in stiffness]
+    spring, _, _ = computed(None, ElasticCasing(HARD.stiffnesses(HARD.area)[0]), h)
+    place, _, _ = computed(hard, None, h)
+    orders = [report.fitted_order(1.0 / stiffness, np.array(e)) for e in (elastic, coated)]
+    return *orders, np.abs(place - spring).max() / spring.max()
+
+
+def thrown_ledgers(coating):
+    """Energy of a mass without damper that hits a bar or a spring and leaves it, by the step."""
+    steps = 2e-6 / 2.0 ** np.arange(3)
+    found = scene(GAP, 0.0, coating=coating, elastic_casing=None if coating else SPRING)
+    banks = [ready(MASS._replace(damper=0.0), SPEED, found, h) for h in steps]
+    return [
+        audit(bank, round(2e-3 / h), found) for bank, h in zip(banks, steps, strict=True)
+    ]  # fmt: skip
+
+
+def reference_disk(**law):
+    """Modes, Scene and speed [Hz] of the planar reference disk, with another law."""
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
+    found = reference_scene(scheme="exact_modal", step=1e-5, bump_height=1e-3, **law)
+    return modes, found, 34.25
+
+
+def blisk(**law):
+    """Modes, Scene and speed [Hz] of the blisk of the tutorial, with another law."""
+    file = ROOT / "inputs/blisk"
+    rigid, _ = load_runs(file / "coating.yaml", [f"disk.model={file / 'blisk.h5'}"])
+    config = resolved(rigid)
+    problem = build_problem(config)
+    modes = modes_of(config, problem, np.linspace(-0.02, 0.02, config.disk.n_blades))
+    return modes, problem.scene._replace(**law), 225.0
+
+
+def ledger(modes, found, speed, revolutions):
+    """Energy of one disk at a speed [Hz], from rest; see `energy.audit`."""
+    grid = cut_revolution(speed, found)
+    bank = allocate(modes, found, grid, 8, [speed])
+    return audit(bank, revolutions * grid.steps_per_revolution, found)
+
+
+def lobes():
+    """At OWN/ORDERS: lobes that the program reports, vibrations in a turn, amplitude and depth."""
+    modes = Modes.planar(np.array([2.0 * np.pi * OWN]), np.eye(1), np.eye(1))
+    face = planar_interface(np.zeros(1), 0.5)
+    found = Scene(
+        face, 5e-4, 2, 0.5e-3, 0.25e-3, 0.05, 0.0, coating=CUTS, scheme="exact_modal", step=2e-5,
+        steady=SteadyCriteria(max_time=3.0),
+    )  # fmt: skip
+    speeds = OWN / np.array(ORDERS)
+    swept = run_sweep(modes, found, speeds).wear
+    per_turn = []
+    for speed, end in zip(speeds, swept.time, strict=True):
+        pieces = list(history.integrate(modes, found, [speed], end))
+        time = np.concatenate([piece.time[:, 0] for piece in pieces])
+        u = np.concatenate([piece.observed[:, 0, 0] for piece in pieces])
+        turns = time > time[-1] - 20.0 / speed
+        size = np.abs(np.fft.rfft(u[turns] - u[turns].mean()))
+        per_turn.append(size.argmax() / 20.0)
+    return swept.lobes, np.array(per_turn), swept.amplitude, swept.depth
+
+
+def section(folder):
+    """Markdown and verdicts of this case; figures go to ``folder``."""
+    truths, verdicts = _truths()
+    energy, more = _energy()
+    cut, last = _lobes()
+    return "\n\n".join([TEXT, truths, ENERGY, energy, LOBES, cut]), verdicts + more + last
+
+
+def _truths():
+    here, test = "this page", "`tests/contact/test_coating.py`: "
+    peaks = np.array([first_peak(name) for name in WALLS])
+    orders = np.array([motion_order(name) for name in WALLS])
+    (law, share), (elastic, coated, plain) = incursion(), limits()
+    books = [thrown_ledgers(coating) for coating in (HARD, None)]
+    open_ = max(found.unexplained()[0] for law_ in books for found in law_)
+    lost = [np.array([found.impact.sum(axis=0)[0] for found in law_]) for law_ in books]
+    slopes = [report.fitted_order(2.0 ** -np.arange(3), loss) for loss in lost]
+    rows = [
+        ["one mass, event by event: peak and worn depth, extrapolated to no step",
+         f"off by {peaks[:, 1].max():.0e} and {peaks[:, 2].max():.0e}",
+         test + "`test_one_mass_is_the_event_driven_motion`"],
+        ["order in the step: peak, whole motion",
+         f"{peaks[:, 0].min():.3f} to {peaks[:, 0].max():.3f}, {orders.min():.2f} to "
+         f"{orders.max():.2f}", test + "`test_the_whole_motion_converges_with_the_first_order`"],
+        ["slow incursion: x = w + (σ_Y + H w/t) t/E", f"off by {law:.0e}, w = {share:.2f} x",
+         test + "`test_a_slow_incursion_wears_what_statics_say`"],
+        ["energy of one mass: elastic, plastic and what a step loses, of first order",
+         f"{open_:.0e} unexplained, orders {slopes[0]:.2f} and {slopes[1]:.2f}",
+         test + "`test_energy_goes_into_wear_and_what_a_step_loses`"],
+        ["limit k → ∞ and E, σ_Y → ∞: the rigid law, order in 1/k", f"{elastic:.3f}, {coated:.3f}",
+         test + "`test_limits_of_the_law`, `test_stiff_casings_are_the_rigid_one_in_three_"
+         "dimensions`"],
+        ["limit σ_Y → ∞: the elastic law", f"off by {plain:.0e}",
+         test + "`test_limits_of_the_law`"],
+        ["energy of whole disks", "below", here + "; `tests/evidence/test_energy_balance.py`"],
+        ["lobes of an interaction", "below", here + "; `tests/response/test_wear.py`"],
+    ]  # fmt: skip
+    verdicts = [
+        report.at_most("one mass, peak", peaks[:, 1].max(), 1e-6),
+        report.at_most("one mass, worn depth", peaks[:, 2].max(), 1e-6),
+        report.at_most("one mass, order of the peak, off 1", np.abs(peaks[:, 0] - 1).max(), 0.02),
+        report.at_most("one mass, order of the motion, off 1", np.abs(orders - 1).max(), 0.1),
+        report.at_most("slow incursion", law, 1e-10),
+        report.at_most("one mass, unexplained energy", open_, 1e-9),
+        report.at_most("σ_Y → ∞", plain, 1e-11),
+    ]
+    return report.table(["truth", "found", "held by"], rows), verdicts
+
+
+def _energy():
+    names = ("casing", "friction", "groove", "damping", "impact", "elastic", "plastic", "dashpot")
+    head = ["", *names[:4], "step", *names[5:7], "damper", "stored", "unexplained"]
+    rows, verdicts = [], []
+    for kind, laws in ((reference_disk, LAWS), (blisk, BLISK)):
+        for name, law in laws.items():
+            books = ledger(*kind(**law), 4)
+            label = f"{kind.__name__.replace('_', ' ')}, {name}"
+            totals = [getattr(books, part).sum(axis=0)[0] for part in names]
+            totals.append(books.energy[-1, 0] - books.energy[0, 0])
+            open_ = books.unexplained()[0]
+            rows.append([label, *(f"{total:.4g}" for total in totals), f"{open_:.0e}"])
+            verdicts.append(report.at_most(f"{label}, unexplained energy", open_, 1e-9))
+    return report.table(head, rows), verdicts
+
+
+def _lobes():
+    found, per_turn, amplitude, depth = lobes()
+    grows = amplitude > 1e-3
+    rows = [
+        [f"{order:.2f}", f"{OWN / order:.1f}", f"{1e3 * amplitude[i]:.2f}", f"{1e3 * depth[i]:.2f}",
+         f"{per_turn[i]:.2f}" if grows[i] else "–", str(int(found[i]))]
+        for i, order in enumerate(ORDERS)
+    ]  # fmt: skip
+    head = ["f/Ω", "Ω [Hz]", "amplitude [mm]", "worn depth [mm]", "vibrations a turn", "lobes"]
+    turns = found[grows] / per_turn[grows]
+    verdicts = [
+        report.at_most("lobes over vibrations a turn, off 1 or 2", np.abs(turns % 1).max(), 1e-9),
+        report.Verdict("turns after which an interaction closes", turns.max(), 1, 2),
+        report.Verdict("speeds with an interaction", grows.sum(), 6, 6),
+    ]
+    return report.table(head, rows), verdicts
