@@ -19,7 +19,8 @@ against a point that is p inside the new coating, after which its worn depth is
 The second line does not depend on w. Behind p = t stands the casing: rigid, or with a spring and
 a damper, k (p − t) + d ṗ ≥ 0, ṗ the difference to the step before over the step. A casing that
 gives without coating is one whose coating has no thickness. Neither bars nor casing move by
-themselves, so that stiff ones need no smaller step; k → ∞ is the hard casing. Legrand, Batailly,
+themselves, so that no stiffness makes a step unstable; but a step that is long beside the rebound
+of a tip damps it (`setup.plausibility`). k → ∞ is the hard casing. Legrand, Batailly,
 Magnain, Cartraud, Pierre (2012); Batailly, Agrapart, Millecamps, Brunel (2016).
 """
 
