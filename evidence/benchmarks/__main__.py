@@ -14,6 +14,7 @@ from evidence import page
 from evidence.benchmarks import (
     cases,
     kernel_speed,
+    law_precision,
     report,
     sample_cost,
     spatial_precision,
@@ -35,6 +36,11 @@ def kernel():
 def spatial():
     """Three dimensions: simulated steps per second, growth, run time against error."""
     return spatial_speed.measure(), spatial_precision.measure()
+
+
+def laws():
+    """Casings that give or wear: run time against error."""
+    return law_precision.measure()
 
 
 def precision(disk=None):
@@ -65,6 +71,7 @@ def ranks():
 SECTIONS = {  # what measures a section, what writes it
     "kernel": (kernel, report.kernel_section),
     "spatial": (spatial, spatial_report.section),
+    "laws": (laws, law_precision.section),
     "precision": (precision, report.precision_section),
     "sample": (sample, report.sample_section),
     "start": (start, report.start_section),
