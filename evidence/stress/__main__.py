@@ -1,6 +1,6 @@
 """Thousands of runs in the corners of the input, checked by other means than the sweep's own.
 
-Ends with 1 if a check fails. All cases take 10 minutes and write docs/stress.md.
+Ends with 1 if a check fails. All cases take 15 minutes and write docs/stress.md.
 """
 
 import argparse
@@ -15,13 +15,12 @@ from evidence import page
 from evidence.stress import plausibility
 from evidence.stress.checks import EVERY, examine
 from evidence.stress.corners import CORNERS, cases
+from evidence.stress.plausibility import WORKERS
 from hpcrub.contact import status
 from hpcrub.contact.lcp.gauss_seidel import MAX_SWEEPS
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 
 FAST = 0.01  # share of the cases: the first of every corner
-WORKERS = 2
-SCENES = 300  # random ones, at two time steps
 MOST_SECONDS = 60  # for one case with all its checks
 
 
@@ -35,7 +34,7 @@ def main(argv=None):
     for case in itertools.islice(cases(), EVERY + 1):
         examine(case)  # whatever there is to compile: no case's time is spent on it
     findings, faults = run_cases(list(cases(FAST if fast else 1.0)))
-    scenes = [] if fast else plausibility.scenes(SCENES, seed=1)
+    scenes = [] if fast else plausibility.scenes(plausibility.SCENES, seed=1)
     faults += [("plausibility", f"wrong: {f.keys}") for f in scenes if f.wrong.any()]
     text = report(findings, faults, time.monotonic() - began)
     print(text)

@@ -12,6 +12,7 @@ motion that goes on must keep its amplitude, or its mean.
 import argparse
 import itertools
 import math
+import multiprocessing
 import os
 import random
 import tempfile
@@ -32,6 +33,8 @@ from hpcrub.setup import imported, plausibility
 from hpcrub.setup.disks import APART, deviation, modes_of
 from hpcrub.setup.problem import build_problem
 
+WORKERS = 2
+SCENES = 500
 FINER = 10.0
 TOLERANCE = 0.1  # of an amplitude that is steady and periodic
 STRICT = {  # periodic, and not only much alike from window to window
@@ -256,11 +259,12 @@ def is_short(keys: dict[str, Any]) -> bool:
 
 
 def scenes(n: int, seed: int) -> list[Outcome]:
-    """Random scenes, each at its own step and at one ten times finer."""
+    """Random scenes, each at its own step and at one ten times finer, some at a time."""
     rng = random.Random(seed)
     drawn = (blisk(rng) if rng.random() < BLISKS else scene(rng) for _ in itertools.count())
     short = filter(is_short, drawn)
-    return [compare(keys) for keys in itertools.islice(short, n)]
+    with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
+        return pool.map(compare, itertools.islice(short, n), chunksize=1)
 
 
 def reasons(found: list[Outcome]) -> dict[str, int]:
@@ -321,7 +325,7 @@ def _share(which):
 def main(argv: list[str] | None = None) -> int:
     """Print the table and the scenes that are wrong; returns 1 when there are any."""
     parser = argparse.ArgumentParser(prog="python -m evidence.stress.plausibility")
-    parser.add_argument("--scenes", type=int, default=400, metavar="N")
+    parser.add_argument("--scenes", type=int, default=SCENES, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(argv)
     found = scenes(options.scenes, options.seed)
