@@ -12,7 +12,7 @@ import numpy as np
 
 from evidence import page
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
@@ -84,7 +84,7 @@ def simulate(n_disks, n_copies, criteria, config=None):
 def table(n_disks=24, n_copies=3):
     """Markdown table of all rules, one row each."""
     truth = simulate(n_disks, n_copies, LONG)
-    heads = ["rule", "steady", "irregular", "not steady", "scatter of a sample's amplitude",
+    heads = ["rule", "steady", "averaged", "not steady", "scatter of a sample's amplitude",
              "of the reference", "of A_nl", "bias of the largest", "scatter of a point",
              "within 1 error", "2", "simulated [s]", "core seconds a disk"]  # fmt: skip
     found = {name: simulate(n_disks, n_copies, rule) for name, rule in RULES.items()}
@@ -98,7 +98,7 @@ def _row(found, truth):
     expected = truth.amplitude[1:].max(axis=-1).mean(axis=1)
     mean = truth.amplitude.mean(axis=1, keepdims=True)
     off = found.amplitude - mean
-    shares = [np.mean(found.status[1:] == s) for s in (STEADY, IRREGULAR, NOT_STEADY)]
+    shares = [np.mean(found.status[1:] == s) for s in (STEADY, AVERAGED, NOT_STEADY)]
     known = np.isfinite(found.error).all()
     held = [f"{100 * np.mean(np.abs(off) < k * found.error):.0f} %" for k in (1, 2)]
     amplifications = peaks / found.reference

@@ -3,7 +3,7 @@
 Disks, casings (bumps, harmonics, measured points with spikes, jumps and noise), dampings, speeds
 and model files of other frequencies are drawn over the allowed input, so wildly that many are
 refused or marked. All others are integrated at every speed, at the step that the input gets, and at
-one ten times finer. Amplitudes that are steady at both must agree, means of irregular motions
+one ten times finer. Amplitudes that are steady at both must agree, means of averaged motions
 within their stated errors. Where they do not, the finer step goes on from the motion of the longer
 one: a motion that stays is one of several that the disk has at that speed, and no error. And a
 motion that goes on must keep its amplitude, or its mean.
@@ -24,7 +24,7 @@ import numpy as np
 from evidence import page
 from hpcrub import studies
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import IRREGULAR, STEADY
+from hpcrub.contact.status import AVERAGED, STEADY
 from hpcrub.errors import InputError
 from hpcrub.response.band import NARROWEST
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
@@ -217,7 +217,7 @@ def sweep(config: Config, motion: Motion | None = None) -> tuple[SweepResult, Mo
 
 def pairs_of(a: SweepResult, b: SweepResult) -> Pairs:
     """Amplitudes of two sweeps side by side."""
-    known = [np.isin(r.point_status, (STEADY, IRREGULAR)) for r in (a, b)]
+    known = [np.isin(r.point_status, (STEADY, AVERAGED)) for r in (a, b)]
     error = np.hypot(*(np.where(r.point_status == STEADY, 0.0, r.error) for r in (a, b)))
     largest = np.maximum(a.amplitude, b.amplitude)
     scale = np.where(largest > 0.0, largest, 1.0)
@@ -305,7 +305,7 @@ def table(found: list[Outcome]) -> str:
          int(np.count_nonzero((pairs.apart & ~other)[steady]))],
         ["steady, and as far from itself when it goes on",
          int(later.apart[np.isinf(later.errors)].sum())],
-        ["means of irregular motions, at one step or both", means.difference.size],
+        ["means of averaged motions, at one step or both", means.difference.size],
         ["median difference", f"{100 * np.median(means.difference):.2g} %"],
         [f"within {ERRORS:g} standard errors of both", _share(means.errors <= ERRORS)],
         ["of these that go on at the same step: within as many",

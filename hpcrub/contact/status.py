@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-NO_POINT, STEADY, NOT_STEADY, DIVERGED, IRREGULAR = range(5)  # status of a point
+NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
 # reasons; BALANCE is found in files of versions before 0.2 only
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)

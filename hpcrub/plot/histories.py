@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED, IRREGULAR
+from hpcrub.contact.status import AVERAGED, DIVERGED
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, say
 from hpcrub.results.storage import ResultFile
@@ -126,7 +126,7 @@ def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
         return
     passed, status_of = first_known(file, disk), file.read("point_status", disk)
     check = len(checks) - 1 if passed is None else passed
-    word = "irregular" if status_of == IRREGULAR else "steady"
+    word = "averaged" if status_of == AVERAGED else "steady"
     end, word = checks[check], "not steady" if passed is None else word
     for k, colour, name in ((2, ORANGE, "first window compared"), (1, GREEN, "second window")):
         begin = end - k * window

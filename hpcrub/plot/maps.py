@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
 
 from hpcrub.contact import status
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, PINK
@@ -85,14 +85,14 @@ def _mark_unknown(panel: Axes, file: ResultFile, disk: int) -> None:
     """Points whose amplitude is a mean with an error, or one draw, on the upper edge."""
     speeds, found = file.read("speeds_hz"), file.read("point_status", disk)
     error = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
-    for what, colour in ((IRREGULAR, ORANGE), (NOT_STEADY, PINK)):
+    for what, colour in ((AVERAGED, ORANGE), (NOT_STEADY, PINK)):
         here = found == what
         if not here.any():
             continue
         label = "not steady: one draw of many"
-        if what == IRREGULAR:
+        if what == AVERAGED:
             interval = 100 * Z_95 * np.median(error[here])
-            label = f"irregular, {DISKS[disk]}: ±{interval:.0f} % (95 % interval)"
+            label = f"averaged, {DISKS[disk]}: ±{interval:.0f} % (95 % interval)"
         panel.plot(
             speeds[here], np.full(here.sum(), 0.988), "s", ms=3.5, color=colour, label=label,
             transform=panel.get_xaxis_transform(), clip_on=False, zorder=5,

@@ -7,15 +7,16 @@ watched window by window, from the first check on:
 - *steady*: three windows in succession are alike. By how much they may differ follows from the
   damping: what a transient still has to go is its last change over the part of it that decays in a
   window, and this must be below the change allowed.
-- *irregular*: it does not repeat itself, but the mean of its windows' largest displacements has a
-  standard error below `max_error`, and they show no trend. Their mean is the amplitude. Windows
+- *averaged*: it has not repeated itself so far, but the mean of its windows' largest displacements
+  has a standard error below `max_error`, and they show no trend. Their mean is the amplitude, and
+  the motion is followed no further: it may repeat itself later, or never. Windows
   that follow one another are correlated, so that fewer count as independent ones: of a process that
   forgets as a transient decays, those that are two time constants apart. The scatter of a few is
   not well known either, for which Student's t makes up. No mean is taken for better known than the
   change that is allowed to a steady motion.
 - *not steady*: neither is true when the time is over.
 
-Only the later half of the windows counts, five at least, and no motion is irregular before
+Only the later half of the windows counts, five at least, and no motion is averaged before
 transients of the free disk have decayed. `evidence.stress.ensembles` measures what this gains.
 """
 
@@ -26,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.response.steady import SteadyCriteria, is_constant, is_repeated
 
 ALIKE = 3  # windows in succession of a steady motion
 FEWEST = 5  # windows that a mean is made of
-SETTLED = 2.0  # time constants of the slowest mode before a motion counts as irregular
+SETTLED = 2.0  # time constants of the slowest mode before a motion is averaged
 TREND = 1.7  # standard errors of a slope that is not chance
 TO_GO = 0.4  # of max_error, that a trend may lead away from the mean
 MEMORY = 2.0  # time constants of the slowest mode: apart by so many, windows are independent
@@ -111,7 +112,7 @@ class Windows:
             return found if over else None
         known = found.error <= self.criteria.max_error * found.amplitude
         if known and not self._goes_on(n, found.amplitude):
-            return found._replace(status=IRREGULAR)
+            return found._replace(status=AVERAGED)
         return found if over else None
 
     def _verdict(self, status, n):

@@ -43,7 +43,7 @@ class SweepResult(NamedTuple):
     localisation: np.ndarray  # (S,) [-]
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
-    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, IRREGULAR
+    point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
     wear: Wear  # of a coating

@@ -66,5 +66,5 @@ def index_scale(dimension: str) -> Dataset:
 POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))
 POINT_STATUS = (
     "0 none, 1 steady, 2 not steady within the time limit, 3 no result, as point_reason says: "
-    "values are NaN; 4 irregular, the amplitude is a mean of windows"
+    "values are NaN; 4 averaged: followed until the mean of its windows was known"
 )

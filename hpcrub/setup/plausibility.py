@@ -140,7 +140,7 @@ def _time_warnings(config, problem):
         yield (
             f"not steady: transients decay within {SETTLED * constant:.2g} s, "
             f"steady_state.max_time_s is "
-            f"{steady.max_time_s:g}; irregular motions stay marked as not steady"
+            f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"
         )
     if steady.rule == "last_window" and constant > steady.first_check:
         yield (

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from hpcrub.contact.status import IRREGULAR, STEADY
+from hpcrub.contact.status import AVERAGED, STEADY
 
 N_BATCHES = 12
 FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study
@@ -45,7 +45,7 @@ def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndar
     (starts, speeds, windows); point_status: as `layout.POINT_STATUS` (starts, speeds).
     """
     windows = np.stack([amplitude, localisation])
-    known = np.isin(point_status, (STEADY, IRREGULAR)) & np.isfinite(windows).all(axis=(0, 3))
+    known = np.isin(point_status, (STEADY, AVERAGED)) & np.isfinite(windows).all(axis=(0, 3))
     n_points = known.sum(axis=0)
     level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # two quantities a pair
     branch_of = np.full(point_status.shape, -1)

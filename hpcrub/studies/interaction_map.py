@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED, IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response import history
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
@@ -173,7 +173,7 @@ def report(file: ResultFile) -> Iterator[str]:
         if not np.isfinite(amplitude).any():
             continue
         yield f"{name}: {how_known(file, disk)}"
-        known = np.isin(file.read("point_status", disk), (STEADY, IRREGULAR))
+        known = np.isin(file.read("point_status", disk), (STEADY, AVERAGED))
         amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
         error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
         best = int(np.nanargmax(amplitude))
@@ -187,17 +187,17 @@ def report(file: ResultFile) -> Iterator[str]:
 
 
 def how_known(file: ResultFile, disk: int) -> str:
-    """How many points of a disk are steady, irregular or neither, and what that means."""
+    """How many points of a disk are steady, averaged or neither, and what that means."""
     found = file.read("point_status", disk)
-    n_steady, n_irregular, n_lost = (
-        int(np.count_nonzero(found == s)) for s in (STEADY, IRREGULAR, NOT_STEADY)
+    n_steady, n_averaged, n_lost = (
+        int(np.count_nonzero(found == s)) for s in (STEADY, AVERAGED, NOT_STEADY)
     )
     relative = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
-    relative = relative[found == IRREGULAR]
-    error = f", means known to {100 * np.median(relative):.1f} %" if n_irregular else ""
+    relative = relative[found == AVERAGED]
+    error = f", means known to {100 * np.median(relative):.1f} %" if n_averaged else ""
     lost = ", each one draw of many" if n_lost else ""
     return (
-        f"of {len(found)} points {n_steady} are steady, {n_irregular} irregular{error}, "
+        f"of {len(found)} points {n_steady} are steady, {n_averaged} averaged{error}, "
         f"{n_lost} not steady{lost}"
     )
 

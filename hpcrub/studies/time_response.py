@@ -7,7 +7,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED, IRREGULAR, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, STEADY
 from hpcrub.model.casing import casing_height, ramp
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution
@@ -206,7 +206,7 @@ def _tests(config, tangential, per_block):
 
 def first_known(file: ResultFile, disk: int) -> int | None:
     """Number of the check at which the amplitude of a disk of a result file was known, or None."""
-    if file.read("point_status", disk) not in (STEADY, IRREGULAR):
+    if file.read("point_status", disk) not in (STEADY, AVERAGED):
         return None
     return int(np.abs(file.read("check_s") - file.read("judged_s", disk)).argmin())
 
@@ -219,11 +219,11 @@ def report(file: ResultFile) -> Iterator[str]:
             yield f"{name}: {status.words(reason[disk])}"
             continue
         check = first_known(file, disk)
-        word = "irregular" if found[disk] == IRREGULAR else "steady"
+        word = "averaged" if found[disk] == AVERAGED else "steady"
         known = "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
         if check is not None:
             known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
-        if found[disk] == IRREGULAR:
+        if found[disk] == AVERAGED:
             error = Z_95 * file.read("amplitude_error_m", disk)
             known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()

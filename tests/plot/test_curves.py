@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from hpcrub import plot
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot import densities
 from hpcrub.plot.families import finished
@@ -90,7 +90,7 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     )
     file = contact_file(random, text, (1, 2))
     file.values["samples/peak_speed_hz"] = np.array([[34.0, 34.4]])
-    file.values["samples/point_status"][0, 1] = IRREGULAR
+    file.values["samples/point_status"][0, 1] = AVERAGED
     file.values["samples/amplitude_error_m"] = np.full((1, 2, 3), 1e-4)
     file.values["tuned/run_peaks_m"] = np.full(3, 0.013)
     left, right = plot.summary(file)
@@ -99,12 +99,10 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     assert [t.get_text() for t in right.get_yticklabels()] == ["disk 1", "disk 2"]
     speeds = file.read("speeds_hz")
     assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
-    steady, irregular = measured.disks(file)
+    steady, averaged = measured.disks(file)
     np.testing.assert_allclose(steady.interval, contact[0])  # no scatter, and one reference
     part = 1.96 * 1e-4 / file.read("samples/peak_amplitude_m", (0, 1))
-    np.testing.assert_allclose(
-        irregular.interval, contact[1] * (1 + part * np.array([-1, 1])), 1e-4
-    )
+    np.testing.assert_allclose(averaged.interval, contact[1] * (1 + part * np.array([-1, 1])), 1e-4)
 
 
 def test_summary_of_a_pattern(random):

@@ -1,9 +1,9 @@
-"""Verdicts on made-up windows: periodic, irregular, growing and decaying motions."""
+"""Verdicts on made-up windows: periodic, averaged, growing and decaying motions."""
 
 import numpy as np
 import pytest
 
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.response.ensemble import ALIKE, FEWEST, MEMORY, LastWindow, Windows
 from hpcrub.response.steady import SteadyCriteria
 
@@ -55,7 +55,7 @@ def test_a_blade_that_was_larger_before_keeps_a_motion_from_being_steady():
 
 def test_equal_amplitudes_of_motions_that_differ_are_not_steady():
     found, n = watched(np.full(20, 2e-3))
-    assert found.status == IRREGULAR
+    assert found.status == AVERAGED
     assert n == FEWEST
 
 
@@ -78,7 +78,7 @@ def test_two_standard_errors_hold_the_mean_of_a_process_that_is_known(decay, max
     found = [
         watched(forgetful(random, 200, decay), decay, criteria=criteria)[0] for _ in range(300)
     ]
-    assert {one.status for one in found} == {IRREGULAR}
+    assert {one.status for one in found} == {AVERAGED}
     assert max(one.error / one.amplitude for one in found) <= max_error
     off = np.array([abs(one.amplitude - 1.0) / one.error for one in found])
     assert 0.5 < np.mean(off < 1.0) < 0.85

@@ -8,7 +8,7 @@ from scipy.stats import binom
 from evidence.program import TINY
 from hpcrub import studies
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.errors import InputError
 from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.model.root_stress import root_stress
@@ -28,7 +28,7 @@ def file(tmp_path):
     config = config.replace({"output": str(tmp_path / "x.h5")})
     result_files.lay_out(config.output, studies.run_of(config))
     sizes = np.array([[40, 30, 20], [10, 20, 50], [28, 30, 29], [10, 30, 12]]) * 1e-3
-    states = [[IRREGULAR, 1, 1], [1, 1, NOT_STEADY], [1, STEADY, 1], [1, IRREGULAR, 1]]
+    states = [[AVERAGED, 1, 1], [1, 1, NOT_STEADY], [1, STEADY, 1], [1, AVERAGED, 1]]
     with studies.open_result(config.output, mode="r+") as found:
         contact_file.write_tuned(
             found,
@@ -38,6 +38,7 @@ def file(tmp_path):
         for i, (size, state) in enumerate(zip(sizes, states, strict=True)):
             values = {
                 "amplitude_m": size, "amplitude_error_m": 0.05 * size, "status": DONE,
+                "amplitude_scatter_m": 0.07 * size, "time_s": 0.8 + 0 * size,
                 "peak_amplitude_m": size.max(), "point_status": np.array(state, np.uint8),
             }  # fmt: skip
             contact_file.write_sample(found, i // 2, i % 2, values)
@@ -46,13 +47,15 @@ def file(tmp_path):
 
 def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     found = trust.survey(file)
-    assert [found.peaks[s] for s in (STEADY, IRREGULAR, NOT_STEADY)] == [1, 2, 1]
+    assert [found.peaks[s] for s in (STEADY, AVERAGED, NOT_STEADY)] == [1, 2, 1]
     assert (found.lowest, found.highest, found.alone) == (1, 1, 1)
     assert found.points.sum() == 12
-    assert found.error == pytest.approx(0.05)
+    np.testing.assert_allclose(found.averaged, [0.05, 0.07, 0.8])
     assert found.largest == pytest.approx(0.05)
     text = "\n".join(trust.lines(file, found))
     assert "25 % of the peaks steady" in text
+    assert "known (0.8 s), and not until it repeats itself" in text
+    assert "standard error of 5.0 %, and windows that scatter by 7.0 %" in text
     assert "1 of 4 peaks lie at the lowest speed" in text
     assert "speeds.to_hz above 34.4" in text
     assert "at 1 of 4 peaks both neighbouring speeds are more than 10 % lower" in text

@@ -94,7 +94,7 @@ def test_what_is_said_is_of_the_largest_amplitude_of_any_time(file):
     left = (file.read("samples/point_status") == NOT_STEADY).mean()
     (ended, *rest) = trust.lines(file)
     assert ended.startswith(f"{100 - 100 * left:.0f} % of the points have ended")
-    assert not any("irregular peaks" in line for line in rest)
+    assert not any("averaged peaks" in line for line in rest)
 
 
 def test_energy_of_the_disks_that_cut(folder, monkeypatch):

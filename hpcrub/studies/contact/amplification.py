@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import SweepResult
@@ -32,7 +32,7 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     has worn itself free does not say what a blade had to bear.
     """
     amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
-    usable = np.isin(result.point_status, (STEADY, IRREGULAR, NOT_STEADY)) & np.isfinite(amplitude)
+    usable = np.isin(result.point_status, (STEADY, AVERAGED, NOT_STEADY)) & np.isfinite(amplitude)
     if not usable.any():
         return np.nan, np.nan
     best = np.argmax(np.where(usable, amplitude, -np.inf))

@@ -7,7 +7,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from hpcrub.contact.status import DIVERGED, IRREGULAR, NOT_STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, widened
@@ -46,7 +46,7 @@ def disks(file: ResultFile) -> Iterator[Disk]:
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)
         states = file.read("samples/point_status", where)
         best = int(np.argmin(np.abs(file.read("speeds_hz") - speed)))
-        known = states[best] == IRREGULAR and ERROR in file and not file.config.contact.wears
+        known = states[best] == AVERAGED and ERROR in file and not file.config.contact.wears
         error = float(file.read(ERROR, where)[best]) if known else 0.0
         middle, reach = np.array(value), Z_95 * error / peak * value
         interval = np.array(widened(middle, middle - reach, middle + reach, shared))

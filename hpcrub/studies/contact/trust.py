@@ -10,7 +10,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
-from hpcrub.contact.status import DIVERGED, IRREGULAR, NOT_STEADY, STEADY
+from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -21,7 +21,8 @@ ROWS = 1000  # samples read at once
 ALONE = 0.9  # of a peak: where both neighbouring speeds are below, the step may miss a higher one
 FEW = 0.05  # of the peaks: a larger share at an edge, or alone, is worth a word
 SMALL = 0.1  # of the casing's reach: radius that small kinematics may leave out
-KNOWN = STEADY, IRREGULAR, NOT_STEADY
+OF_MEANS = "amplitude_error_m", "amplitude_scatter_m", "time_s"  # the first two by the peak [-]
+KNOWN = STEADY, AVERAGED, NOT_STEADY
 
 
 class Survey(NamedTuple):
@@ -32,7 +33,7 @@ class Survey(NamedTuple):
     lowest: int  # peaks at the lowest speed
     highest: int  # and at the highest
     alone: int  # peaks whose neighbours are both below ALONE of them
-    error: float  # median standard error of the irregular peaks [-]; NaN: none
+    averaged: np.ndarray  # medians of averaged peaks (3,), see OF_MEANS; NaN: none
     largest: float  # amplitude [m]
     n_points: int  # the tuned disk's included
     reasons: np.ndarray  # how many of these have each reason
@@ -42,7 +43,7 @@ class Survey(NamedTuple):
 def survey(file: ResultFile) -> Survey:
     """Look at all points of a file, a few samples at a time."""
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
-    peaks, errors = np.zeros(5, dtype=np.int64), [np.zeros(0)]
+    peaks, averaged = np.zeros(5, dtype=np.int64), [np.zeros((4, 0))]
     lowest = highest = alone = 0
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps, largest = int(file.read("tuned/max_sweeps").max()), 0.0
@@ -69,13 +70,14 @@ def survey(file: ResultFile) -> Survey:
             highest += int(np.count_nonzero(best == last))
             alone += int(np.count_nonzero(inner & (beside < ALONE * peak)))
         if not wears:
-            error = file.read("samples/amplitude_error_m", where)[done][row, best]
-            errors.append((error / peak)[state == IRREGULAR])
+            found = [file.read(f"samples/{one}", where)[done][row, best] for one in OF_MEANS]
+            averaged.append(np.array([*found, peak])[:, state == AVERAGED])
         largest = max(largest, float(peak.max()))
-    known = np.concatenate(errors)
-    error = float(np.median(known)) if len(known) else np.nan
+    error, scatter, time, peak = np.concatenate(averaged, axis=1)
+    known = np.array([error / peak, scatter / peak, time])
+    means = np.median(known, axis=1) if len(peak) else np.full(3, np.nan)
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
-    return Survey(points, peaks, lowest, highest, alone, error, largest, n_points, reasons, sweeps)
+    return Survey(points, peaks, lowest, highest, alone, means, largest, n_points, reasons, sweeps)
 
 
 def pieces(file: ResultFile) -> Iterator[tuple[int, slice]]:
@@ -128,13 +130,13 @@ def short(file: ResultFile) -> Iterator[str]:
     """What belongs below a figure: what kind of amplitudes its peaks are, and the cautions."""
     found = survey(file)
     n = max(1, int(found.peaks.sum()))
-    irregular, lost = (100 * found.peaks[s] / n for s in (IRREGULAR, NOT_STEADY))
+    averaged, lost = (100 * found.peaks[s] / n for s in (AVERAGED, NOT_STEADY))
     if file.config.contact.wears:
         yield _ended(found.points.sum(axis=0), found.peaks, file.config.steady_state.max_time_s)
-    elif irregular or lost:
+    elif averaged or lost:
         yield (
-            f"{irregular:.0f} % of the peaks are irregular, means of windows known to "
-            f"{100 * np.nan_to_num(found.error):.1f} %; {lost:.0f} % are not steady"
+            f"{averaged:.0f} % of the peaks are averaged, means known to "
+            f"{100 * np.nan_to_num(found.averaged[0]):.1f} %; {lost:.0f} % are not steady"
         )
     yield from cautions(file, found)
 
@@ -148,15 +150,21 @@ def _steady_lines(file, found):
         shares = [
             f"{100 * points[s] / known:.0f} % of the points and "
             f"{100 * found.peaks[s] / n_peaks:.0f} % of the peaks {word}"
-            for s, word in zip(KNOWN, ("steady", "irregular", "not steady"), strict=True)
+            for s, word in zip(KNOWN, ("steady", "averaged", "not steady"), strict=True)
         ]
         yield ", ".join(shares)
     if found.points[:, DIVERGED].any():
         yield f"{points[DIVERGED]} points have no result"
-    if np.isfinite(found.error):
+    error, scatter, time = found.averaged
+    if np.isfinite(error):
         yield (
-            f"irregular peaks are means of windows with a standard error of {100 * found.error:.1f}"
-            " % (median); other motions that exist at the same speed are not in it"
+            f"averaged: followed until the mean of its windows is known ({time:.2g} s), and not "
+            "until it repeats itself, which it may do later or never"
+        )
+        yield (
+            f"averaged peaks have a standard error of {100 * error:.1f} %, windows that scatter by "
+            f"{100 * scatter:.1f} % (medians); other motions that exist at the same speed are not "
+            "in it"
         )
 
 
@@ -165,7 +173,7 @@ def _ended(points, peaks, max_time_s):
     left, lost = (100 * n[NOT_STEADY] / max(1, n[1:].sum()) for n in (points, peaks))
     return (
         f"{100 - left:.0f} % of the points have ended: nothing wears any more, and the motion is "
-        f"steady, irregular or at rest. {left:.0f} % of the points and {lost:.0f} % of the peaks "
+        f"steady, averaged or at rest. {left:.0f} % of the points and {lost:.0f} % of the peaks "
         f"have not within {max_time_s:g} s, and may cut deeper"
     )
 
