@@ -52,6 +52,7 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         tuned__max_sweeps=np.ones(3, dtype=int),
         samples__point_reason=np.zeros((*shape, 3), dtype=int),
         samples__max_sweeps=np.ones((*shape, 3), dtype=int),
+        samples__time_s=np.ones((*shape, 3)),
         tuned__localisation=random.uniform(0.0, 0.1, 3),
         tuned__point_status=np.full(3, STEADY),
         tuned__reference_amplitude_m=0.013,

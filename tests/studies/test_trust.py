@@ -55,7 +55,7 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     text = "\n".join(trust.lines(file, found))
     assert "25 % of the peaks steady" in text
     assert "known (0.8 s), and not until it repeats itself" in text
-    assert "standard error of 5.0 %, and windows that scatter by 7.0 %" in text
+    assert "standard error of 5.0 %, windows that scatter by 7.0 %" in text
     assert "1 of 4 peaks lie at the lowest speed" in text
     assert "speeds.to_hz above 34.4" in text
     assert "at 1 of 4 peaks both neighbouring speeds are more than 10 % lower" in text
