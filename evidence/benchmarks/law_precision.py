@@ -1,7 +1,8 @@
-"""Step against error where the casing gives or is worn: of the amplitude, and of the worn depth.
+"""Step against error of the blisk, and where the casing gives or is worn: amplitude, worn depth.
 
-A sweep of some disks is cut short, while blades still cut: then nearly all points are the same
-after a change as small as rounding, and what a step does to them can be told from chance.
+A sweep of some disks before a casing that gives or wears is cut short, while blades still cut: then
+nearly all points are the same after a change as small as rounding, and what a step does to them can
+be told from chance.
 """
 
 import time
@@ -15,28 +16,36 @@ from hpcrub.setup.disks import modes_of
 from hpcrub.setup.imported import resolved
 from hpcrub.setup.problem import build_problem
 
-FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125)  # of the default step; the last is the reference
+STEPS = 8e-6, 4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7  # [s], the last is the reference; and the default
 SAMPLES = 3  # the first is tuned, the others mistuned by HALF_RANGE
 HALF_RANGE = 0.02
 NUDGE = 1e-12  # relative change of the blades' stiffness, as small as rounding
 SAME = 1e-4  # values that a nudge changes by less do not depend on rounding
-WORDS = f"""The tuned disk and {SAMPLES - 1} with ±{100 * HALF_RANGE:g} % in sweeps that are cut
-short, while blades still cut; errors against the finest step, at points that blades stiffer by
-{NUDGE:g} leave as they are. The default is the step of an input that sets none. Force and wear are
-those of the end of a step, so that errors fall with its first power; where they stop falling, the
-motion is chaotic and any change, that of the step too, leads to another draw of it."""
-# kind and law: input, which of its runs, other keys, speeds [Hz], simulated time [s]
+WORDS = f"""The tuned disk and {SAMPLES - 1} with ±{100 * HALF_RANGE:g} %; errors against the finest
+step, at points that blades stiffer by {NUDGE:g} leave as they are. The default is the step of an
+input that sets none. Where the casing gives or wears, sweeps are cut short, while blades still cut.
+Force and wear are then those of the end of a step, so that errors fall with its first power; where
+they stop falling, the motion is chaotic and any change, that of the step too, leads to another draw
+of it."""
+# kind and law: input, which of its runs, other keys, speeds [Hz], simulated time [s], steps [s]
+AROUND = np.arange(207.0, 221.1, 2.0)
 CASES = {
-    ("planar", "elastic"): ("coating", 1, {}, np.arange(33.5, 35.6, 0.2), 0.5),
-    ("planar", "abradable"): ("coating", 2, {}, np.arange(33.5, 35.6, 0.2), 0.5),
+    ("three-dimensional", "rigid"): (
+        "blisk/contact", 0, {}, AROUND[:-1], None, (1.6e-5, 1.2e-5, *STEPS[:4]),
+    ),
+    ("planar", "elastic"): ("coating", 1, {}, np.arange(33.5, 35.6, 0.2), 0.5, STEPS),
+    ("planar", "abradable"): ("coating", 2, {}, np.arange(33.5, 35.6, 0.2), 0.5, STEPS),
     ("three-dimensional", "elastic"): (
         "blisk/contact", 0, {"contact.law": "elastic", "contact.casing_stiffness_n_per_m": 2e7},
-        np.arange(207.0, 221.1, 2.0), 0.2,
+        AROUND, 0.2, STEPS,
     ),
-    ("three-dimensional", "abradable"): (
-        "blisk/coating", 1, {}, np.arange(207.0, 221.1, 2.0), 0.1,
-    ),
+    ("three-dimensional", "abradable"): ("blisk/coating", 1, {}, AROUND, 0.1, STEPS),
 }  # fmt: skip
+MORE = {  # columns of a law beside the errors of the amplitude
+    "rigid": ["median error of the peak, %"],
+    "elastic": [],
+    "abradable": ["worn depth: median error, %", "largest, %"],
+}
 
 
 def measure():
@@ -48,11 +57,12 @@ def measure():
     return {case: _measure(*how) for case, how in CASES.items()}
 
 
-def _measure(name, number, keys, speeds, duration):
+def _measure(name, number, keys, speeds, duration, steps):
     given = load_runs(f"inputs/{name}.yaml")[number].model_dump(mode="json", exclude_unset=True)
     given.pop("time", None)
-    steady = {"steady_state.first_check_s": duration, "steady_state.max_time_s": duration}
-    config = resolved(Config(**given).replace(steady | keys))
+    if duration:
+        keys = {"steady_state.first_check_s": duration, "steady_state.max_time_s": duration} | keys
+    config = resolved(Config(**given).replace(keys))
     problem = build_problem(config)
     default = min(problem.scene.step, 1.0 / (float(speeds.mean()) * problem.scene.least_steps))
     rng = np.random.default_rng(3)
@@ -70,40 +80,42 @@ def _measure(name, number, keys, speeds, duration):
             return seconds, np.array(worn)
         return seconds, np.array([r.amplitude[:, None] for r in found])
 
-    values(FACTORS[0] * default)  # compile
-    found = {factor * default: values(factor * default) for factor in FACTORS}
-    fine = FACTORS[-2] * default
+    values(steps[0])  # compile
+    found = {step: values(step) for step in sorted({*steps, default}, reverse=True)}
+    fine = sorted(found)[1]
     change = np.abs(values(fine, NUDGE)[1] / found[fine][1] - 1.0)
     return default, found, np.nan_to_num(change).max(axis=2) < SAME
 
 
-def errors(found, same):
-    """{step: (median, largest) error of every value where the points do not depend on rounding}.
+def errors(law, found, same):
+    """{step: errors in the order of the table's columns}, where points do not depend on rounding.
 
-    Against the finest step. Points that are at rest, or not worn, have no error.
+    Median and largest of every value against the finest step; of a rigid casing, too, the median of
+    the samples' peaks. Points that are at rest, or not worn, have no error.
     """
-    known = found[min(found)][1][same]
-    off = {}
+    exact, out = found[min(found)][1], {}
     for step, (_, values) in found.items():
         with np.errstate(invalid="ignore", divide="ignore"):
-            off[step] = np.abs(values[same] / known - 1.0)
-    return {step: (np.nanmedian(e, axis=0), np.nanmax(e, axis=0)) for step, e in off.items()}
+            off = np.abs(values[same] / exact[same] - 1.0)
+        out[step] = np.transpose([np.nanmedian(off, axis=0), np.nanmax(off, axis=0)]).ravel()
+        if law == "rigid":
+            peaks = np.nanmax(values, axis=1) / np.nanmax(exact, axis=1)
+            out[step] = np.append(out[step], np.median(np.abs(peaks - 1.0)))
+    return out
 
 
 def section(measured):
     """Markdown: a table for each case."""
-    parts = ["## Run time against error where the casing gives or wears", WORDS]
+    parts = ["## Run time against error: the blisk, and a casing that gives or wears", WORDS]
     for (kind, law), (default, found, same) in measured.items():
-        head = ["step", "s/sample", "amplitude: median error, %", "largest, %"]
-        head += ["worn depth: median error, %", "largest, %"] if law == "abradable" else []
+        head = ["step", "s/sample", "amplitude: median error, %", "largest, %", *MORE[law]]
         rows = [
             (f"{1e6 * step:.3g} µs" + (" (default)" if step == default else ""),
-             f"{found[step][0]:.2f}",
-             *(f"{100 * number:.2f}" for pair in zip(*off, strict=True) for number in pair))
-            for step, off in errors(found, same).items()
+             f"{found[step][0]:.2f}", *(f"{100 * number:.2f}" for number in off))
+            for step, off in errors(law, found, same).items()
         ]  # fmt: skip
         parts.append(
             f"{kind.capitalize()}, {law}; {np.sum(same)} of {same.size} points do not depend on "
-            f"rounding:\n\n{table(tuple(head), rows)}"
+            f"rounding:\n\n{table(head, rows)}"
         )
     return "\n\n".join(parts)

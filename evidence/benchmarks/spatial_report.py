@@ -2,15 +2,13 @@
 
 import numpy as np
 
-from evidence.benchmarks import spatial_precision as precision
 from evidence.benchmarks import spatial_speed as speed
 from evidence.benchmarks.report import verdict
 from evidence.page import table
 
 
-def section(measured):
-    """Steps per second against C and the limit, where the time goes, growth, work-precision."""
-    kernel, accuracy = measured
+def section(kernel):
+    """Steps per second against C and the limit, where the time goes, growth."""
     ours, recording, c, gflops, moved = np.array(kernel["sides"]).T
     over_c, limit = ours / c, gflops * 1e9 / kernel["flops"]
     below = limit / ours
@@ -52,8 +50,7 @@ Where the time of a step goes, each part by itself on states all over a block:
 Growth, and the memory of 16 lanes; "trials": the most sets of points that were tried in a step:
 
 {growth_table(f"contact points, {speed.FIXED_MODES} modes", *kernel["points"])}
-{growth_table(f"modes, {speed.POINTS} contact points", *kernel["modes"])}
-{precision_text(accuracy)}"""
+{growth_table(f"modes, {speed.POINTS} contact points", *kernel["modes"])}"""
 
 
 def growth_table(name, sizes, rows):
@@ -65,24 +62,3 @@ def growth_table(name, sizes, rows):
     ]  # fmt: skip
     head = name, "µs per step and lane", "points in contact", "MiB", "trials", "all forces found"
     return table(head, cells)
-
-
-def precision_text(measured):
-    """Error of the amplitudes of the blisk over the step."""
-    found, default, periodic = measured
-    errors = precision.errors(measured)
-    rows = [
-        (f"{1e6 * step:.3g} µs" + (" (default)" if step == default else ""), f"{seconds:.2f}",
-         *(f"{100 * e:.2f}" for e in errors[step]))
-        for step, (seconds, _) in found.items()
-    ]  # fmt: skip
-    head = ("step", "s/sample", "median error where periodic, %", "largest, %",
-            "median error of the peak, %")  # fmt: skip
-    reference = 1e6 * min(found)
-    return f"""Run time against error of the blisk of `inputs/blisk/contact.yaml`: the tuned and
-{precision.SAMPLES - 1} with ±{100 * precision.HALF_RANGE:g} %, {len(precision.SPEEDS)} speeds,
-against {reference:g} µs. {np.sum(periodic)} of {periodic.size} points are
-periodic: blades stiffer by {precision.NUDGE:g} leave their amplitude. The default is what
-`steps_per_bump_width` makes of this casing where `step_s` is not given:
-
-{table(head, rows)}"""
