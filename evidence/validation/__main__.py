@@ -12,7 +12,6 @@ from pathlib import Path
 
 from evidence import page
 from evidence.validation import (
-    blade3d,
     bouncing_bar,
     cantilever,
     coating,
@@ -23,7 +22,6 @@ from evidence.validation import (
     report,
     sliding,
 )
-from hpcrub import __version__
 
 CASES = {
     "bouncing_bar": bouncing_bar,
@@ -34,15 +32,8 @@ CASES = {
     "energy_audit": energy_audit,
     "coating": coating,
     "sliding": sliding,
-    "blade3d": blade3d,
 }
 FAST = ("moving_wall", "linear_load", "energy_audit")
-HEAD = f"""# Validation
-
-Made by `make validate` with hpcrub {__version__}; do not edit. The cases are in
-`evidence/validation/`. All use the kernel of the studies.
-Every case ends with its thresholds, which come from theory or from what is asked of the program;
-`make validate` prints them and fails when one does."""
 
 
 def main(argv=None):
@@ -59,21 +50,22 @@ def main(argv=None):
     if names:
         with tempfile.TemporaryDirectory() as folder:
             return run({name: CASES[name] for name in names}, Path(folder))[1]
-    text, code = run(CASES, page.DOCS / "figures")
-    (page.DOCS / "validation.md").write_text(text, encoding="utf-8")
+    parts, code = run(CASES, page.DOCS / "figures")
+    page.replace(page.DOCS / "validation.md", **parts)
     return code
 
 
 def run(cases, figures):
-    """The page of some cases {name: module}, and 1 if a threshold is not kept, else 0.
+    """Parts of the page of some cases {name: module}; 1 if a threshold is not kept, else 0.
 
     figures: folder that their figures are written to.
     """
-    parts, failed = [HEAD], 0
+    parts, failed = {}, 0
     for name, case in cases.items():
         start = time.perf_counter()
-        text, verdicts = case.section(figures)
-        parts += [text, report.verdict_table(verdicts)] if verdicts else [text]
+        found, verdicts = case.section(figures)
+        found["thresholds"] = report.verdict_table(verdicts)
+        parts |= {f"{name}_{part}": text for part, text in found.items()}
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
         for v in verdicts:
             word = "passed" if v.passed else "FAILED"
@@ -81,7 +73,7 @@ def run(cases, figures):
         failed += sum(not v.passed for v in verdicts)
     if failed:
         print(f"{failed} thresholds are not kept", file=sys.stderr)
-    return "\n\n".join(part.rstrip("\n") for part in parts) + "\n", min(failed, 1)
+    return parts, min(failed, 1)
 
 
 if __name__ == "__main__":

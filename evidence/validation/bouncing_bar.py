@@ -44,35 +44,6 @@ AFTER = {  # times at which that many exact bounces are over
     "ten bounces": TEN_BOUNCES,
 }
 SMOOTH = 0.05  # [s] of the running mean of the pressure, TAU / 13
-TEXT = """## Bouncing bar
-
-This is the benchmark of Doyen, Ern and Piperno (2011). An elastic bar of hpcrub's axial elements,
-with all its modes and the rigid one, falls on a rigid floor. The exact motion is periodic and
-loses no energy (`evidence/validation/bouncing_bar.py` derives it). The tables give errors of the
-foot over the fall and two bounces, which is one period, and over ten bounces:
-
-- displacement and velocity: root mean square, relative to that of the exact solution;
-- pressure: it oscillates on the scale of the mesh, so its running mean over 0.05 s (a bounce
-  lasts 0.67 s) is compared, in the L1 norm relative to that of the exact one;
-- impulse: the largest error of the contact impulse so far, relative to that of one bounce;
-- energy: the share of the drop's energy that is lost when the exact bar has ended so many
-  bounces; all of it is error."""
-ORDER_TEXT = """**Two bounces converge, ten do not with a consistent mass at these meshes.** The
-exact velocity jumps, along the bar and in time. With a consistent mass the elements disperse these
-fronts, which limits the order (2/3 in displacement and 1/3 in velocity, as for free waves) and
-leaves vibrations that make the later impacts early and repeated. Each impact takes the kinetic
-energy of the foot (e = 0), which has a mass, 0.29 ρΔx (consistent) or 0.5 ρΔx (lumped). The loss
-falls with the mesh, about as 1/n, but a bounce that has lost energy is lower and shorter, and the
-following ones begin too early by the sum of all that was lost before: the bar gets out of phase,
-and once it is by a good part of a bounce the error over ten bounces is that of any two unrelated
-motions, 0.6 to 0.8, whatever the mesh. It falls only where the loss is below a few per cent.
-With a lumped mass near its critical step central differences carry a front almost exactly; the
-order in displacement and impulse is one over two bounces, and ten bounces converge as well. The
-pressure oscillates about the exact one on the mesh scale, as published for schemes that enforce the
-contact condition exactly; the figure shows the running mean."""
-STEP_TEXT = """The mesh makes the error, not the step (80 elements, consistent mass, displacement
-over two bounces): against the exact motion it tends to that of the mesh; the order is that of the
-distance to the motion at 1/40 of the critical step:"""
 
 
 def bar(n_elements, lumped=False):
@@ -195,8 +166,8 @@ def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
 
 
 def section(folder):
-    """Markdown and verdicts of this case; figures go to ``folder``."""
-    parts, verdicts, curves = [TEXT], [], {}
+    """Parts of the page, and verdicts; figures go to ``folder``."""
+    parts, verdicts, curves = [], [], {}
     for name, lumped, ratio, meshes in SERIES:
         case = f"`{name}`, {'lumped' if lumped else 'consistent'} mass"
         size, two, ten, losses = 1.0 / np.array(meshes), [], [], []
@@ -217,8 +188,8 @@ def section(folder):
         for what, columns in tables:
             parts += [f"{what}:", report.order_table(("elements", meshes), size, columns)]
         verdicts += _verdicts(case, lumped, size, *(columns for _, columns in tables))
-    parts += [ORDER_TEXT, STEP_TEXT, _step_table(), _figure(folder, curves)]
-    return "\n\n".join(parts), verdicts
+    _figure(folder, curves)
+    return {"errors": "\n\n".join(parts), "steps": _step_table()}, verdicts
 
 
 def _columns(rows):
@@ -281,7 +252,7 @@ def _figure(folder, curves):
     ):
         ax.set_ylabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
-    return report.save(figure, folder, "bouncing_bar")
+    report.save(figure, folder, "bouncing_bar")
 
 
 def _smooth(force, step):

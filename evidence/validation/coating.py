@@ -53,27 +53,6 @@ BLISK = {
     "coated": {"coating": Coating(1e-3, 1e9, 1e6, 2e8, 1.12e-4)},
 }
 
-TEXT = """## A casing that gives, a coating that wears
-
-What is held against the laws *elastic* and *abradable*, on planar disks and in three dimensions.
-The test of every row stands beside it; those of this page are computed by
-`evidence/validation/coating.py`."""
-ENERGY = """**Energy.** Planar: the reference disk, mistuned by up to ±3 %, over four revolutions
-from rest at 34.25 Hz with bumps of 1 mm; three dimensions: the blisk of `inputs/blisk`, mistuned
-by up to ±2 %, over four revolutions at 225 Hz. In joule. *Casing* is the work of the turning
-bumps. *Groove* is that of the turning worn surface, which brings what earlier passages have left
-under the tips. *Step* is what impacts lose and forces that act for a whole step. *Plastic* is
-the work into the wear of the bars, each with the area of a tip, one for each step of a turn: it
-and the groove's grow with the number of steps, what they take together from the blades does not.
-(The energy of the wear in result files is that of bars as long as a step.) *Unexplained* is the
-sum over all steps over the energy turned over."""
-LOBES = """**Lobes.** One blade of 150 Hz turns before a casing with two bumps and a coating. Its
-motion grows where its frequency in contact, somewhat above its own, is a multiple of the speed.
-There it cuts as many lobes as it vibrates per turn, whether the bumps repeat themselves as often
-or not, as is seen in experiments. Between such speeds it touches at the bumps alone, and cuts
-hardly deeper than at rest; or its motion closes after two turns, and it cuts the lobes of both: 13
-of 6.5 vibrations in each."""
-
 
 def exact(coating, casing, duration=DURATION):
     """Event-driven motion of MASS; see `bars.Reference`."""
@@ -207,53 +186,37 @@ def lobes():
     return swept.lobes, np.array(per_turn), swept.amplitude, swept.depth
 
 
-def section(folder):
-    """Markdown and verdicts of this case; figures go to ``folder``."""
-    truths, verdicts = _truths()
+def section(_folder):
+    """Parts of the page, and verdicts."""
     energy, more = _energy()
     cut, last = _lobes()
-    return "\n\n".join([TEXT, truths, ENERGY, energy, LOBES, cut]), verdicts + more + last
+    return {"energy": energy, "lobes": cut}, _truths() + more + last
 
 
 def _truths():
-    here, test = "this page", "`tests/contact/test_coating.py`: "
     peaks = np.array([first_peak(name) for name in WALLS])
     orders = np.array([motion_order(name) for name in WALLS])
-    (law, share), (elastic, coated, plain) = incursion(), limits()
+    elastic, coated, plain = limits()
     books = [thrown_ledgers(coating) for coating in (HARD, None)]
-    open_ = max(found.unexplained()[0] for law_ in books for found in law_)
-    lost = [np.array([found.impact.sum(axis=0)[0] for found in law_]) for law_ in books]
+    open_ = max(found.unexplained()[0] for law in books for found in law)
+    lost = [np.array([found.impact.sum(axis=0)[0] for found in law]) for law in books]
     slopes = [report.fitted_order(2.0 ** -np.arange(3), loss) for loss in lost]
-    rows = [
-        ["one mass, event by event: peak and worn depth, extrapolated to no step",
-         f"off by {peaks[:, 1].max():.0e} and {peaks[:, 2].max():.0e}",
-         test + "`test_one_mass_is_the_event_driven_motion`"],
-        ["order in the step: peak, whole motion",
-         f"{peaks[:, 0].min():.3f} to {peaks[:, 0].max():.3f}, {orders.min():.2f} to "
-         f"{orders.max():.2f}", test + "`test_the_whole_motion_converges_with_the_first_order`"],
-        ["slow incursion: x = w + (σ_Y + H w/t) t/E", f"off by {law:.0e}, w = {share:.2f} x",
-         test + "`test_a_slow_incursion_wears_what_statics_say`"],
-        ["energy of one mass: elastic, plastic and what a step loses, of first order",
-         f"{open_:.0e} unexplained, orders {slopes[0]:.2f} and {slopes[1]:.2f}",
-         test + "`test_energy_goes_into_wear_and_what_a_step_loses`"],
-        ["limit k → ∞ and E, σ_Y → ∞: the rigid law, order in 1/k", f"{elastic:.3f}, {coated:.3f}",
-         test + "`test_limits_of_the_law`, `test_stiff_casings_are_the_rigid_one_in_three_"
-         "dimensions`"],
-        ["limit σ_Y → ∞: the elastic law", f"off by {plain:.0e}",
-         test + "`test_limits_of_the_law`"],
-        ["energy of whole disks", "below", here + "; `tests/evidence/test_energy_balance.py`"],
-        ["lobes of an interaction", "below", here + "; `tests/response/test_wear.py`"],
-    ]  # fmt: skip
-    verdicts = [
+    off_one = {"peak": (peaks[:, 0], 0.02), "motion": (orders, 0.1), "step's loss": (slopes, 0.1)}
+    return [
         report.at_most("one mass, peak", peaks[:, 1].max(), 1e-6),
         report.at_most("one mass, worn depth", peaks[:, 2].max(), 1e-6),
-        report.at_most("one mass, order of the peak, off 1", np.abs(peaks[:, 0] - 1).max(), 0.02),
-        report.at_most("one mass, order of the motion, off 1", np.abs(orders - 1).max(), 0.1),
-        report.at_most("slow incursion", law, 1e-10),
+        *(report.at_most(f"one mass, order of the {what}, off 1", _off_one(found), bound)
+          for what, (found, bound) in off_one.items()),
+        report.at_most("slow incursion", incursion()[0], 1e-10),
         report.at_most("one mass, unexplained energy", open_, 1e-9),
+        report.at_most("k, E and σ_Y → ∞, order in 1/k, off 1", _off_one([elastic, coated]), 0.02),
         report.at_most("σ_Y → ∞", plain, 1e-11),
-    ]
-    return report.table(["truth", "found", "held by"], rows), verdicts
+    ]  # fmt: skip
+
+
+def _off_one(orders):
+    """How far the order that is farthest from one is from it."""
+    return np.abs(np.array(orders) - 1.0).max()
 
 
 def _energy():

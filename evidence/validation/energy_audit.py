@@ -11,18 +11,6 @@ from hpcrub.response.revolution import Grid
 
 SPEEDS = np.array([33.5, 34.25, 35.0])
 REVOLUTION, BLOCKS = 3000, 20  # steps of 10 µs; five revolutions of four bumps
-TEXT = """## Energy audit
-
-The energy balance of the two-step scheme holds exactly ([theory](theory.md)): what is stored, what
-damping and impacts take, is the work of the casing, of friction and of external forces.
-`evidence/validation/energy_balance.py` follows it step by step. It takes the same steps as a study,
-bit for bit, and several times as long. The balance closes if at most 10⁻⁹ of the energy turned over
-is unexplained, and as much of the losses of single tips lies below zero.
-
-The table is for the reference disk, mistuned by up to ±3 %, over five revolutions from rest at
-34.25 Hz with 3000 steps each, in joule. *Unexplained* is the sum over all steps, divided by the
-energy turned over. *Below zero* is the sum of all losses of single tips that are negative, divided
-likewise."""
 
 
 def bank_of(scheme_name, n_modes=60, reduced=None, **changes):
@@ -36,7 +24,7 @@ def bank_of(scheme_name, n_modes=60, reduced=None, **changes):
 
 
 def section(folder):
-    """Markdown and verdicts of this case; figures go to ``folder``."""
+    """Parts of the page, and verdicts; figures go to ``folder``."""
     head = ["", *energy_balance.ACCOUNTS, "below zero"]
     rows, verdicts, books = [], [], {}
     for name in ("central_difference", "exact_modal"):
@@ -50,8 +38,8 @@ def section(folder):
             report.at_most(f"`{name}`, {what}", share, energy_balance.TOLERANCE)
             for what, share in zip(("unexplained", "losses below zero"), shares, strict=True)
         ]
-    figure = _figure(folder, books["central_difference"])
-    return "\n\n".join([TEXT, report.table(head, rows), figure]), verdicts
+    _figure(folder, books["central_difference"])
+    return {"accounts": report.table(head, rows)}, verdicts
 
 
 def _figure(folder, books):
@@ -72,4 +60,4 @@ def _figure(folder, books):
     ax.set_xlabel("revolutions from rest")
     ax.set_ylabel("energy [J]")
     ax.legend(loc="upper left")
-    return report.save(figure, folder, "energy")
+    report.save(figure, folder, "energy")

@@ -172,37 +172,7 @@ KERNEL_STEP, STEPS = 2e-6, (2e-5, 1e-5, 5e-6)  # [s]
 LONG_STEPS = {60: 5e-6, ALL: 1e-5}  # [s]
 SETTLED, LONG = 0.8, 3.0  # [s]
 NUDGE, UNCHANGED, AGREE = 1e-12, 1e-4, 0.01  # of the stiffness; of amplitudes: periodic, agreed
-TEXT = """## The 12-blade disk, full matrices
-
-Here the kernel is compared with an independent program (`evidence/validation/full_disk.py`). That
-one has full or reduced matrices and no modal coordinates, damping as a full matrix, an implicit
-Moreau–Jean scheme (θ = 0.51) with contact in velocities and impulses, and a clock in time instead
-of angle. Both share the finite-element matrices, the casing law and the physics of contact
-(rigid, e = 0, always sliding); the finite elements have tests of their own.
-
-The disk is the first of `inputs/earlier_disk.yaml`, which has periodic motions with less
-damping than today's. Tuned, it starts from rest under four bumps. The tables give the largest tip
-displacement [mm] of three revolutions after a fixed time; the kernel has `exact_modal` and 2 µs.
-The column *perturbed* is the change of the kernel's amplitude when the stiffness of the blades
-changes by some 10⁻¹², not alike for all of them. The motion is called periodic where that change
-is below 10⁻⁴."""
-DAMPED_TEXT = """With a damping of 2 %, after 0.8 s, the motion is periodic at all three speeds,
-with the reduction of the studies (η = 60) and with all modes (η = 216, against the full
-matrices). The difference is that of the finest step:"""
-REFERENCE_TEXT = """With the damping of the paper, 0.5 %, the programs are compared after
-3 s. The independent one has steps of 5 µs (η = 60) or 10 µs; its two numbers are the last two
-windows of three revolutions. With η = 60 the motion at 33.5 Hz is nearly periodic. At 33.25 Hz
-the perturbation changes the amplitude by some per cent, so the amplitude depends on when one
-looks. With all modes neither speed settles, and windows differ by some per cent, from each other
-as from the other program: there is no periodic amplitude to compare. So both programs agree
-within 1 % on the same matrices where the motion is periodic (2 %) or nearly so (33.5 Hz with η =
-60, and below). What differs between η = 60 and all modes is the model; what differs between the
-programs where nothing is periodic is the moment at which one looks."""
 HALF_STEPS = 5e-6, 2.5e-6  # [s]
-HALF_TEXT = """With a damping of 1 % and η = 60 the independent program starts from the kernel's
-motion after 3 s and is followed for 0.8 s. Its motions stay near those of the kernel; at 34 Hz
-its error is of first order in its step, so the difference is that of the value extrapolated to no
-step:"""
 
 
 def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nudge=0.0):
@@ -238,16 +208,15 @@ def _pair(n_modes, damping_ratio, seconds):
 
 
 def section(_folder):
-    """Markdown and verdicts of this case."""
-    parts, verdicts = [TEXT, DAMPED_TEXT], []
-    for make in (_damped_table, _reference_table, _half_table):
-        text, found = make()
-        parts += text
+    """Parts of the page, and verdicts."""
+    parts, verdicts = {}, []
+    for make in (_damped, _reference, _half):
+        parts[make.__name__.strip("_")], found = make()
         verdicts += found
-    return "\n\n".join(parts), verdicts
+    return parts, verdicts
 
 
-def _damped_table():
+def _damped():
     head = ["matrices", "speed [Hz]", "kernel", "perturbed"]
     head += [*(f"{1e6 * h:g} µs" for h in STEPS), "difference"]
     rows, verdicts = [], []
@@ -269,10 +238,10 @@ def _damped_table():
             report.at_most(f"{what}, change by the perturbation", change.max(), UNCHANGED),
             report.at_most(f"{what}, difference of the programs", np.abs(off).max(), AGREE),
         ]
-    return [report.table(head, rows)], verdicts
+    return report.table(head, rows), verdicts
 
 
-def _reference_table():
+def _reference():
     rows, verdicts = [], []
     for n_modes in (60, ALL):
         kernel, change = _pair(n_modes, REFERENCE, LONG)
@@ -288,10 +257,10 @@ def _reference_table():
                 what = "damping 0.5 %, η = 60, 33.5 Hz, difference of the programs"
                 verdicts.append(report.at_most(what, abs(off), AGREE))
     head = ["matrices", "speed [Hz]", "kernel", "perturbed", "independent", "difference"]
-    return [REFERENCE_TEXT, report.table(head, rows)], verdicts
+    return report.table(head, rows), verdicts
 
 
-def _half_table():
+def _half():
     kernel, start = kernel_run(60, HALF, SPEEDS, LONG, 1e-6)
     coarse, fine = (
         amplitudes(_model(60), HALF, Casing(), SPEEDS, h, SETTLED, start=start)[1]
@@ -310,4 +279,4 @@ def _half_table():
     head = ["speed [Hz]", "kernel, 1 µs", *(f"{1e6 * h:g} µs" for h in HALF_STEPS)]
     head += ["extrapolated", "difference"]
     what = "damping 1 %, η = 60, difference of the programs, extrapolated"
-    return [HALF_TEXT, report.table(head, rows)], [report.at_most(what, np.abs(off).max(), AGREE)]
+    return report.table(head, rows), [report.at_most(what, np.abs(off).max(), AGREE)]

@@ -87,7 +87,6 @@ def axes(n_columns=1, n_rows=1, **options):
 
 
 def save(figure, folder, name):
-    """Write a figure and return the Markdown that shows it."""
+    """Write a figure of the page."""
     figure.savefig(folder / f"validation_{name}.png")
     plt.close(figure)
-    return f"![{name}](figures/validation_{name}.png)"

@@ -23,14 +23,6 @@ DAMPING_RATIO, PRESSED = 5e-3, 1e-4  # beyond the casing at the start [m]
 SECONDS, STEP, N_RECORDS = 0.1, 1e-5, 400
 SCANNED = np.array([0.5, 0.9, 0.98, 0.99, 1.01, 1.02, 1.1, 1.3])  # of the critical friction
 RATE_ERROR = 1e-4  # allowed
-TEXT = f"""## Friction that locks a sliding tip
-
-The blades of the reference disk lean against the rotation, where no friction locks them. Here they
-lean as much with it, and the tip of one of them is pressed onto the casing by
-{1e3 * PRESSED:g} mm. The table scans the friction and compares how fast the tip's tangential
-displacement grows, fitted to the second half of {SECONDS:g} s in time, with what is said before
-anything is integrated: the critical friction of static compliances, and the growth rate of the
-disk with the tip held ([theory](theory.md))."""
 
 
 def growths(modes, frictions):
@@ -52,7 +44,7 @@ def growths(modes, frictions):
 
 
 def section(_folder):
-    """Markdown and verdicts of this case."""
+    """Parts of the page, and verdicts."""
     modes = mistuned_modes(build_model(Config().replace(LEANING)).reduced, np.zeros(12))
     critical = critical_friction(modes)
     frictions = SCANNED * critical
@@ -72,4 +64,4 @@ def section(_folder):
         report.at_most("error of a growth rate", error, RATE_ERROR),
     ]  # fmt: skip
     text = f"The critical friction is {critical:.4f}."
-    return f"{TEXT}\n\n{page.table(head, rows)}\n\n{text}", verdicts
+    return {"growth": f"{page.table(head, rows)}\n{text}"}, verdicts
