@@ -85,33 +85,24 @@ def test_whole_numbers(text, value):
     assert isinstance(samples, int)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "step", "count"),
-    [
-        (33.5, 35.5, 0.05, 41),
-        (33.5, 35.5, 0.1, 21),
-        (44.5, 47.5, 0.05, 61),
-        (26.7, 28.2, 0.05, 31),
-        (10, 80, 0.01, 7001),
-        (33.5, 33.5, 0.05, 1),
-        (33.5, 35.5, 0.3, 7),
-    ],
-)
-def test_speeds_include_both_ends_whatever_the_rounding(low, high, step, count):
-    speeds = read(f"speeds: {{from_hz: {low}, to_hz: {high}, step_hz: {step}}}").speeds
-    assert len(speeds.values_hz) == speeds.n_values == count
-    np.testing.assert_allclose(speeds.values_hz, low + step * np.arange(count), rtol=1e-12)
-    assert speeds.values_hz[-1] <= high
-
-
 @given(
-    start=st.integers(1, 100_000), step=st.integers(1, 5_000), n=st.integers(1, 300)
+    start=st.integers(1, 100_000),
+    step=st.integers(1, 5_000),
+    n=st.integers(1, 300),
+    rest=st.integers(0, 5_000),
 )  # thousandths of Hz
-def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n):
-    low, high = start / 1000, (start + step * (n - 1)) / 1000
+@example(10_000, 10, 7001, 0)
+def test_any_decimal_grid_has_the_points_one_counts_by_hand(start, step, n, rest):
+    """Both ends are included whatever the rounding, the upper one where the steps lead to it."""
+    rest %= step
+    low, last, high = (
+        x / 1000 for x in (start, start + step * (n - 1), start + step * (n - 1) + rest)
+    )
     speeds = sections.Speeds(from_hz=low, to_hz=high, step_hz=step / 1000)
-    assert len(speeds.values_hz) == n
-    assert speeds.values_hz[-1] == high
+    assert len(speeds.values_hz) == speeds.n_values == n
+    np.testing.assert_allclose(speeds.values_hz, low + step / 1000 * np.arange(n), rtol=1e-12)
+    assert speeds.values_hz[-1] <= speeds.to_hz
+    assert rest or speeds.values_hz[-1] == last
 
 
 def test_pattern_is_one_sample_of_one_level():

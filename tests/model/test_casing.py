@@ -26,14 +26,6 @@ def test_bumps_repeat_and_peak(n_bumps):
     assert bump_height(0.1 * pitch, n_bumps, 2e-3) == pytest.approx(2e-3 / math.e)
 
 
-def test_table_is_the_function_at_the_end_of_each_step():
-    angle = np.array([0.0, 0.3, 2.0])
-    table = bump_table(angle, 4, 1e-3, 1200, 300)
-    assert table.shape == (300, 3)
-    assert np.allclose(table[299], bump_height(angle, 4, 1e-3))  # one pitch later
-    assert np.allclose(table[0], bump_height(angle + 2 * np.pi / 1200, 4, 1e-3))
-
-
 def test_harmonics_are_cosines_beside_the_bumps():
     angle, turns = np.array([0.0, 0.3, 2.0]), 2 * np.pi * (np.arange(600) + 1) / 1200
     profile = Profile(harmonics=((2, 4e-4, 0.7), (5, 1e-4, -1.0)))

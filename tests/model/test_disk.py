@@ -2,25 +2,19 @@
 
 A rigid motion of the whole disk (translation, rotation) strains no blade. Without spokes it
 strains nothing, but for the ring's translation, which cubic functions follow only to a fitted
-order. A tuned disk is the same after a turn by one sector: its stiffness is block-circulant and
-all frequencies are double but those of 0 and N/2 nodal diameters.
+order. A tuned disk is the same after a turn by one sector: its matrices are block-circulant.
 """
-
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from evidence.truth.disk import (
-    EARLIER,
-    MATERIAL,
     disk_section,
     earlier_disk,
     make_disk,
     reference_disk,
 )
-from hpcrub.model.disk import build_disk
 from hpcrub.studies.modal import displacements
 
 # Reference values of an independent implementation of the same equations and geometry.
@@ -74,13 +68,6 @@ def test_frequencies_are_the_reference_values_to_the_last_digit():
     np.testing.assert_allclose(f[12:14], [540.28, 561.93], atol=5.1e-3)
 
 
-def test_matrices_are_symmetric_and_positive_definite():
-    disk = reference_disk()
-    for matrix in (disk.mass, disk.stiffness):
-        np.testing.assert_allclose(matrix, matrix.T, atol=1e-13 * np.abs(matrix).max())
-        np.linalg.cholesky(matrix)
-
-
 def test_tip_is_at_its_nominal_angle_and_root_behind_by_the_lean():
     section, disk = disk_section(), reference_disk()
     points = disk.points
@@ -121,15 +108,6 @@ def test_a_forward_leaned_tip_moves_forward_and_inward():
     assert u_r / u_t == pytest.approx(-slope, rel=0.05)
 
 
-def test_mirrored_disk_mirrors_its_motion():
-    disk = reference_disk()
-    mirrored = make_disk(blade={"lean": np.radians(43.74), "bow": -0.07924})
-    np.testing.assert_allclose(frequencies_hz(mirrored), frequencies_hz(disk), rtol=1e-8)
-    for d, sign in ((disk, 1), (mirrored, -1)):
-        _, shapes = eigh(d.stiffness, d.mass, subset_by_index=[0, 0])
-        assert np.sign(np.prod(shapes[d.contact_dof[0], 0])) == sign
-
-
 @pytest.mark.parametrize("n_elements", [1, 5])
 def test_rigid_motion_strains_no_blade(n_elements):
     disk = make_disk(blade={"n_elements": n_elements})
@@ -137,17 +115,6 @@ def test_rigid_motion_strains_no_blade(n_elements):
     for dof, stiffness in zip(disk.blade_dof, disk.blade_stiffness, strict=True):
         assert np.linalg.matrix_rank(stiffness, tol=1e-9 * stiffness.max()) == len(dof) - 3
         np.testing.assert_allclose(motions[:, dof] @ stiffness, 0, atol=1e-8 * stiffness.max())
-
-
-def test_unclamped_disk_moves_and_turns_freely():
-    disk = make_disk(**(EARLIER | {"spoke_thickness": 1e-30}))  # its thin ring bends the least
-    motions = rigid_motions(disk, 5)
-    energy, inertia = (
-        np.einsum("kn,nm,km->k", motions, matrix, motions) for matrix in (disk.stiffness, disk.mass)
-    )
-    hz = np.sqrt(np.maximum(energy, 0) / inertia) / (2 * np.pi)
-    assert hz[:2].max() < 1.5  # of 90: cubic functions on 12 arcs of 30 degrees
-    assert hz[2] < 1e-3
 
 
 def test_a_rigid_motion_strains_the_clamped_spokes_alone():
@@ -191,26 +158,11 @@ def test_mass_of_the_unclamped_disk():
     assert inertia[2, 2] == pytest.approx(polar)
 
 
-def test_blade_on_a_rigid_disk_is_a_cantilever():
-    disk = make_disk(
-        blade={"n_elements": 8, "lean": 0.0, "bow": 0.0}, ring_thickness=0.5, spoke_thickness=5.0
-    )
-    area, inertia = 0.1 * 13.309e-3, 0.1 * 13.309e-3**3 / 12
-    omega = 1.87510407**2 * np.sqrt(2.1e11 * inertia / (7800 * area * 0.3**4))
-    np.testing.assert_allclose(frequencies_hz(disk)[:12], omega / (2 * np.pi), rtol=1e-3)
-
-
-def test_tuned_disk_is_the_same_after_a_turn_by_one_sector():
+def test_matrices_are_symmetric_and_the_same_after_a_turn_by_one_sector():
     disk = reference_disk()
     for matrix in (disk.mass, disk.stiffness):
-        turned = np.roll(matrix, (20, 20), axis=(0, 1))
-        np.testing.assert_allclose(turned, matrix, atol=1e-13 * np.abs(matrix).max())
-
-
-def test_all_frequencies_are_double_but_those_of_0_and_6_diameters():
-    f = frequencies_hz(reference_disk())
-    shifted = np.diff(f) / f[1:] < 1e-8
-    assert shifted.sum() == 20 * 5  # 20 dof a sector; 5 of 7 nodal diameters are double
+        for other in (np.roll(matrix, (20, 20), axis=(0, 1)), matrix.T):
+            np.testing.assert_allclose(other, matrix, atol=1e-13 * np.abs(matrix).max())
 
 
 @pytest.mark.parametrize("n_blades", [2, 3, 13, 96])
@@ -238,9 +190,3 @@ def test_contact_dof_are_the_tips():
 def test_chord_that_misses_the_tip_circle_is_refused():
     with pytest.raises(ValueError, match="does not reach the tip circle"):
         make_disk(hub_radius=0.6, inner_radius=0.5)
-
-
-def test_material_scales_frequencies():
-    stiffer = SimpleNamespace(young_modulus=4 * MATERIAL.young_modulus, density=MATERIAL.density)
-    f = frequencies_hz(build_disk(disk_section(), stiffer))
-    np.testing.assert_allclose(f[:14], 2 * frequencies_hz(reference_disk())[:14], rtol=1e-8)

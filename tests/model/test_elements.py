@@ -111,15 +111,6 @@ def test_free_ring_bending_converges_with_order_four(n_waves):
     assert fitted_order(1 / n, errors) == pytest.approx(4, abs=0.25)
 
 
-def test_free_ring_frequencies_come_in_pairs_after_three_rigid_ones():
-    omega = free_ring(48)
-    first, _ = ring_closed_form(2, BEAM)
-    assert np.all(omega[:3] < 1e-3 * first)
-    np.testing.assert_allclose(omega[3:9:2], omega[4:9:2], rtol=1e-7)
-    exact = [ring_closed_form(n, BEAM)[0] for n in (2, 3, 4)]
-    np.testing.assert_allclose(omega[3:9:2], exact, rtol=1e-4)
-
-
 def test_free_ring_extension():
     _, exact = ring_closed_form(2, BEAM)
     assert nearest_error(free_ring(48), exact) < 1e-6

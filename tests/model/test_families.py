@@ -112,11 +112,3 @@ def test_modes_that_an_eigensolver_has_mixed_are_told_apart():
     assert chosen.shape == (7, 6)
     waves = np.abs(np.fft.fft(before[:, 0] @ chosen, axis=0)) ** 2
     np.testing.assert_allclose(waves.max(axis=0) / waves.sum(axis=0), [1, 0.5, 0.5, 0.5, 0.5, 1])
-
-
-def test_the_sentence_says_what_rules():
-    hz = 100.0 + np.array([0.0, 0.1, 0.2])
-    said = families.sentence(hz, hz, 0.9, 0.02, 1e-4)
-    assert said.endswith("mistuning rules")
-    assert families.sentence(hz, hz, 0.9, 1e-4, 1e-4).endswith("coupling rules")
-    assert families.sentence(hz[:0], hz, 0.9, 1e-4, 0.05).endswith("damping rules")

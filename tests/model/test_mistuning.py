@@ -24,21 +24,6 @@ def test_draws_are_uniform_with_the_spread_of_equation_4():
     assert values.std() == pytest.approx(2 * 0.04 / np.sqrt(12), rel=0.01)
 
 
-@pytest.mark.parametrize("axis", ["sample", "level", "seed"])
-def test_successive_places_are_uncorrelated(axis):
-    n = 2000
-    values = {
-        "sample": lambda: draws(1, 0, range(n)),
-        "level": lambda: np.array([stiffness_deviation(1, k, 0, N_BLADES, 1) for k in range(n)]),
-        "seed": lambda: np.array([stiffness_deviation(k, 0, 0, N_BLADES, 1) for k in range(n)]),
-    }[axis]()
-    assert kstest(values.ravel(), "uniform", args=(values.min(), np.ptp(values))).pvalue > 0.01
-    between = np.corrcoef(values[:-1].ravel(), values[1:].ravel())[0, 1]
-    blades = np.corrcoef(values.T) - np.eye(N_BLADES)
-    assert abs(between) < 4 / np.sqrt(values.size)
-    assert np.abs(blades).max() < 4.5 / np.sqrt(n)
-
-
 def test_draws_do_not_depend_on_order_or_company():
     forward = draws(7, 2, range(50))
     backward = draws(7, 2, reversed(range(50)))[::-1]
@@ -46,12 +31,6 @@ def test_draws_do_not_depend_on_order_or_company():
     fewer_blades = stiffness_deviation(7, 2, 31, 5, 0.04)
     np.testing.assert_array_equal(forward[31, :5], fewer_blades)
     np.testing.assert_array_equal(forward / 4, draws(7, 2, range(50), half_range=0.01))
-
-
-def test_no_two_places_share_a_draw():
-    places = [(s, v, n) for s in (0, 1, 2**64) for v in range(4) for n in range(40)]
-    values = [stiffness_deviation(*p, n_blades=96, half_range=1) for p in places]
-    assert len(np.unique(values)) == len(places) * 96
 
 
 def test_streams_share_no_draw():
