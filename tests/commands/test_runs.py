@@ -1,18 +1,23 @@
-"""Several runs of one input: one that fails keeps no other, a table says how each has ended."""
+"""Several runs of one input: all are checked first, one that fails keeps no other."""
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from hpcrub import studies
+from hpcrub import plot, studies
 from hpcrub.commands import run as cli
-from hpcrub.config.schema import Config, load_runs
+from hpcrub.config import parts
+from hpcrub.config.schema import Config, differences, load_runs
 from hpcrub.errors import InputError
-from hpcrub.runs import execution
+from hpcrub.plot.pictures import draw
+from hpcrub.ranks.runlog import RunLog, Work
+from hpcrub.runs import execution, result_files
 from hpcrub.studies import open_result
 from tests.program import TINY
 
 RUNS = "study: modal\nruns: [{disk.blade.n_elements: 3}, {disk.blade.n_elements: 5}]\n"
+DAMPINGS = "runs: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]"
 
 
 def test_a_table_at_the_end_and_the_total_before(folder, capfd):
@@ -26,6 +31,33 @@ def test_a_table_at_the_end_and_the_total_before(folder, capfd):
     said = capfd.readouterr().out
     for text in ("run 2 of 2", "disk.blade.n_elements=5", "full model, "):
         assert text in said
+
+
+def test_runs_are_one_file_each_with_the_same_disks(folder):
+    Path("a.yaml").write_text(TINY + DAMPINGS)
+    assert cli.main(["a.yaml"]) == 0
+    for name in ("family", "percentiles", "amplitudes", "running", "errors"):
+        assert Path(f"results/a/{name}.png").exists()
+    with open_result("results/a/damping_ratio=0.005.h5") as a, open_result("low.h5") as b:
+        assert differences(a.config, b.config) == [
+            "material.damping_ratio: 0.005 in the file, 0.004 asked for"
+        ]
+        np.testing.assert_array_equal(a.read("samples/deviation"), b.read("samples/deviation"))
+
+
+def test_runs_of_one_pattern_have_no_statistics(folder):
+    pattern = f"mistuning: {{pattern_unit: gpa, pattern: {[209.0, 211.0] * 6}}}\n"
+    Path("a.yaml").write_text(TINY[: TINY.index("mistuning")] + pattern + DAMPINGS)
+    assert cli.main(["a.yaml"]) == 0
+    pictures = sorted(p.name for p in Path("results/a").glob("*.png"))
+    assert pictures == ["damping_ratio=0.005.png", "family.png"]
+
+
+def test_a_run_may_start_from_the_one_before(folder):
+    second = "{study: energy, sources: [first.h5], energy.samples: 1, output: second.h5}"
+    Path("a.yaml").write_text(TINY + f"runs: [{{output: first.h5}}, {second}]")
+    assert cli.main(["a.yaml", "--no-figures"]) == 0
+    open_result("second.h5").close()
 
 
 def test_a_run_that_fails_does_not_keep_the_next_one(folder, capfd):
@@ -49,13 +81,57 @@ def test_a_source_is_never_overwritten(folder):
 @pytest.mark.parametrize(
     ("runs", "message"),
     [
+        ("4", "runs: 4 is not a list of 1 to 1000 runs"),
+        ("[]", "is not a list of 1 to"),
+        ("[3]", "runs: 3 does not replace keys"),
+        ("[{casing.n_bump: 3}]", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
+        ("[{study.x: 3}]", "study.x: study is not a section"),
+        ("[{casing.n_bumps: 3}, {casing: {n_bumps: 3}}]", "two runs have the output"),
         ("[{output: a.h5}, {output: ./a.h5}]", "two runs have the output a.h5"),
         ("[{casing.n_bumps: 3, casing: {n_bumps: 4}}]", "casing.n_bumps is given twice"),
         ("[{casing: {n_bumps: 4}, casing.n_bumps: 3}]", "casing.n_bumps is given twice"),
     ],
 )
-def test_runs_that_contradict_each_other(folder, runs, message):
-    Path("a.yaml").write_text(f"runs: {runs}\n")
+def test_wrong_runs(folder, runs, message):
+    Path("a.yaml").write_text(f"study: contact\nruns: {runs}\n")
     with pytest.raises(InputError) as caught:
         load_runs("a.yaml")
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("second", "message"),
+    [
+        (
+            "{time.scheme: central_difference, time.step_s: 2.0e-4, time.steps_per_bump_width: 1}",
+            "the stability limit",
+        ),
+        ("{output: there.h5}", "there.h5 exists: --resume goes on with it"),
+        ("{study: energy, sources: [nowhere.h5]}", "nowhere.h5 does not exist"),
+        ("{mistuning.samples: 1.0e+12}", "not enough"),
+    ],
+)
+def test_all_runs_are_checked_before_the_first(folder, capfd, second, message):
+    Path("a.yaml").write_text(TINY + f"runs: [{{casing.n_bumps: 3}}, {second}]")
+    Path("there.h5").touch()
+    assert cli.main(["a.yaml"]) == 2
+    assert message in capfd.readouterr().err
+    assert not Path("results").exists()
+
+
+def test_results_whose_names_hold_numbers_share_nothing(folder):
+    """r_0.25 and r_0.50, without .h5: the name does not end at its first point."""
+    beside, runs = [], []
+    for name in ("r_0.25", "r_0.50.h5"):
+        cfg = Config.from_yaml(TINY + f"output: {folder / name}")
+        result_files.lay_out(cfg.output, studies.run_of(cfg))
+        RunLog(cfg.output, 1).end(Work(), 0)
+        part = parts.cut(cfg, 1, 2).output
+        Path("a.yaml").write_text(f"output: {name}\nruns: [{{casing.n_bumps: 3}}]")
+        runs += [run.output for run in load_runs("a.yaml")]
+        (picture,) = draw(plot.summary, [cfg.output])
+        beside.append({Path(part), picture})
+    assert beside[0] == {folder / f"r_0.25{end}" for end in (".part-1-of-2.h5", ".png")}
+    assert beside[1] == {folder / f"r_0.50{end}" for end in (".part-1-of-2.h5", ".png")}
+    assert runs == ["r_0.25/n_bumps=3.h5", "r_0.50/n_bumps=3.h5"]
+    assert Path("r_0.25.runs.jsonl").exists()

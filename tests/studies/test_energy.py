@@ -6,23 +6,26 @@ Truth: the strain energy of every blade on the full finite-element model.
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
+from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
 from hpcrub.commands.plot import main as draw_figures
 from hpcrub.config import schema as config
 from hpcrub.config import yaml_text
+from hpcrub.contact import status
+from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response import history
+from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
-from tests.program import TINY
-
-ONE_SPEED = {"speeds.from_hz": 34.0, "speeds.to_hz": 34.0}
+from tests.program import TINY, error_lines
 
 
 def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
@@ -61,10 +64,10 @@ def folder(origin, tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*options, samples=2):
+def run(*options, samples=2, sources=("source.h5",)):
     """Exit code of an energy study of so many samples that starts from source.h5."""
     keys = yaml_text.parse(TINY) | {"mistuning": {}, "convergence": {}, "study": "energy"}
-    keys |= {"sources": ["source.h5"], "output": "energy.h5", "energy": {"samples": samples}}
+    keys |= {"sources": [*sources], "output": "energy.h5", "energy": {"samples": samples}}
     Path("energy.yaml").write_text(json.dumps(keys))
     return cli.main(["energy.yaml", *options])
 
@@ -72,6 +75,86 @@ def run(*options, samples=2):
 def change(path, dataset, where, value):
     with h5py.File(path, "r+", locking=False) as file:
         file[dataset][where] = value
+
+
+def test_energies_are_those_of_the_full_model(folder):
+    assert run(samples=3) == 0
+    file = open_result("energy.h5")
+    with open_result("source.h5") as source:
+        values = np.sort(source.read("samples/amplification"), axis=None)[::-1]
+    np.testing.assert_array_equal(file.read("amplification"), values[:3])
+    assert (file.read("point_status") > 0).all()
+    deviations = file.read("deviation")
+    assert (deviations[1] != deviations[2]).all()
+    for sample in (1, 2):
+        expected = largest_energies(file.config, deviations[sample])
+        np.testing.assert_allclose(file.read("energy_j", sample), expected, rtol=1e-9)
+    expected = largest_energies(file.config, np.zeros(12))
+    np.testing.assert_allclose(file.read("tuned/energy_j"), expected, rtol=1e-9)
+    assert (folder / "energy.png").exists()
+    file.close()
+
+    file = open_result("energy.h5", mode="r+")
+    before = energy.amplification(file)
+    file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
+    np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
+    assert next(energy.report(file)).startswith("3 of 12 points: diverged")
+    plot.energy("energy.h5")
+    file.write({"tuned/energy_j": np.nan}, ())
+    assert list(energy.report(file))[-1].startswith("by strain energy: not known")
+    plot.energy("energy.h5")
+    file.close()
+
+
+def largest_energies(config, deviation):
+    """Energies [J] on the full model, over the window after the steady state, (speeds, blades)."""
+    problem, speeds = build_problem(config), config.speeds.values_hz
+    modes = mistuned_modes(problem.reduced, deviation)
+    motion = Motion.at_rest(len(speeds), len(modes.omega))
+    run_sweep(modes, problem.scene, speeds, motion=motion)
+    pieces = history.integrate(modes, problem.scene, speeds, 3 / speeds.max(), motion)
+    q = np.concatenate([piece.position for piece in pieces])
+    disk, reduced = build_model(config)
+    u = np.einsum("nk,rks->rsn", reduced.basis @ modes.shapes, q)
+    blades = zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)
+    found = [(1 + d) / 2 * np.einsum("rsi,ij,rsj->rs", u[:, :, n], k, u[:, :, n])
+             for d, n, k in blades]  # fmt: skip
+    return np.max(found, axis=1).T
+
+
+def test_amplification_of_the_energy_is_largest_over_largest():
+    values = {
+        "tuned/energy_j": np.array([[1.0, 4.0], [np.nan, 3.0]]),
+        "energy_j": np.array([[[2.0, 5.0], [6.0, 1.0]], [[0.5, np.nan], [1.0, 0.2]]]),
+    }
+    found = energy.amplification(SimpleNamespace(read=values.get))
+    np.testing.assert_array_equal(found, [6.0 / 4.0, 1.0 / 4.0])
+
+
+@pytest.mark.parametrize(
+    ("sources", "message"),
+    [
+        ([], "0 result files given, energy needs 1"),
+        (["nothing.h5"], "nothing.h5 does not exist"),
+        (["energy.yaml"], "is not an HDF5 file"),
+    ],
+)
+def test_sources_are_checked(folder, capfd, sources, message):
+    assert run(sources=sources) == 2
+    assert message in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["material.damping_ratio=0.004", "casing.n_bumps=3", "speeds.to_hz=34.2", "time.step_s=1e-05",
+     "reduction.n_modes=60"],
+)  # fmt: skip
+def test_a_source_of_other_physics_is_refused(folder, capfd, change):
+    assert run("--set", change) == 2
+    key, value = change.split("=")
+    (line,) = error_lines(capfd.readouterr().err)
+    assert f"{key}: " in line
+    assert f" in the file, {value} asked for" in line
 
 
 def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
