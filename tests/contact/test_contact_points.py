@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import make_disk, reference_scene
-from hpcrub.config import schema as config
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import craig_bampton, mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.steady import SteadyCriteria, localisation
 from hpcrub.response.sweep import run_sweep
-from hpcrub.setup import problem as study
 from tests.contact.test_kernel import integrate_lanes, textbook
 
 N_BLADES, SPEED = 4, 36.0
@@ -80,12 +78,3 @@ def test_an_engine_order_excitation_loads_blades():
         for points in (one, two)
     ]  # fmt: skip
     np.testing.assert_allclose(answers[1][:, :N_BLADES], answers[0], rtol=1e-12)
-
-
-def test_every_point_keeps_its_radius(monkeypatch):
-    """In the scene of a study, too, should a disk ever have unequal ones."""
-    radii = np.linspace(0.4, 0.5, 12)
-    made = make_disk()._replace(contact_radius=radii)
-    monkeypatch.setattr(study, "build_disk", lambda *arguments: made)
-    scene = study.build_problem(config.Config()).scene
-    np.testing.assert_array_equal(scene.interface.radius, radii)

@@ -160,15 +160,6 @@ def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path):
     assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
 
 
-def test_lanes_do_not_see_each_other(reduced, mistuned):
-    scene = reference_scene()
-    together, _ = integrate_lanes(mistuned, scene, np.linspace(33.5, 36.0, 8), 4, 8)
-    for lane, speed in enumerate(np.linspace(33.5, 36.0, 8)):
-        alone, _ = integrate_lanes(mistuned, scene, [speed], 4, 1)
-        assert np.abs(alone).max() > 1e-5
-        assert np.array_equal(alone[:, :, 0], together[:, :, lane])
-
-
 def step_by_step(bank, scene, n_steps, width):
     """Corrected states after each of the first steps, as (penetration, λ) of the real points."""
     table = bank.scheme.bump.copy()
@@ -271,16 +262,6 @@ def test_a_constant_force_gives_its_static_deflection_at_any_step():
             d = decay * d - omega_h**2 * gain * q + gain
             q += d
         assert q == pytest.approx(1.0 / omega_h**2, rel=1e-9)
-
-
-def test_both_schemes_meet_at_small_steps():
-    modes, scene, _ = one_mode(5.0, 0.02)
-    small = [
-        coefficients(name, modes.omega, 0.02, 1e-7)
-        for name in ("central_difference", "exact_modal")
-    ]
-    for a, b in zip(*small, strict=True):
-        assert abs(a - b) <= 1e-12 * abs(a)
 
 
 def test_a_rigid_body_mode_has_finite_coefficients():

@@ -120,17 +120,6 @@ def test_turning_friction_on_several_points_is_the_textbook_scheme(seed):
     assert np.abs(fixed[:, :, 0] - expected).max() > 1e-2 * np.abs(expected).max()
 
 
-def test_lanes_do_not_see_each_other_in_three_dimensions():
-    modes, scene = made_up(2)
-    speeds = np.linspace(28.0, 33.0, 8)
-    together, bank = integrate(modes, scene, speeds, 2 * REVOLUTION)
-    for lane, speed in enumerate(speeds):
-        alone, one = integrate(modes, scene, [speed], 2 * REVOLUTION)
-        assert np.abs(alone).max() > 1e-4
-        assert np.array_equal(alone[:, :, 0], together[:, :, lane])
-        assert one.state.report[SWEEPS, 0] == bank.state.report[SWEEPS, lane]
-
-
 def test_a_history_holds_the_forces_in_all_directions():
     """Whose resultant opposes the slip: its axial part grows with the axial velocity."""
     modes, scene = made_up(0)

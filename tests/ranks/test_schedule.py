@@ -85,25 +85,6 @@ def test_simulated_ranks_never_wait_for_each_other_for_ever(n_ranks):
     assert result.efficiency(n_ranks) < 1.0
 
 
-def test_rank_0_is_never_busy_longer_than_the_study_takes():
-    """2,000 ranks whose samples take no time: rank 0 does nothing but serve, to the last moment."""
-    costs = fake_costs()
-    costs = costs._replace(whole=costs.whole * 1e-6)
-    result = simulate.study(costs, MACHINE, 2000, 20_000, cut=False)
-    assert 0.8 * result.seconds < result.serving <= result.seconds * (1.0 + 1e-12)
-
-
-def test_simulation_of_one_rank_is_the_sum_of_its_costs():
-    result = simulate.study(fake_costs(), MACHINE, 1, 50)
-    assert result.seconds == pytest.approx(result.useful + 50 * MACHINE.finish, rel=1e-9)
-
-
-def test_cutting_and_overlap_pay_for_many_ranks():
-    best = simulate.study(fake_costs(), MACHINE, 300, 2000)
-    assert best.seconds < simulate.study(fake_costs(), MACHINE, 300, 2000, cut=False).seconds
-    assert best.seconds < simulate.study(fake_costs(), MACHINE, 300, 2000, overlap=False).seconds
-
-
 def runs(path):
     return list(map(json.loads, path.read_text().splitlines()))
 

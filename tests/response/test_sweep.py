@@ -9,7 +9,7 @@ from evidence.truth.motion import Structure
 from hpcrub.contact import integrate, status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
-from hpcrub.model.casing import Profile, bump_height
+from hpcrub.model.casing import Profile
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
@@ -59,20 +59,6 @@ def points_of(shape, n=3600):
     return Profile(measured=tuple(zip(angle, shape(angle), strict=True)))
 
 
-def test_bumps_given_as_measured_points_give_the_amplitude_of_bumps():
-    modes, scene = one_blade()
-    points = points_of(lambda angle: bump_height(angle, 1, 2e-3))
-    built_in, given = (
-        run_sweep(modes, one, [13.0, 19.0, 21.0])
-        for one in (scene, scene._replace(bump_height=0.0, profile=points))
-    )
-    assert (built_in.point_status == STEADY).all()
-    assert (given.amplitude > 1e-4).all()
-    # by 2e-6 of their height the bumps differ, which impacts amplify; with 112 points 0.06
-    np.testing.assert_allclose(given.amplitude, built_in.amplitude, rtol=3e-4)
-    assert (given.amplitude != built_in.amplitude).all()
-
-
 def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
     modes, scene = one_blade(bump_height=0.0)
     oval = Profile(harmonics=((2, 2e-3, 0.4),))
@@ -85,17 +71,6 @@ def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
     assert (first.point_status == STEADY).all()
     assert (first.amplitude > 1e-4).all()
     np.testing.assert_allclose(first.amplitude, second.amplitude, rtol=3e-4)
-
-
-def test_equal_damping_ratios_are_the_bits_of_the_single_one():
-    modes, scene = one_blade()
-    one = run_sweep(modes, scene, [13.0, 19.0])
-    each = run_sweep(modes, scene._replace(damping_ratio=Damping((0.05, 0.05))), [13.0, 19.0])
-    other = run_sweep(modes, scene._replace(damping_ratio=Damping((0.06,))), [13.0, 19.0])
-    for a, b in zip(one.arrays, each.arrays, strict=True):
-        assert a.tobytes() == b.tobytes()
-    assert (one.amplitude > 0.0).all()
-    assert (other.amplitude != one.amplitude).all()
 
 
 def test_a_tip_that_vibrates_faster_than_it_rotates_is_marked():
@@ -132,7 +107,10 @@ def test_every_mode_decays_with_its_own_damping():
 def test_a_profile_below_the_clearance_never_touches():
     modes, scene = one_blade(bump_height=0.0, profile=Profile(harmonics=((2, 0.9e-3, 0.0),)))
     assert not can_touch(scene)
-    assert (run_sweep(modes, scene, [13.0]).amplitude == 0.0).all()
+    result = run_sweep(modes, scene, [13.0, 15.0])
+    assert (result.amplitude == 0.0).all()
+    assert (result.localisation == 0.0).all()
+    assert (result.point_status == STEADY).all()
     assert can_touch(scene._replace(profile=Profile(harmonics=((2, 0.9e-3, 0), (3, 0.3e-3, 0)))))
 
 
@@ -187,20 +165,6 @@ def test_result_does_not_depend_on_lanes_or_parts(modes):
         assert same([x[k::3] for x in part[:4]], [x[k::3] for x in whole[:4]])
         assert np.all(np.delete(part.point_status, np.arange(k, 11, 3)) == NO_POINT)
     assert sum(part.n_steps for part in parts) == whole.n_steps
-
-
-def test_nothing_moves_where_nothing_can_touch(modes):
-    result = run_sweep(modes, scene_of(bump_height=0.2e-3), np.array([34.0, 35.0]))
-    assert np.all(result.amplitude == 0.0)
-    assert np.all(result.point_status == STEADY)
-    assert np.all(result.localisation == 0.0)
-
-
-def test_times_follow_the_criteria(modes):
-    result = run_sweep(modes, scene_of(), np.array([33.5, 35.5]))
-    block = 1.0 / (4 * np.array([33.5, 35.5]))
-    assert np.all(result.time >= SHORT.first_check)
-    assert np.all(result.time <= 0.6 + block)
 
 
 def test_confirmations_are_successive_checks():

@@ -3,13 +3,9 @@
 Truth: a time step many times finer; counts of steps by hand; the limits of the input themselves.
 """
 
-import contextlib
-import random
-
 import numpy as np
 import pytest
 
-from evidence.stress import plausibility as scenes
 from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config import resolution
@@ -201,18 +197,3 @@ def test_a_model_of_few_modes_is_marked(keys, marked):
     config = Config().replace(keys)
     lines = list(plausibility.warnings(config, build_problem(config)))
     assert [marked in line for line in lines] == [True] * bool(marked)
-
-
-def test_scenes_of_every_kind_are_drawn():
-    """What fell in attacks is among them: measured casings, low damping, scaled model files."""
-    rng = random.Random(3)
-    drawn = [scenes.scene(rng) for _ in range(60)] + [scenes.blisk(rng) for _ in range(8)]
-    measured = [keys for keys in drawn if "casing.profile_mm" in keys]
-    assert 5 < len(measured) < 30
-    assert min(keys["material.damping_ratio"] for keys in drawn) < 1e-3
-    configs = []
-    for keys in measured + drawn[60:]:
-        with contextlib.suppress(InputError):
-            configs.append(scenes.input_of(keys))
-    assert any(config.casing.profile.measured for config in configs)
-    assert len({config.disk.first_family_hz for config in configs}) > 2
