@@ -17,7 +17,7 @@ from hpcrub.config import parts
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import provenance
-from hpcrub.results.layout import DONE, PENDING
+from hpcrub.results.layout import PENDING
 from hpcrub.runs import result_files
 from hpcrub.setup import problem as study
 from hpcrub.studies import open_result
@@ -73,17 +73,6 @@ def assert_nothing_is_left(folder):
 
 
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
-
-
-def test_parts_hold_their_share_and_draw_no_figures(made):
-    shapes = []
-    for name in THREE:
-        file = open_result(made / name)
-        assert (file.status() == DONE).all()
-        shapes.append(file.status().shape)
-        file.close()
-    assert shapes == [(2, 1), (2, 2), (2, 2)]
-    assert [p.name for p in made.glob("*.png")] == ["whole.png"]
 
 
 @pytest.mark.parametrize(
@@ -169,15 +158,6 @@ def test_parts_that_have_not_begun(folder):
     file.close()
     assert run("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")
-
-
-def test_different_versions_of_the_libraries_are_all_named(folder, monkeypatch):
-    other = provenance.libraries() | {"numpy_version": "0.0.1"}
-    monkeypatch.setattr(provenance, "libraries", lambda: other)
-    assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
-    merging.merge("whole.h5", THREE)
-    expected = f"0.0.1, {np.__version__}".encode()
-    assert attributes("whole.h5")[""]["numpy_version"] == expected
 
 
 @pytest.fixture

@@ -47,13 +47,6 @@ def test_the_file_has_the_datasets_of_its_study_and_no_others(path, tiny_config)
         assert {name: file[name].shape for name in SHAPES} == SHAPES
 
 
-def test_every_dataset_says_what_it_is(path):
-    with h5py.File(path, "r") as file:
-        for name in names_in(file):
-            assert file[name].attrs["units"]
-            assert file[name].attrs["long_name"]
-
-
 def test_everything_is_allocated_and_empty(path):
     with h5py.File(path, "r") as file:
         for name in names_in(file):
