@@ -141,7 +141,7 @@ def _steep_problems(c):
 
 def _contact_problems(c):
     contact, coating = c.contact, c.contact.coating
-    if contact.law != "abradable" and coating != type(coating)():
+    if not contact.wears and coating != type(coating)():
         key = next(iter(coating.model_fields_set))
         yield f"contact.coating.{key}: goes with contact.law: abradable, not {contact.law}"
     if contact.wears and coating.yield_stress >= coating.young:
@@ -149,12 +149,12 @@ def _contact_problems(c):
             f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
             f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"
         )
-    if contact.law == "abradable" and c.disk.model is not None and coating.tip_area_mm2 is None:
+    if contact.wears and c.disk.model is not None and coating.tip_area_mm2 is None:
         yield (
             "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade "
             "is; give its area"
         )
-    if contact.law == "abradable" and c.study == "branches":
+    if contact.wears and c.study == "branches":
         yield (
             "contact.law: abradable does not fit study: branches, in which a speed goes on from "
             "the motion at another: a coating keeps what every speed has worn, and forgets nothing"

@@ -45,7 +45,7 @@ class Interface(NamedTuple):
     @property
     def strip(self) -> np.ndarray:
         """Strip of a coating that each contact point meets (C,) int: one for each axial place."""
-        return np.unique(np.round(self.axial_position, 9), return_inverse=True)[1]
+        return strips(self.axial_position)
 
     @property
     def n_strips(self) -> int:
@@ -68,6 +68,11 @@ class Interface(NamedTuple):
         largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
         np.maximum.at(largest, (..., self.observed_blade), magnitude)  # type: ignore[arg-type]
         return largest
+
+
+def strips(axial_position: np.ndarray) -> np.ndarray:
+    """Strip of a coating that points at axial places (C,) [m] meet, (C,) int, from 0."""
+    return np.unique(np.round(axial_position, 9), return_inverse=True)[1]
 
 
 def planar_interface(

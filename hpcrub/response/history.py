@@ -5,6 +5,7 @@ after the other and bit for bit, and every `stride`-th is kept; it costs somewha
 """
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -101,7 +102,8 @@ class Follower:
         self.checks = checks(speed_hz, duration, scene)
         self.n_blocks = n_blocks(speed_hz, duration, grid)
         self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
-        self.recent: list[np.ndarray] = []  # observed displacements of two windows, by block
+        # observed displacements of two windows, by block
+        self.recent: deque[np.ndarray] = deque(maxlen=2 * self.window)
         self.n_taken, self.time = 0, math.nan  # when it was known; NaN: ends before the first check
         self.verdict: Verdict | None = None
 
@@ -111,7 +113,7 @@ class Follower:
             return
         self.n_taken += 1
         observed = piece.observed[:, :, lane]
-        self.recent = [*self.recent, observed][-2 * self.window :]
+        self.recent.append(observed)
         time = self.n_taken / (self.speed * self.per_turn)
         if self.scene.coating:
             self.watch.see(float(np.abs(observed).max()), time)
@@ -121,8 +123,7 @@ class Follower:
             self._look(time)
 
     def _look(self, time):
-        parts = self.recent[: self.window], self.recent[self.window :]
-        before, last = (np.concatenate(part) for part in parts)
+        before, last = np.split(np.concatenate(self.recent), 2)
         sizes = np.abs(before).max(axis=0), np.abs(last).max(axis=0)
         over = self.n_taken == self.checks[-1]
         self.time = time

@@ -13,6 +13,7 @@ from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced
 from hpcrub.model.imported.assembly import SparseDisk
 from hpcrub.model.imported.frames import row_table
 from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.interface import strips
 from hpcrub.model.reduction import ReducedModel
 from hpcrub.results import model_file
 
@@ -40,7 +41,7 @@ def resolved(config: Config) -> Config:
         "disk.n_blades": model.n_blades,
         "disk.n_contact_nodes": n_points,
         "disk.n_directions": directions,
-        "disk.n_strips": len(np.unique(np.round(model.nodes[model.contact_node, 2], 9))),
+        "disk.n_strips": 1 + int(strips(model.nodes[model.contact_node, 2]).max()),
         "disk.tip_radius_mm": float(1e3 * radius),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }

@@ -173,11 +173,15 @@ def rebound_lost(turn: float) -> float:
 
 
 def _rebound_warnings(config, problem):
-    scene, modes = problem.scene, mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    if not (scene.coating or scene.elastic_casing):
+    scene = problem.scene
+    if scene.coating:
+        area = scene.coating.area * scene.interface.share.max()
+        spring = scene.coating.stiffnesses(area)[0]
+    elif scene.elastic_casing:
+        spring = scene.elastic_casing.stiffness
+    else:
         return
-    area = scene.coating.area * scene.interface.share.max() if scene.coating else 0.0
-    spring = scene.coating.stiffnesses(area)[0] if scene.coating else scene.elastic_casing.stiffness
+    modes = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
     omega = float(np.sqrt(spring * (modes.normal**2).sum(axis=1).max()))
     lost = rebound_lost(omega * config.step)
     if lost > REBOUND:

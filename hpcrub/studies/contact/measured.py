@@ -14,7 +14,6 @@ from hpcrub.statistics.percentiles import Z_95, confidence, widened
 from hpcrub.studies.contact import trust
 
 NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
-ERROR = "samples/amplitude_error_m"
 MOST = 24  # measured disks with a line each; of more, percentiles say what is to be said
 
 
@@ -46,8 +45,8 @@ def disks(file: ResultFile) -> Iterator[Disk]:
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)
         states = file.read("samples/point_status", where)
         best = int(np.argmin(np.abs(file.read("speeds_hz") - speed)))
-        known = states[best] == AVERAGED and ERROR in file and not file.config.contact.wears
-        error = float(file.read(ERROR, where)[best]) if known else 0.0
+        known = states[best] == AVERAGED and not file.config.contact.wears
+        error = float(file.read("samples/amplitude_error_m", where)[best]) if known else 0.0
         middle, reach = np.array(value), Z_95 * error / peak * value
         interval = np.array(widened(middle, middle - reach, middle + reach, shared))
         shares = (float(np.mean(states == s)) for s in (NOT_STEADY, DIVERGED))
