@@ -22,9 +22,6 @@ Degrees = Annotated[
 Clearances = Annotated[
     tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...], Field(min_length=2, max_length=200)
 ]
-Coefficients = Annotated[
-    tuple[Annotated[Number, Field(ge=-1e6, le=1e6)], ...], Field(min_length=1, max_length=10)
-]
 Changes = Annotated[
     tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...],
     Field(min_length=4, max_length=MOST_POINTS),
@@ -52,8 +49,6 @@ class Casing(Section):
     clearance_hz_mm: Curve | None = None
     """clearance over the speed in place of clearance_mm: points of a speed [Hz] and a clearance
     [mm], with straight lines between them; or a file with columns speed_hz and clearance_mm"""
-    clearance_polynomial_mm: Coefficients | None = None
-    """the same as a polynomial in the speed in Hz: coefficients from the constant on [mm]"""
     blade_clearance_mm: Clearances | None = None
     """what each blade has beyond that, such as a blade that is shorter, at every speed; below 0:
     less [mm]"""
@@ -110,9 +105,6 @@ class Casing(Section):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
         if self.clearance_hz_mm is not None:
             return RunningClearance(tuple((f, c / 1000) for f, c in self.clearance_hz_mm))
-        if self.clearance_polynomial_mm is not None:
-            powers = tuple(a / 1000 for a in self.clearance_polynomial_mm)
-            return RunningClearance(coefficients=powers)
         return None
 
     def clearances(self, speeds_hz: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "
 # what to write in place of keys that hpcrub 0.1 had
 FORMER = {
     "sweep": "called runs now",
+    "casing.clearance_polynomial_mm": "gone; give points of the curve as casing.clearance_hz_mm",
     "contact.kinematics": "gone, as it was half of the second order; leave the key out",
     "reduction.basis": "gone, as it changed results by 2e-5; leave the key out",
     "speeds.search": "gone, as it could miss a narrow peak; leave the key out",
@@ -85,6 +86,16 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             flat[f"{prefix}{key}"] = value
     return flat
+
+
+def without_gone(data: dict[str, Any]) -> dict[str, Any]:
+    """An input (modified) less the keys that are gone and said nothing, as in old result files."""
+    for path in FORMER:
+        section, _, key = path.rpartition(".")
+        keys = data.get(section) if section else data
+        if isinstance(keys, dict) and keys.get(key, path) is None:
+            del keys[key]
+    return data
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
