@@ -17,7 +17,7 @@ COMMANDS = {
     "merge": "put the files of parts of one study together",
     "inspect": "say what a result file holds, how far it is, and whether it is sound",
     "import": "read the matrices of a finite-element program into a model file",
-    "export": "write one table of a result file as CSV or Parquet",
+    "export": "write the tables of a result file as CSV",
     "keys": "list the keys of an input file",
 }
 

@@ -1,4 +1,4 @@
-"""`hpcrub export FILE.h5 --to csv|parquet`: tables of samples and of points."""
+"""`hpcrub export FILE.h5`: tables of samples and of points as CSV files."""
 
 import argparse
 import os
@@ -11,7 +11,6 @@ from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.progress import console
 from hpcrub.studies import open_result
 
-KINDS = "csv", "parquet"
 TABLES = "samples", "points"
 
 
@@ -19,24 +18,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Write the tables of every file and name them; returns the exit code."""
     parser = argparse.ArgumentParser(prog="hpcrub export", description=__doc__)
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
-    parser.add_argument("--to", choices=KINDS, default=KINDS[0], help="kind of files (csv)")
     parser.add_argument("--out", metavar="FOLDER", help="where to, beside FILE.h5 by default")
     parser.add_argument("--overwrite", action="store_true", help="replace existing files")
     options = parser.parse_args(argv)
     for path in options.files:
-        for target in export(path, options.to, options.out, options.overwrite):
+        for target in export(path, options.out, options.overwrite):
             console().print(f"written: {target}", soft_wrap=True)
     return 0
 
 
 def export(
-    path: str | Path, kind: str = "csv", folder: str | Path | None = None, overwrite: bool = False
+    path: str | Path, folder: str | Path | None = None, overwrite: bool = False
 ) -> list[Path]:
     """Write the tables of a result file: NAME.samples.csv and NAME.points.csv.
 
-    kind: "csv" or "parquet"; folder: where to, beside the file by default; overwrite: replace
-    existing files. Returns the files written. Raises InputError when the study has no such table, a
-    file exists, or a library is not installed, and HpcrubError when a file cannot be written.
+    folder: where to, beside the file by default; overwrite: replace existing files.
+    Returns the files written. Raises InputError when the study has no such table, a file exists, or
+    pandas is not installed, and HpcrubError when a file cannot be written.
     """
     stem = without_suffix(path)
     stem = Path(folder) / stem.name if folder else stem
@@ -48,9 +46,9 @@ def export(
                 f"{path}: the study {file.config.study} has neither samples nor points; the file "
                 "itself opens in xarray, netCDF4 and h5py"
             )
-    written = {Path(f"{stem}.{name}.{kind}"): frame for name, frame in frames.items()}
+    written = {Path(f"{stem}.{name}.csv"): frame for name, frame in frames.items()}
     for target, frame in written.items():
-        _write(target, getattr(frame, f"to_{kind}"), overwrite)
+        _write(target, frame.to_csv, overwrite)
     return list(written)
 
 
@@ -63,8 +61,6 @@ def _write(target, write, overwrite):
         target.parent.mkdir(parents=True, exist_ok=True)
         write(part)
         os.replace(part, target)
-    except ImportError as error:
-        raise InputError(f"{reason(error)}: pip install 'hpcrub[tables]'") from None
     except OSError as error:
         raise HpcrubError(f"cannot write {target}: {reason(error)}") from None
     finally:
