@@ -84,7 +84,7 @@ def _add_lists(one):
 
 
 def _add_common(one):
-    one.add_argument("--output", metavar="FILE.h5", help="model file that is written (or .npz)")
+    one.add_argument("--output", metavar="FILE.h5", help="model file that is written")
     one.add_argument("--overwrite", action="store_true", help="replace an existing model file")
     one.add_argument("--units", help='of the source, such as "mm t s"; of a model file its own')
     one.add_argument("--axis", choices=("x", "y", "z"), default="z", help="of rotation")

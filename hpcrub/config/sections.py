@@ -196,8 +196,8 @@ class Mistuning(Section):
     """intentional mistuning beneath the random part, repeated around the disk: two values for an
     A/B pattern, one for each blade for a sorted one [%]"""
     pattern: Pattern | None = None
-    """a value for each blade: one explicit sample, not random; or a CSV or NPZ file with a row for
-    each disk, which is one sample, and a column for each blade"""
+    """a value for each blade: one explicit sample, not random; or a CSV file with a row for each
+    disk, which is one sample, and a column for each blade"""
     pattern_unit: Literal["percent", "gpa", "hz"] = "percent"
     """what it holds: deviations of stiffness [%], Young's moduli [GPa], or frequencies of the
     blades alone [Hz], whose deviations are from the mean of their disk"""

@@ -1,15 +1,13 @@
-"""Model files: arrays by name in HDF5 or NPZ, and what identifies a file."""
+"""Model files: arrays by name in HDF5, and what identifies a file."""
 
 import hashlib
 import os
 from pathlib import Path
 
-import numpy as np
-
 from hpcrub.errors import InputError, reading, reason
 from hpcrub.results.storage import read_arrays, write_arrays
 
-SUFFIXES = ".h5", ".hdf5", ".npz"
+SUFFIXES = ".h5", ".hdf5"
 MARK = "hpcrub_model"  # array that every model file has
 
 
@@ -19,10 +17,7 @@ def read(path: str | Path) -> dict:
     Raises InputError when it cannot be read.
     """
     with reading(path):
-        if Path(path).suffix != ".npz":
-            return read_arrays(path)
-        with np.load(path, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
+        return read_arrays(path)
 
 
 def require_free(path: str | Path, overwrite: bool = False) -> None:
@@ -50,11 +45,7 @@ def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
     part = path.with_name(path.name + ".hpcrub-part")
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
-        if path.suffix == ".npz":
-            with open(part, "wb") as file:
-                np.savez_compressed(file, **arrays)
-        else:
-            write_arrays(part, arrays)
+        write_arrays(part, arrays)
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({reason(error)})") from None

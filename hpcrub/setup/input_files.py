@@ -94,16 +94,7 @@ def _patterns(config):
 def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
     """Deviations (disks, N) of a table of patterns [-]; kept, because every sample asks for it."""
     model_file.require("mistuning.pattern", path, checksum)
-    if str(path).endswith(".npz"):
-        arrays = list(model_file.read(path).values())
-        if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype.kind not in "fiu":
-            raise InputError(
-                f"mistuning.pattern: {path} has to hold one array of numbers, a row for "
-                "each disk and a column for each blade"
-            )
-        values = arrays[0].astype(float)
-    else:
-        values = tables.read(path)[1]
+    values = tables.read(path)[1]
     if values.size == 0 or not np.isfinite(values).all():
         raise InputError(f"mistuning.pattern: {path}: empty, or not all values are numbers")
     if unit != "percent" and not (values > 0.0).all():

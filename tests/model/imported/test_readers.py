@@ -180,7 +180,7 @@ def test_skin_of_two_hexahedra_hides_the_face_between_them():
 
 
 def test_import_command_reduces_and_says_what_it_found(tmp_path, capsys):
-    source, small = str(tmp_path / "sector.h5"), str(tmp_path / "small.npz")
+    source, small = str(tmp_path / "sector.h5"), str(tmp_path / "small.h5")
     model_file.write(source, sector_arrays())
     assert program(["import", "model", source, "--reduce", "10", "--output", small]) == 0
     said = capsys.readouterr().out
