@@ -97,7 +97,6 @@ def _add_common(one):
     one.add_argument(
         "--speed-hz", type=float, default=0.0, help="of rotation, for frequencies and mode shapes"
     )
-    one.add_argument("--step-s", type=float, default=2e-6, help="time step of the highest omega h")
 
 
 def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
@@ -121,8 +120,6 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
 def _check_numbers(options):
     if not 0.0 <= options.speed_hz < np.inf:
         raise InputError(f"--speed-hz: {options.speed_hz:g} is not 0 or more")
-    if not 0.0 < options.step_s < np.inf:
-        raise InputError(f"--step-s: {options.step_s:g} is not above 0")
     if options.reduce is not None and options.reduce < 0:
         raise InputError(f"--reduce: {options.reduce} is not 0 or more")
 
@@ -255,8 +252,7 @@ def reduce(
     n_modes = families.whole(options.reduce, model.n_blades)
     _say(
         f"reduced: {len(omega)} coordinates, of which {n_modes} modes in whole families; highest "
-        f"frequency {omega[-1] / (2 * np.pi):.4g} Hz, highest omega h "
-        f"{omega[-1] * options.step_s:.3g} at a time step of {options.step_s:g} s"
+        f"frequency {omega[-1] / (2 * np.pi):.4g} Hz"
     )
     hz = omega[: model.n_blades] / (2 * np.pi)
     _say(families.sentence(family, hz, families.share(found), HALF_RANGE, DAMPING))

@@ -228,7 +228,6 @@ def test_a_file_without_its_kind_is_told_by_the_import(folder, capsys):
     [
         (["--speed-hz", "nan"], "--speed-hz: nan is not 0 or more"),
         (["--speed-hz=-5"], "--speed-hz: -5 is not 0 or more"),
-        (["--step-s", "0"], "--step-s: 0 is not above 0"),
         (["--reduce=-1"], "--reduce: -1 is not 0 or more"),
         (["--reduce", "3"], "--reduce: this model is reduced already"),
         (["--axis", "x"], "--axis x: cylindrical directions are about z"),
