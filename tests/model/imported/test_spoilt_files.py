@@ -126,7 +126,7 @@ FAR = np.array([2 * 10**9, 0])  # of two contact nodes
             lambda a: {"kind": np.array("disk"), "contact_blade": FAR},
             "contact_blade: blade 2 has no contact nodes; 1 is named nowhere",
         ),
-        (lambda a: {"kind": np.array([["sector", "disk"]])}, "kind: one word is expected"),
+        (lambda a: {"kind": np.array([1, 2])}, "kind: one word is expected"),
         (lambda a: {"M/data": 1e-300 * a["M/data"]}, "no modes can be found"),
         (lambda a: {"n_sectors": np.array(10**12)}, "2 to 200"),
     ],
