@@ -1,13 +1,22 @@
-"""The energy audit in plain Python and NumPy, whatever the tips meet.
+"""Where the energy of a contact run goes, whatever the tips meet: a balance to rounding.
 
-A contact force N of a step, whose point goes from p_{n−1} over p_n to p_{n+1} inside the new
-surface, takes N (p_{n+1} − p_{n−1})/2 from the disk and from the casing that moves its bumps:
+Both schemes read  d_{n+1} = decay·d_n − ω² gain·q_n + gain·f,  f the force that acts at t_n. Times
+(d_{n+1} + d_n)/(2 gain), where d_{n+1} + d_n = q_{n+1} − q_{n−1}, this is an exact balance,
+
+    E_{n+1/2} − E_{n−1/2} = f·(d_{n+1} + d_n)/2 − D,
+    E_{n+1/2} = (1 + decay)/(4 gain) d_{n+1}² + ω² q_n q_{n+1}/2,
+    D = (1 − decay)/(4 gain) (d_{n+1} + d_n)² ≥ 0,
+
+summed over the modes. A contact force N of a step, whose point goes from p_{n−1} over p_n to
+p_{n+1} inside the new surface, takes N (p_{n+1} − p_{n−1})/2 from the disk and from the casing that
+moves its bumps:
 
     N (p_{n+1} − p_{n−1})/2 = N (p_{n+1} − p_n) + N (p_n − p_{n−1} − p_{n+1} + p_n)/2.
 
 The last term is lost because forces act for a step in which the motion is the mean of two. On a
-rigid casing the sum is the impact loss λ (g_{n−1} − g_{n+1})/2. Of a bar with the worn depths w_n
-under the point after the step before, w⁻ and w before and after this one,
+rigid casing the sum is the impact loss λ (g_{n−1} − g_{n+1})/2 ≥ 0: an impact can only take energy,
+and contact that lasts takes none. Of a bar with the worn depths w_n under the point after the step
+before, w⁻ and w before and after this one,
 
     k₁ q (p_{n+1} − p_n) = ΔU + A Δe − k₁ q (w_n − w⁻)
                            + k₁ Δq²/2 + A H Δw²/2t + k₁ q (q_n − p_n + w_n)
@@ -21,8 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evidence.truth.motion import single_steps
+from evidence.truth.motion import recorded
 from hpcrub.model import casing
+
+TOLERANCE = 1e-9  # of the energy turned over: what may stay unexplained, of works and of signs
 
 
 class Ledger(NamedTuple):
@@ -38,6 +49,7 @@ class Ledger(NamedTuple):
     elastic: np.ndarray  # into coating and casing, which they give back (n, L) [J]
     plastic: np.ndarray  # into the wear of the bars (n, L) [J]
     dashpot: np.ndarray  # into the damper of an elastic casing (n, L) [J]
+    negative: np.ndarray  # of the losses of single tips before a rigid casing (n, L) [J]
 
     def residual(self):
         """What the balance of every step fails to explain (n, L) [J]: rounding, or a defect."""
@@ -46,14 +58,18 @@ class Ledger(NamedTuple):
         return np.diff(self.energy, axis=0) - (gained - spent)
 
     def turnover(self):
-        """Energy that ever was there and work done either way (L,) [J]: the residual's scale."""
-        works = np.abs(self[1:]).sum(axis=(0, 1))
-        return works + np.abs(self.energy).max(axis=0)
+        """Energy at the start, and work done either way (L,) [J]: the scale of the residual."""
+        return np.abs(self[1:-1]).sum(axis=(0, 1)) + np.abs(self.energy[0])
 
     def unexplained(self):
         """Sum of what is not explained, over the energy turned over (L,) [-]; idle lanes have 0."""
         turnover = self.turnover()
         return np.abs(self.residual()).sum(axis=0) / np.where(turnover > 0.0, turnover, 1.0)
+
+    def is_balanced(self):
+        """Whether all energy is explained and, on a rigid casing, no tip gave any (L,)."""
+        given = -self.negative.sum(axis=0)
+        return (self.unexplained() <= TOLERANCE) & (given <= TOLERANCE * self.turnover())
 
 
 def audit(bank, n_steps, scene=None):
@@ -67,44 +83,40 @@ def audit(bank, n_steps, scene=None):
     Returns:
         Ledger. Idle lanes have zeros.
     """
-    scheme, state = bank.scheme, bank.state
+    scheme, state, parts = bank.scheme, bank.state, []
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)
     inertia, loss = (1.0 + scheme.decay) * inverse / 4.0, (1.0 - scheme.decay) * inverse / 4.0
     spring = np.reshape(scheme.squared, (len(inverse), -1)) / 2.0
-    q, d = state.position.copy(), state.increment.copy()
-    start = state.n_steps.copy()
-    before, now = _penetration(bank, q - d, start, -1), _penetration(bank, q, start, 0)
     surface = Surface(bank, scene) if scene and (scene.coating or scene.elastic_casing) else None
-    energy = [np.sum(inertia * d**2 + spring * q * (q - d), axis=0)]
-    works = []
-    for n in single_steps(bank, n_steps):
-        q_before, d_before = q, d
-        q, d = state.position.copy(), state.increment.copy()
-        two_before, before, now = before, now, _penetration(bank, q, start, n)
-        moved = d + d_before
-        force = state.multiplier[: len(now)]
-        normal = np.sum(-force * (_normal(bank) @ moved), axis=0) / 2.0
-        all_forces = np.sum((scheme.load @ state.multiplier) * moved, axis=0) / 2.0
-        taken = np.sum(force * (now - two_before), axis=0) / 2.0
-        external = scheme.external[(n - 1) % len(scheme.bump)] if len(scheme.external) else 0.0
-        impact, *given = taken, *np.zeros((4, bank.width))
+    q, d, start, done = state.position.copy(), state.increment.copy(), state.n_steps.copy(), 0
+    first = np.sum(inertia * d**2 + spring * q * (q - d), axis=0)
+    depth = _penetration(bank, np.stack([q - d, q]), start, np.array([-1, 0]))
+    # worn bars are seen only as they are after a step
+    for steps in recorded(bank, n_steps, *([1] if surface else [])):
+        force, rows = steps.force[:, : depth.shape[1]], done + np.arange(len(steps.force))
+        now = _penetration(bank, steps.position, start, rows + 1)
+        depth = np.concatenate([depth[-2:], now])
+        moved = steps.increment + np.concatenate([d[None], steps.increment[:-1]])
+        normal = np.sum(-force * (_normal(bank) @ moved), axis=1) / 2.0
+        all_forces = np.sum((scheme.load @ steps.force) * moved, axis=1) / 2.0
+        taken = force * (depth[2:] - depth[:-2]) / 2.0
+        tips, external = taken.sum(axis=1), np.zeros_like(normal)
+        if len(scheme.external):
+            modal = scheme.external[rows % len(scheme.bump), :, None]
+            external = np.sum(modal * moved, axis=1) / 2.0
+        impact, *given = tips, *np.zeros((4, *tips.shape))
         if surface:
-            late = np.sum(force * (2.0 * before - two_before - now), axis=0) / 2.0
-            impact, *given = surface.works(force, before, now)
-            impact += late
-        works.append(
-            (
-                normal + taken,
-                all_forces - normal,
-                np.sum(np.reshape(external, (-1, 1)) * moved, axis=0) / 2.0,
-                given[0],
-                np.sum(loss * moved**2, axis=0),
-                impact,
-                *given[1:],
-            )
-        )
-        energy.append(np.sum(inertia * d**2 + spring * q * q_before, axis=0))
-    return Ledger(np.array(energy), *np.moveaxis(np.array(works), 1, 0))
+            late = np.sum(force[0] * (2.0 * depth[1] - depth[0] - depth[2]), axis=0) / 2.0
+            impact, *given = (part[None] for part in surface.works(force[0], *depth[1:]))
+            impact = impact + late
+        q, d = steps.position, steps.increment
+        energy = np.sum(inertia * d**2 + spring * q * (q - d), axis=1)
+        parts.append((energy, normal + tips, all_forces - normal, external, given[0],
+                      np.sum(loss * moved**2, axis=1), impact, *given[1:],
+                      np.minimum(taken, 0.0).sum(axis=1)))  # fmt: skip
+        q, d, done = q[-1], d[-1], done + len(q)
+    energy, *works = map(np.concatenate, zip(*parts, strict=True))
+    return Ledger(np.concatenate([first[None], energy]), *works)
 
 
 class Surface:
@@ -164,13 +176,13 @@ def _normal(bank):
 
 
 def _penetration(bank, q, start, n):
-    """Penetrations of the new surface after n steps of a run that began at step ``start``.
+    """Penetrations of the new surface by q (m, K, L) after n (m,) steps from step ``start`` (L,).
 
-    Returns (n_c, L) [m].
+    Returns (m, C, L) [m].
     """
     scheme, n_points = bank.scheme, np.count_nonzero(np.isfinite(bank.scheme.own))
-    t = np.maximum(start + n, 0) * scheme.step
-    grown = np.array([casing.ramp(time, scheme.ramp_time) for time in t])
+    t = np.maximum(start + n[:, None], 0) * scheme.step
+    grown = np.vectorize(casing.ramp, otypes=[float])(t, scheme.ramp_time)[:, None]
     bump = scheme.bump[(n - 1) % len(scheme.bump), :n_points, None]
     clearance = scheme.clearance + scheme.own[0, :n_points, None]
     return grown * bump + _normal(bank) @ q - clearance

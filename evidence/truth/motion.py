@@ -6,12 +6,15 @@ import numpy as np
 
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
+from hpcrub.contact.jit import compiled
+from hpcrub.contact.passes import correct
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
 
 WIDTH = 8  # lanes of every bank here
+AT_ONCE = 512  # steps that are kept before they are looked at
 
 
 class Structure(NamedTuple):
@@ -32,34 +35,65 @@ class Trace(NamedTuple):
     force: np.ndarray  # λ (n, L) that led to levels 1 ... n [N]
 
 
-def make_bank(structure, scheme_name, steps, clearance, n_rows=1):
-    """Bank of up to WIDTH lanes, one for each time step, at rest; the wall does not move.
+class Steps(NamedTuple):
+    """Observer: the motion at the ends of some steps, and the forces that led there."""
+
+    position: np.ndarray  # q (n, K, L) [m·√kg]
+    increment: np.ndarray  # d (n, K, L) [m·√kg]
+    force: np.ndarray  # of all multipliers (n, M, L) [N]
+
+    @staticmethod
+    @compiled
+    def observe(lanes, bank, steps, block, step, n_active):
+        """Apply the forces of a step and keep what has become; see ``contact.observers``."""
+        state, row = bank.state, block * bank.scheme.bump.shape[0] + step
+        for i in state.active[:n_active]:
+            steps.force[row, i] = state.multiplier[i]
+        correct(lanes, bank.scheme, state, n_active)
+        steps.position[row] = state.position
+        steps.increment[row] = state.increment
+        return 0
+
+
+def wall(structure, clearance, **changes):
+    """Scene of a structure before a wall that does not move, at a clearance [m], with changes."""
+    values = {
+        "interface": planar_interface(np.zeros(1), 1.0),
+        "damping_ratio": structure.damping_ratio,
+        "n_bumps": 1,
+        "bump_height": 0.0,
+        "clearance": clearance,
+        "ramp_time": 0.0,
+        "friction": structure.friction,
+        "scheme": "exact_modal",
+    }
+    return Scene(**(values | changes))
+
+
+def make_bank(structure, scene, steps, n_rows=1, kind=lambda modes: modes):
+    """Bank of up to WIDTH lanes, one for each time step, at rest.
 
     Args:
         structure: Structure.
-        scheme_name: as in the configuration.
+        scene: of `wall`.
         steps: time steps h [s].
-        clearance: of the wall [m].
         n_rows: rows of the bump table.
+        kind: of modes, as `spatial` makes them of planar ones.
 
     Returns:
         arrays.Bank.
     """
     modes = Modes.planar(structure.omega, structure.radial[None], structure.tangential[None])
-    scene = Scene(
-        interface=planar_interface(np.zeros(1), 1.0),
-        damping_ratio=structure.damping_ratio,
-        n_bumps=1,
-        bump_height=0.0,
-        clearance=clearance,
-        ramp_time=0.0,
-        friction=structure.friction,
-        scheme=scheme_name,
-    )
+    modes = kind(modes)
     bank = allocate(modes, scene, Grid(n_rows, 1, n_rows), WIDTH)
     for lane, h in enumerate(steps):
         fill_lane(bank, lane, modes, scene, h)
     return bank
+
+
+def spatial(modes):
+    """The Modes of a planar structure as those of one that could move axially, too."""
+    return modes._replace(axial=np.zeros_like(modes.normal))
 
 
 def start_free(bank, structure, q, v, steps):
@@ -79,28 +113,33 @@ def free_motion(structure, q, v, t):
     return np.exp(-decay * t) * (q * np.cos(turn) + (v + decay * q) * swing)
 
 
-def single_steps(bank, n_steps):
-    """Integrate a Bank in time, at the start of its table, step by step (bank is modified).
+def recorded(bank, n_steps, most=AT_ONCE):
+    """Integrate a Bank in time, from the start of its table (bank is modified).
 
-    Yields the number of steps done; ``bank.state`` is then corrected, and its ``multiplier`` holds
-    the contact forces of this step alone.
+    Yields Steps, at most so many at a time; the bank is then at the end of the last one.
     """
-    scheme, n_rows = bank.scheme, len(bank.scheme.bump)
-    for n in range(n_steps):
-        row = slice(n % n_rows, n % n_rows + 1)
-        one = scheme._replace(bump=scheme.bump[row], external=scheme.external[row])
-        bank.state.multiplier[:] = 0.0
-        run(bank._replace(scheme=one), 1)
-        yield n + 1
+    scheme, n_rows, done = bank.scheme, len(bank.scheme.bump), 0
+    while done < n_steps:
+        first, left = done % n_rows, min(n_steps - done, most)
+        part, n_tables = bank, left // n_rows
+        if first or not n_tables:
+            rows, n_tables = slice(first, first + left), 1
+            part = scheme._replace(bump=scheme.bump[rows], external=scheme.external[rows])
+            part = bank._replace(scheme=part)
+        n = n_tables * len(part.scheme.bump)
+        kept = bank.state.position, bank.state.increment, bank.state.multiplier
+        steps = Steps(*(np.zeros((n, *values.shape)) for values in kept))
+        run(part, n_tables, steps)
+        yield steps
+        done += n
 
 
 def trace(bank, n_steps, observed):
     """Integrate in time and watch displacements ``observed`` (n_observed, K) (bank is modified)."""
-    state, step = bank.state, bank.scheme.step
-    h = np.where(step > 0.0, step, 1.0)
-    displacement, velocity, force = [observed @ state.position], [], []
-    for _ in single_steps(bank, n_steps):
-        displacement.append(observed @ state.position)
-        velocity.append(observed @ state.increment / h)
-        force.append(state.multiplier[0].copy())
-    return Trace(np.array(displacement), np.array(velocity), np.array(force))
+    h = np.where(bank.scheme.step > 0.0, bank.scheme.step, 1.0)
+    displacement, velocity, force = [(observed @ bank.state.position)[None]], [], []
+    for steps in recorded(bank, n_steps):
+        displacement.append(observed @ steps.position)
+        velocity.append(observed @ steps.increment / h)
+        force.append(steps.force[:, 0])
+    return Trace(*map(np.concatenate, (displacement, velocity, force)))

@@ -20,8 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from evidence.truth.motion import Structure, make_bank, trace
-from evidence.validation import energy_balance, report
+from evidence.truth.energy import audit
+from evidence.truth.motion import Structure, make_bank, trace, wall
+from evidence.validation import report
 from hpcrub.model.elements import Beam, frame_element
 
 E, RHO, LENGTH, HEIGHT, GRAVITY = 900.0, 1.0, 10.0, 5.0, 10.0  # section area 1
@@ -126,7 +127,7 @@ def critical_step(n_elements, lumped=False):
 def falling_bank(n_elements, scheme_name, step, n_rows=1, lumped=False):
     """A bar at rest above the floor, and its Structure."""
     structure, weight = bar(n_elements, lumped)
-    bank = make_bank(structure, scheme_name, [step], HEIGHT, n_rows)
+    bank = make_bank(structure, wall(structure, HEIGHT, scheme=scheme_name), [step], n_rows)
     bank = bank._replace(scheme=bank.scheme._replace(external=np.tile(weight, (n_rows, 1))))
     # at rest at t = 0: u(−h) = u(h)
     bank.state.increment[:, 0] = -weight * step**2 / 2.0
@@ -160,8 +161,8 @@ def errors(motion, until):
 def lost_energy(n_elements, scheme_name, step, until=TEN_BOUNCES, lumped=False):
     """Times and energy lost so far, as a share of what the drop has to give."""
     bank, _ = falling_bank(n_elements, scheme_name, step, lumped=lumped)
-    books = energy_balance.audit(bank, int(until / step))
-    lost = np.cumsum(books.work[:, energy_balance.IMPACT, 0]) / (RHO * LENGTH * GRAVITY * HEIGHT)
+    lost = audit(bank, int(until / step)).impact[:, 0].cumsum()
+    lost /= RHO * LENGTH * GRAVITY * HEIGHT
     return step * np.arange(1, len(lost) + 1), lost
 
 

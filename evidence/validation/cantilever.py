@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from evidence.truth.events import Reference, fixed_wall
-from evidence.truth.motion import Structure, make_bank, start_free
+from evidence.truth.motion import Structure, make_bank, start_free, wall
 from evidence.validation import report
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
@@ -55,7 +55,7 @@ def computed(n_modes, scheme_name, n_steps, n_records):
     """Tip displacement by the kernel at n_records + 1 even times (divides n_steps) of DURATION."""
     structure, q, v = beam(n_modes)
     step, n_rows = DURATION / n_steps, n_steps // n_records
-    bank = make_bank(structure, scheme_name, [step], GAP, n_rows)
+    bank = make_bank(structure, wall(structure, GAP, scheme=scheme_name), [step], n_rows)
     start_free(bank, structure, q, v, [step])
     record = Record.allocate(bank, n_records, n_rows)
     run(bank, n_records, record)

@@ -9,7 +9,7 @@ from evidence.page import ROOT
 from evidence.truth.bars import Bar, Mass, Reference
 from evidence.truth.disk import reference_reduced, reference_scene
 from evidence.truth.energy import audit
-from evidence.truth.one_mass import ready, scene, thrown
+from evidence.truth.motion import Structure, make_bank, recorded, start_free, wall
 from evidence.validation import report
 from hpcrub.config.schema import load_runs
 from hpcrub.contact.bank import allocate
@@ -60,10 +60,36 @@ def exact(coating, casing, duration=DURATION):
     return Reference(MASS, bar, GAP, *(casing or ())).run(SPEED, 1e-5, round(duration / 1e-5))
 
 
+def ready(mass, velocity, h, gap=GAP, **law):
+    """Bank of a `bars.Mass` at u = 0 with a velocity [m/s], steps h [s], and its Scene.
+
+    law: changes of the Scene, and kind, see `motion.make_bank`.
+    """
+    omega, root = np.sqrt(mass.spring / mass.mass), np.sqrt(mass.mass)
+    ratio = mass.damper / (2.0 * mass.mass * omega)
+    body = Structure(np.array([omega]), np.array([1.0 / root]), np.zeros(1), ratio, 0.0)
+    kind = {"kind": law.pop("kind")} if "kind" in law else {}
+    scene = wall(body, gap, **law)
+    bank = make_bank(body, scene, [h], **kind)
+    start_free(bank, body, np.zeros(1), np.array([root * velocity]), [h])
+    return bank, scene
+
+
+def thrown(mass, velocity, h, duration, **law):
+    """Motion of a mass from u = 0; arguments as of `ready`.
+
+    Returns the places u (n,) [m] and forces (n,) [N] at the ends of n steps h, and the bank.
+    """
+    bank, _ = ready(mass, velocity, h, **law)
+    kept = [(steps.position[:, 0, 0].copy(), steps.force[:, 0, 0].copy())
+            for steps in recorded(bank, round(duration / h))]  # fmt: skip
+    place, force = map(np.concatenate, zip(*kept, strict=True))
+    return place / np.sqrt(mass.mass), force, bank
+
+
 def computed(coating, casing, h, duration=DURATION, **kind):
-    """The same by the kernel; see `one_mass.thrown`."""
-    found = scene(GAP, 0.0, coating=coating, elastic_casing=casing)
-    return thrown(MASS, SPEED, found, h, duration, **kind)
+    """The same as `exact` by the kernel; see `thrown`."""
+    return thrown(MASS, SPEED, h, duration, coating=coating, elastic_casing=casing, **kind)
 
 
 def extrapolated(values):
@@ -105,9 +131,9 @@ def motion_order(name):
 def incursion():
     """Error of x = w + (σ_Y + H w/t) t/E where a casing comes 1.5 mm nearer, over x; and w/x."""
     omega, height, gap = 1e4, 1.5e-3, 0.5e-3
-    found = scene(gap, 0.0, coating=HARD)._replace(bump_height=height, ramp_time=0.2)
     mass = Mass(1e6, 2e6 * 0.9 * omega, 1e6 * omega**2)  # a stiff damped tip
-    place, _, bank = thrown(mass, 0.0, found, 1e-5, 0.21)
+    place, _, bank = thrown(mass, 0.0, 1e-5, 0.21, gap=gap, coating=HARD, bump_height=height,
+                            ramp_time=0.2)  # fmt: skip
     x, w, t = place[-1] + height - gap, bank.law.surface.worn[0, 0], HARD.thickness
     assert abs(x - (height - gap)) < 1e-3 * x
     return abs(w + (HARD.yield_stress + HARD.hardening * w / t) * t / HARD.young - x) / x, w / x
@@ -133,12 +159,12 @@ def limits():
 
 def thrown_ledgers(coating):
     """Energy of a mass without damper that hits a bar or a spring and leaves it, by the step."""
-    steps = 2e-6 / 2.0 ** np.arange(3)
-    found = scene(GAP, 0.0, coating=coating, elastic_casing=None if coating else SPRING)
-    banks = [ready(MASS._replace(damper=0.0), SPEED, found, h) for h in steps]
-    return [
-        audit(bank, round(2e-3 / h), found) for bank, h in zip(banks, steps, strict=True)
-    ]  # fmt: skip
+    found, mass = [], MASS._replace(damper=0.0)
+    for h in 2e-6 / 2.0 ** np.arange(3):
+        spring = None if coating else SPRING
+        bank, scene = ready(mass, SPEED, h, coating=coating, elastic_casing=spring)
+        found.append(audit(bank, round(2e-3 / h), scene))
+    return found
 
 
 def reference_disk(**law):

@@ -10,6 +10,7 @@ import numpy as np
 
 from evidence.truth.events import Reference, Wall
 from evidence.truth.motion import Structure, free_motion, make_bank, start_free, trace
+from evidence.truth.motion import wall as still
 from evidence.validation import report
 from hpcrub.model import casing
 
@@ -70,7 +71,7 @@ def reference(wall, friction, n_steps):
 def computed(wall, friction, scheme_name, n_steps):
     """Trace of q over DURATION by the kernel."""
     h, mass = DURATION / n_steps, structure(friction)
-    bank = make_bank(mass, scheme_name, [h], CLEARANCE, n_steps)
+    bank = make_bank(mass, still(mass, CLEARANCE, scheme=scheme_name), [h], n_steps)
     t = h * (1.0 + np.arange(n_steps))
     bank.scheme.bump[:, 0] = CLEARANCE - WALLS[wall]().place(t)
     start_free(bank, mass, *START, [h])

@@ -9,7 +9,7 @@ with the tip held.
 import numpy as np
 
 from evidence import page
-from evidence.truth.motion import Structure, make_bank
+from evidence.truth.motion import Structure, make_bank, wall
 from evidence.validation import report
 from hpcrub.config.schema import Config
 from hpcrub.contact.integrate import run
@@ -33,7 +33,7 @@ def growths(modes, frictions):
         structure = Structure(
             modes.omega, modes.normal[0], modes.tangential[0], DAMPING_RATIO, friction
         )
-        bank = make_bank(structure, "exact_modal", [STEP], -PRESSED, n_rows)
+        bank = make_bank(structure, wall(structure, -PRESSED), [STEP], n_rows)
         record = Record.allocate(bank, N_RECORDS, n_rows)
         run(bank, N_RECORDS, record)
         size = np.abs(record.history.reshape(N_RECORDS, -1, bank.width)[:, 0, 0])

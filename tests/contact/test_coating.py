@@ -17,8 +17,7 @@ import pytest
 
 from evidence.truth.bars import Mass
 from evidence.truth.disk import reference_reduced, reference_scene
-from evidence.truth.one_mass import scene as wall
-from evidence.truth.one_mass import spatial, thrown
+from evidence.truth.motion import spatial
 from evidence.validation import coating
 from evidence.validation.coating import GAP, HARD, LAWS, MILD, SOFT, SPEED, SPRING, WALLS
 from evidence.validation.report import fitted_order
@@ -86,8 +85,8 @@ def test_energy_goes_into_wear_and_what_a_step_loses(bar):
 def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
     """A free mass thrown at a spring, √(k/m) h = turn; a step more or less of contact aside."""
     mass, h = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness)
-    found = wall(GAP, 0.0, elastic_casing=SPRING)
-    place, _, _ = thrown(mass, SPEED, found, h, 3.0 * GAP / SPEED + 4.0 * h / turn)
+    duration = 3.0 * GAP / SPEED + 4.0 * h / turn
+    place, _, _ = coating.thrown(mass, SPEED, h, duration, elastic_casing=SPRING)
     left = ((place[-1] - place[-2]) / (h * SPEED)) ** 2
     assert place[-1] < place[-2]
     assert abs(1.0 - left - rebound_lost(turn)) < 2.0 * turn**2 + 1e-3
