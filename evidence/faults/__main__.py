@@ -13,33 +13,19 @@ import time
 from pathlib import Path
 
 from evidence import page
-from evidence.faults import disks, files, kills, system
+from evidence.faults import disks, signals
 from evidence.faults.job import Skip
 
 AT_ONCE = 6  # faults: most of the time they wait
-KILLS = 13  # of each kind, at programs that still ran
 HEADS = ("fault", "trials", "exit codes (how often)", "when, or for example", "problems")
-GROUPS = {
-    "killed": {
-        f"kill -9 of {target}": lambda folder, target=target: kills.killed(folder, target, KILLS)
-        for target in kills.TARGETS
-    },
-    "disks and files": disks.FAULTS,
-    "signals": system.FAULTS,
-    "damaged result files": files.FAULTS,
-}
+GROUPS = {"signals": signals.FAULTS, "disks and files": disks.FAULTS}
 
 
 def main(argv=None):
     """Run, print, write the page; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m evidence.faults", description=__doc__)
     parser.add_argument("word", nargs="*", help="only faults with a WORD in their name; no page")
-    parser.add_argument("--list", action="store_true", help="print the names of all faults")
-    options = parser.parse_args(argv)
-    words = options.word
-    if options.list:
-        print("\n".join(name for faults in GROUPS.values() for name in faults))
-        return 0
+    words = parser.parse_args(argv).word
     began = time.monotonic()
     chosen = [
         (group, name)

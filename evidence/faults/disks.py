@@ -1,41 +1,39 @@
 """Disks that are full, read-only or gone."""
 
 import contextlib
-import os
 import shutil
 import subprocess
 
-from evidence.faults.job import (
-    ROOT,
-    SMALLER,
-    Job,
-    Skip,
-    carried_on,
-    damage,
-    judged,
-    run,
-    undisturbed,
-)
+from evidence.faults.job import Job, Skip, carried_on, damage, judged, run, script, undisturbed
+
+SMALLER = "--set", "mistuning.samples=2"
 
 
 @contextlib.contextmanager
-def small_disk(folder, size):
-    """A file system of its own in a folder."""
+def mounted(folder, *words):
+    """A file system of its own in a folder, mounted with these words."""
     folder.mkdir(parents=True)
-    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
-    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True).returncode != 0:
-        raise Skip("needs root, and the right to mount")
+    if subprocess.run(["mount", *words, folder], capture_output=True).returncode != 0:
+        raise Skip("needs root, the right to mount, and ext4")
     try:
         yield folder
     finally:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
+        subprocess.run(["umount", "-l", folder], check=True)
 
 
-def fill(path):
-    """A file that takes all that is left of a disk."""
-    with open(path, "wb", buffering=0) as ballast, contextlib.suppress(OSError):
-        while True:
-            ballast.write(bytes(1024))
+def small_disk(folder, size):
+    """One of so many bytes."""
+    return mounted(folder, "-t", "tmpfs", "-o", f"size={size}", "tmpfs")
+
+
+def disk_of_blocks(folder):
+    """One on a disk of its own, which can fail."""
+    folder.parent.mkdir(parents=True)
+    image = folder.with_suffix(".img")
+    with open(image, "wb") as file:
+        file.truncate(2**24)
+    subprocess.run(["mkfs.ext4", "-q", image], capture_output=True)
+    return mounted(folder, "-o", "loop", image)
 
 
 def full_while_running(folder):
@@ -44,21 +42,20 @@ def full_while_running(folder):
     with small_disk(folder / "results", "1m") as disk:
         job = Job(folder, "study.yaml", ranks=2)
         job.until(job.result.exists)
-        fill(disk / "ballast")
+        with open(disk / "ballast", "wb", buffering=0) as ballast, contextlib.suppress(OSError):
+            while True:
+                ballast.write(bytes(1024))
         code = job.wait()
         (disk / "ballast").unlink()
         problem = damage(job.result, expected)
         if not problem and "No space left" not in job.output():
             problem = "does not say that there is no figure"
         trial = judged(job, code, [0], [], problem)
-        yield trial._replace(problem=trial.problem or carried_on(job, expected))
+        yield trial._replace(problem=trial.problem or carried_on(job, expected, 0))
 
 
 FAILING = """\
-import os, sys
-sys.path.insert(0, ROOT)
-from hpcrub import studies
-from hpcrub.__main__ import main
+import os
 from hpcrub.studies.contact import file as contact_file
 
 write, n_written = contact_file.write_sample, 0
@@ -74,33 +71,13 @@ def failing(file, *arguments):
     write(file, *arguments)
 
 contact_file.write_sample = failing
-sys.exit(main())
-""".replace("ROOT", repr(str(ROOT)))
+"""
 
 
 def write_error(folder):
     """No room while samples are written: one line, no traceback, no crash at the end."""
-    folder.mkdir(parents=True)
-    (folder / "failing.py").write_text(FAILING)
-    job, code = run(folder / "job", "study.yaml", script=folder / "failing.py")
+    job, code = run(folder / "job", "study.yaml", script=script(folder, FAILING))
     yield judged(job, code, [1], ["cannot write", "No space left on device"])
-
-
-@contextlib.contextmanager
-def disk_of_blocks(folder):
-    """A file system on a disk of its own, which can fail."""
-    folder.mkdir(parents=True)
-    image = folder.with_suffix(".img")
-    with open(image, "wb") as file:
-        file.truncate(2**24)
-    made = subprocess.run(["mkfs.ext4", "-q", image], capture_output=True)
-    mount = ["mount", "-o", "loop", str(image), str(folder)]
-    if made.returncode or subprocess.run(mount, capture_output=True).returncode:
-        raise Skip("needs root, the right to mount, and ext4")
-    try:
-        yield folder
-    finally:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
 def disk_lost(folder):
@@ -109,7 +86,7 @@ def disk_lost(folder):
         with disk_of_blocks(folder / f"{ranks}" / "results") as disk:
             job = Job(folder / f"{ranks}", "study.yaml", ranks=ranks)
             job.until_done(1)
-            subprocess.run(["mount", "-o", "remount,abort", str(disk)], check=True)
+            subprocess.run(["mount", "-o", "remount,abort", disk], check=True)
             yield judged(job, job.wait(), [1], ["cannot write", "Read-only file system"])
 
 
@@ -120,21 +97,19 @@ def removed(folder):
         job.until_done(1)
         gone = job.result.parent.rename(job.folder / "gone")  # in one step: a log may be written
         shutil.rmtree(gone)
-        code = job.wait()
-        yield judged(job, code, [1], ["was removed or moved while this job ran"])
+        yield judged(job, job.wait(), [1], ["was removed or moved while this job ran"])
 
 
 def read_only_folder(folder):
     """A disk that is mounted read-only, without and with a file on it."""
     with small_disk(folder / "disk", "2m") as disk:
-        log = folder / "log"
+        to = "--output", f"{disk}/results/study.h5", *SMALLER
         for arguments in ([], ["--resume"]):
-            subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
-            output = disk / "results" / "study.h5"
-            job, code = run(log, "study.yaml", *arguments, "--output", str(output), *SMALLER)
+            subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
+            job, code = run(folder / "log", "study.yaml", *arguments, *to)
             yield judged(job, code, [2], ["Read-only file system"])
-            subprocess.run(["mount", "-o", "remount,rw", str(disk)], check=True)
-            run(log, "study.yaml", "--output", str(output), *SMALLER)
+            subprocess.run(["mount", "-o", "remount,rw", disk], check=True)
+            run(folder / "log", "study.yaml", *to)
 
 
 def read_only_file(folder):
@@ -143,8 +118,8 @@ def read_only_file(folder):
     if subprocess.run(["chattr", "+i", job.result], capture_output=True).returncode != 0:
         raise Skip("needs root, and a file system with immutable files")
     try:
-        for arguments in (["--resume"], ["--overwrite"]):
-            job, code = run(folder, "study.yaml", *arguments, *SMALLER)
+        for argument in ("--resume", "--overwrite"):
+            job, code = run(folder, "study.yaml", argument, *SMALLER)
             yield judged(job, code, [2], ["Operation not permitted"])
     finally:
         subprocess.run(["chattr", "-i", job.result], check=True)

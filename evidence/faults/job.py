@@ -21,7 +21,6 @@ from hpcrub.results.layout import DONE
 
 STUDY = TINY.replace("samples: 2", "samples: 32")
 BESIDE = {f"study{ending}" for ending in (".h5", ".png", ".runs.jsonl")}
-SMALLER = "--set", "mistuning.samples=2"
 PATIENCE = 600.0  # [s] for anything that must end by itself: compiling can take minutes
 
 
@@ -81,19 +80,18 @@ class Job:
         self.process.wait()
 
     def below(self):
-        """Processes that it started: the ranks, under mpirun."""
-        return children(self.process.pid)
+        """Processes that it started, in their order: the ranks, under mpirun."""
+        pid = self.process.pid
+        try:
+            with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
+                return sorted(map(int, file.read().split()))
+        except FileNotFoundError:
+            return []
 
     def by_rank(self):
-        """Processes of all ranks, in their order, as soon as they are there; [] at its end."""
-        found = {}
-
-        def complete():
-            found.clear()
-            found.update({rank_of(pid): pid for pid in self.below()})
-            return set(range(self.ranks)) <= set(found)
-
-        return [found[rank] for rank in range(self.ranks)] if self.until(complete) else []
+        """Processes of all ranks, as soon as they are there; fewer at the program's end."""
+        self.until(lambda: len(self.below()) >= self.ranks)
+        return self.below()
 
     def until(self, condition, patience=PATIENCE):
         """Wait for a condition or for the end of the program; whether the condition came true."""
@@ -130,25 +128,6 @@ def send(pid, number):
         return
 
 
-def children(pid):
-    """Processes below one."""
-    try:
-        with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-            return [int(child) for child in file.read().split()]
-    except FileNotFoundError:
-        return []
-
-
-def rank_of(pid):
-    """Rank of a process that Open MPI has started; -1 when it is none, or no more, or not yet."""
-    try:
-        variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
-    except (FileNotFoundError, ProcessLookupError):
-        return -1
-    values = dict(line.partition(b"=")[::2] for line in variables)
-    return int(values.get(b"OMPI_COMM_WORLD_RANK", -1))
-
-
 def listens(pid, number):
     """Whether a process handles a signal itself."""
     try:
@@ -171,6 +150,19 @@ def run(folder, *arguments, **options):
     """Run to the end; returns the Job and its exit code."""
     job = Job(folder, *arguments, **options)
     return job, job.wait()
+
+
+def script(folder, text):
+    """A program that causes a fault in itself, and then runs hpcrub."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "fault.py"
+    path.write_text(f"""import sys
+sys.path.insert(0, {str(ROOT)!r})
+{text}
+from hpcrub.__main__ import main
+sys.exit(main())
+""")
+    return path
 
 
 def n_done(path):
@@ -199,11 +191,6 @@ def undisturbed():
         return values(job.result), took
 
 
-def same(found, expected):
-    """Whether two files hold the same bits."""
-    return all(found[name].tobytes() == expected[name].tobytes() for name in expected)
-
-
 def damage(path, expected):
     """What is wrong with the file of a disturbed study: "" when all that is done is whole."""
     try:
@@ -220,16 +207,15 @@ def damage(path, expected):
     return ""
 
 
-def carried_on(disturbed, expected, ranks=None):
+def carried_on(disturbed, expected, ranks):
     """Resume a disturbed Job's study on another number of ranks (0: without mpirun); "" when it
     ends with the undisturbed bits and nothing beside."""
-    if ranks is None:
-        ranks = 2 if disturbed.ranks < 2 else 0
     assert max(ranks, 1) != max(disturbed.ranks, 1)
     job, code = run(disturbed.folder, "study.yaml", "--resume", ranks=ranks)
     if code != 0:
         return f"resume on {ranks} ranks ends with {code}: {job.errors()[-300:]}"
-    if not same(values(job.result), expected):
+    found = values(job.result)
+    if any(found[name].tobytes() != expected[name].tobytes() for name in expected):
         return f"resume on {ranks} ranks gives other bits"
     left = {p.name for p in job.result.parent.iterdir()} - BESIDE
     return f"left behind: {', '.join(left)}" if left else ""
