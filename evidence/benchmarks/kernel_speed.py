@@ -1,5 +1,6 @@
 """Simulated steps per second and core, against plain C and the machine's limit."""
 
+import itertools
 import subprocess
 import tempfile
 import time
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from evidence.benchmarks import cases
+from evidence.page import table
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import NOTHING, Record
@@ -19,6 +21,7 @@ LANES = (1, 4, 8, 16, 32)
 N_MODES = (36, 60, 120)
 WARM = 80  # blocks until the blades rub as they do most of the time
 REPEATS = 7  # of which the best counts
+SIDES = 5  # comparisons, in turns
 
 
 def best(function, repeats=REPEATS):
@@ -55,54 +58,47 @@ class Lanes:
         seconds = best(lambda: self.march(n_blocks, record))
         return n_blocks * self.grid.steps_per_block * self.width / seconds
 
-    def contacts(self, n_blocks=20):
-        """Mean number of points in contact at a time, looked at after each block."""
+    def contacts(self, n_looks=40):
+        """Mean number of points in contact in a lane, looked at all over a block."""
+        whole, points = self.bank, self.bank.scheme.normal.shape[1]
         counts = []
-        for _ in range(n_blocks):
+        cuts = np.linspace(0, len(whole.scheme.bump), n_looks + 1).astype(int)
+        for first, last in itertools.pairwise(cuts):
+            part = whole.scheme._replace(bump=whole.scheme.bump[first:last])
+            self.bank = whole._replace(scheme=part)
             self.march(1)
-            counts.append((self.bank.state.multiplier[:-1] > 0.0).sum() / self.width)
+            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
+        self.bank = whole
         return float(np.mean(counts))
 
 
-def dense_matrices(lanes, speed=34.0):
-    """The same scheme in the coordinates of the reduced model: u+ = A1 u + A2 u-, push, W, bump."""
+def plain_c(lanes, speed=34.0, n_steps=100_000):
+    """Steps per second of ``dense.c``: the same scheme in the coordinates of the reduced model."""
     modes, scene, grid = lanes.modes, lanes.scene, lanes.grid
     h = 1.0 / (speed * grid.steps_per_revolution)
     keep, push = coefficients(scene.scheme, modes.omega, scene.damping_ratio, h)
     inverse = np.linalg.inv(modes.shapes)
-    A1 = modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse
-    A2 = -modes.shapes @ np.diag(keep) @ inverse
     load = -(modes.normal + scene.friction * modes.tangential).T
     moved = modes.shapes @ (push[:, None] * load)
     bump = casing.bump_table(
         scene.interface.angle, scene.n_bumps, scene.bump_height,
         grid.steps_per_revolution, grid.steps_per_block,
     )  # fmt: skip
-    return h, A1, A2, moved, -moved[: len(modes.normal)], bump
-
-
-def plain_c(lanes, n_steps=100_000):
-    """Steps per second of ``dense.c``."""
-    h, *matrices, bump = dense_matrices(lanes)
-    sizes = len(matrices[0]), bump.shape[1], len(bump), n_steps
-    scalars = h, lanes.scene.ramp_time, lanes.scene.clearance
-    return n_steps / run_c("dense.c", sizes, scalars, (*matrices, bump))[0]
+    arrays = (  # u+ = A1 u + A2 u-, push, W, bump
+        modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse,
+        -modes.shapes @ np.diag(keep) @ inverse,
+        moved,
+        -moved[: len(modes.normal)],
+        bump,
+    )
+    sizes = len(inverse), bump.shape[1], len(bump), n_steps
+    return n_steps / run_c("dense.c", sizes, (h, scene.ramp_time, scene.clearance), arrays)[0]
 
 
 def run_c(name, sizes, scalars, arrays):
-    """What a C program of this folder prints of a problem: seconds first, those of the fastest run.
+    """What a C program of this folder prints of a problem: seconds first, of the fastest run.
 
-    Parameters
-    ----------
-    name : str
-    sizes : sequence of int
-        Written first, then the others in their order.
-    scalars : sequence of float
-    arrays : sequence of ndarray
-
-    Returns
-    -------
-    list of float
+    sizes are written first, then scalars and arrays in their order.
     """
     with tempfile.TemporaryDirectory() as folder:
         source, program = Path(__file__).with_name(name), Path(folder) / "dense"
@@ -146,31 +142,56 @@ def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
     return modal + penetrations + correction + multipliers
 
 
-def measure():
-    """All numbers of the kernel table, taken side by side."""
-    reference = Lanes(16)
-    rows = []
+def beside(lanes, c, flops, contacts, n_bytes, n_blocks=10, recording=()):
+    """Two tables: steps per second in turns with C and the machine's limits, and what that says.
+
+    In turns, as the machine's speed drifts; c: function of the lanes; n_bytes: read and written.
+    """
+    read, written = n_bytes
+    rows, over_c, below = [], [], []
+    for _ in range(SIDES):
+        ours = lanes.rate(n_blocks)
+        others = [lanes.rate(n_blocks, recording=True) for _ in recording]
+        theirs, gflops = c(lanes), peak_gflops()
+        bandwidth = peak_bandwidth(read) / (read + written) * lanes.width
+        limit = 1e9 * gflops / flops
+        over_c.append(ours / theirs)
+        below.append(limit / ours)
+        rates = [*(f"{rate / 1e6:.3f}" for rate in (ours, *others)), f"{theirs / 1e6:.4f}"]
+        rows.append([*rates, f"{over_c[-1]:.1f}", f"{gflops:.0f} GFLOP/s", f"{limit / 1e6:.2f}",
+                     f"{below[-1]:.1f}", f"{bandwidth / 1e6:.1f}"])  # fmt: skip
+    heads = ["hpcrub", *recording, "C, dense", "hpcrub / C", "large matrix product", "its limit",
+             "limit / hpcrub", "limit of bandwidth"]  # fmt: skip
+    facts = [
+        ["times as fast as the C program, median", f"{np.median(over_c):.1f}",
+         goal(np.median(over_c) >= 16.0, "at least 16")],
+        ["times from the machine's limit, median", f"{np.median(below):.1f}",
+         goal(np.median(below) <= 4.0, "at most 4")],
+        ["floating-point operations of a step of one speed", f"{flops:.0f}", ""],
+        ["points in contact at a time, on average", f"{contacts:.1f}", ""],
+        [f"read and written by {lanes.width} lanes at every step",
+         f"{read / 1024:.0f} KiB, {written / 1024:.0f} KiB", ""],
+    ]  # fmt: skip
+    return {"sides": table(heads, rows), "facts": table(["what", "value", "goal"], facts)}
+
+
+def goal(reached, words):
+    """A goal, and whether it is reached."""
+    return f"{words}: {'reached' if reached else '**not reached**'}"
+
+
+def section():
+    """Parts of the page: schemes, modes and lanes, then the comparison."""
+    reference, rows = Lanes(16), []
     for name in ("central_difference", "exact_modal"):
         for n_modes in N_MODES:
             for width in LANES:
                 lanes = Lanes(width, n_modes, name)
-                rows.append((name, n_modes, width, lanes.rate(), lanes.rate(recording=True)))
-    # in turns: the machine's speed drifts
-    read, written = touched(reference.bank)
-    sides = [
-        (
-            reference.rate(),
-            plain_c(reference),
-            peak_gflops(),
-            peak_bandwidth(read) / (read + written) * reference.width,
-        )
-        for _ in range(5)
-    ]
+                rates = lanes.rate(), lanes.rate(recording=True)
+                rows.append([name, n_modes, width, *(f"{rate / 1e6:.2f}" for rate in rates)])
+    heads = ["scheme", "η", "lanes", "million steps/s", "the same while recording"]
     contacts = reference.contacts()
-    return {
-        "rows": rows,
-        "sides": sides,
-        "contacts": contacts,
-        "flops": needed_flops(len(reference.modes.omega), 12, contacts),
-        "bytes": (read, written),
-    }
+    flops = needed_flops(len(reference.modes.omega), 12, contacts)
+    return {"lanes": table(heads, rows)} | beside(
+        reference, plain_c, flops, contacts, touched(reference.bank)
+    )

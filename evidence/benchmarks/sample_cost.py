@@ -1,7 +1,6 @@
-"""What a sample costs: by part, cold and warm, and on one and two ranks."""
+"""What a sample costs: by part, cold and warm; memory."""
 
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -11,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from evidence.benchmarks import cases
-from evidence.benchmarks.kernel_speed import best
-from evidence.page import ROOT
+from evidence.benchmarks.kernel_speed import best, goal
+from evidence.page import ROOT, table
 from evidence.program import ENVIRONMENT, command
 from hpcrub import studies
 from hpcrub.config import schema as config
@@ -122,20 +121,24 @@ def memory():
         return [float((Path(folder) / f"{rank}.mb").read_text()) for rank in (0, 1)]
 
 
-def ranks():
-    """Wall seconds of the same study on one and two ranks, as the program tells, best of three.
+def sample():
+    """Parts of the page: where the time of a sample goes, and what samples take."""
+    by_part = parts()
+    total = sum(v for k, v in by_part.items() if "once" not in k)
+    rows = [(k, f"{1e3 * v:.2f} ms", "" if "once" in k else f"{100 * v / total:.2f} %")
+            for k, v in by_part.items()]  # fmt: skip
+    whole = [(f"{step:g} s", f"{longest:g} s", f"{seconds:.3f} s", goal(seconds <= 0.2, "0.2 s"))
+             for (step, longest), seconds in whole_samples().items()]  # fmt: skip
+    return {
+        "parts": table(("part", "time", "share of a sample"), rows),
+        "whole": table(("step", "longest simulated time", "time", "goal"), whole),
+    }
 
-    Without the figure, which one rank draws.
-    """
-    seconds = {1: np.inf, 2: np.inf}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "study.yaml"
-        path.write_text(STUDY)
-        for _ in range(3):
-            for n in seconds:
-                line = command(n, ROOT / "main.py", path.name, "--overwrite", "--no-figures")
-                run = subprocess.run(line, check=True, capture_output=True, text=True,
-                                     cwd=folder, env=os.environ | ENVIRONMENT)  # fmt: skip
-                told = float(re.search(r"wall time ([\d.]+) s", run.stdout)[1])
-                seconds[n] = min(seconds[n], told)
-    return seconds
+
+def start():
+    """Parts of the page: what a rank takes before its first step."""
+    rows = [[f"{name}, {cache} cache", *(f"{x:.1f}" for x in used)]
+            for (name, cache), used in start_up().items()]  # fmt: skip
+    rows += [[f"study on two ranks, rank {rank}", "", f"{mb:.1f}"]
+             for rank, mb in enumerate(memory())]  # fmt: skip
+    return {"used": table(("input", "processor [s]", "memory [MB]"), rows)}

@@ -6,12 +6,9 @@ tip, and its modes cut off or continued above the highest by made-up ones of a s
 
 import numpy as np
 
-from evidence.benchmarks.kernel_speed import Lanes, best, peak_bandwidth, peak_gflops, run_c
+from evidence.benchmarks.kernel_speed import Lanes, beside, run_c
+from evidence.page import table
 from hpcrub.config.schema import load_runs
-from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import load
-from hpcrub.contact.laws.blades import solve_blades
-from hpcrub.contact.laws.friction import turn_penetrating
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
 from hpcrub.setup.disks import modes_of
@@ -24,7 +21,6 @@ REVOLUTIONS = 20  # until they rub as they do most of the time: the casing has g
 POINTS, MODES = 48, 250  # of the comparison
 GROWTH_POINTS, GROWTH_MODES = (12, 24, 48, 96, 192, 288), (60, 120, 250, 400, 600)
 FIXED_MODES = 600  # of the growth over the points: a Delassus operator needs more than points
-SIDES = 3
 
 
 def blisk(n_points=POINTS, n_modes=MODES):
@@ -81,19 +77,6 @@ class Rubbing(Lanes):
             width, model=(modes, scene), speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps
         )
 
-    def contacts(self, n_looks=40):
-        """Mean number of points in contact in a lane, looked at all over a block."""
-        whole, points = self.bank, self.bank.scheme.normal.shape[1]
-        counts = []
-        cuts = np.linspace(0, len(whole.scheme.bump), n_looks + 1).astype(int)
-        for first, last in zip(cuts[:-1], cuts[1:], strict=True):
-            part = whole.scheme._replace(bump=whole.scheme.bump[first:last])
-            self.bank = whole._replace(scheme=part)
-            self.march(1)
-            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
-        self.bank = whole
-        return float(np.mean(counts))
-
 
 def plain_c(lanes, speed=214.0, n_steps=20_000):
     """``dense3d.c`` on the same disk: steps per second, largest |u_t| at the end [m], failures."""
@@ -141,91 +124,30 @@ def touched(bank, n_contacts):
     return int(sum(a.nbytes for a in read) + rows), sum(a.nbytes for a in written)
 
 
-@compiled
-def _predictor(lanes, bank, n_active, n):
-    for _ in range(n):
-        bank.law.predict(lanes, bank, 0, n_active)
-
-
-@compiled
-def _columns(lanes, bank, n_active, n):
-    for _ in range(n):
-        turn_penetrating(lanes, bank.scheme, bank.state, bank.law, n_active)
-
-
-@compiled
-def _solver(lanes, bank, deepest, n):
-    for _ in range(n):
-        solve_blades(lanes, bank.scheme, bank.state, bank.law, load(lanes, deepest, 0))
-
-
-def parts(lanes, n_looks=24):
-    """Seconds of a step of 16 lanes by part, each by itself on states over a block, and of all."""
-    bank, found = lanes.bank, []
-    whole = lanes.width / lanes.rate(3)
-    for last in np.linspace(1, len(bank.scheme.bump), n_looks).astype(int):
-        lanes.bank = bank._replace(scheme=bank.scheme._replace(bump=bank.scheme.bump[:last]))
-        lanes.march(1)
-        deepest = bank.state.penetration[:-1].max(axis=0)[None]
-        if (deepest > 0.0).any():
-            found.append(seconds_of_parts(bank.take(slice(None)), deepest))
-    lanes.bank = bank
-    predict, turn, solve = np.mean(found, axis=0)
-    return {
-        "corrector, predictor and penetrations": predict,
-        "slip, and columns of the Delassus operator": turn,
-        "a first trial of the multipliers": solve,
-        "the rest: more trials, forces": whole - predict - turn - solve,
-        "a step of 16 lanes": whole,
-    }
-
-
-def seconds_of_parts(bank, deepest, n=100):
-    """Seconds of predictor, columns and a trial of the multipliers (bank is modified)."""
-    group, state, n_points = (0,) * bank.width, bank.state, bank.scheme.normal.shape[1]
-    forced = np.flatnonzero((state.multiplier[:n_points] > 0.0).any(axis=1))
-    solve = best(lambda: _solver(group, bank, deepest, n), 3)
-    near = int(bank.law.groups.max())
-    turn = best(lambda: _columns(group, bank, near, n), 3)
-    rows = np.concatenate([forced, forced + n_points, forced + 2 * n_points])
-    state.active[:] = 3 * n_points
-    state.active[: len(rows)] = rows
-    predict = best(lambda: _predictor(group, bank, len(rows), n), 3)
-    return np.array([predict, turn, solve - turn]) / n
-
-
-def memory(bank):
-    """Bytes of a Bank."""
-    return sum(a.nbytes for group in bank for a in group if isinstance(a, np.ndarray))
-
-
-def growth(sizes, model):
-    """Seconds of a step and lane, contacts, memory [bytes] and failures for every size."""
-    out = []
+def growth(name, sizes, model):
+    """Table: cost of a step and lane, contacts, memory and trials for every size."""
+    rows = []
     for size in sizes:
         lanes = Rubbing(model(size))
-        report = lanes.bank.state.report
-        out.append((1.0 / lanes.rate(2), lanes.contacts(12), memory(lanes.bank),
-                    int(report[0].max()), int(report[2].any())))  # fmt: skip
-    return sizes, out
+        report, used = lanes.bank.state.report, 0
+        for group in lanes.bank:
+            used += sum(a.nbytes for a in group if isinstance(a, np.ndarray))
+        rows.append([size, f"{1e6 / lanes.rate(2):.2f}", f"{lanes.contacts(12):.1f}",
+                     f"{used / 2**20:.1f}", report[0].max(),
+                     "no" if report[2].any() else "yes"])  # fmt: skip
+    heads = [name, "µs per step and lane", "points in contact", "MiB", "trials", "all forces found"]
+    return table(heads, rows)
 
 
-def measure():
-    """All numbers of the section on three dimensions."""
+def section():
+    """Parts of the page: the comparison, and what grows with points and modes."""
     lanes = Rubbing()
     contacts = lanes.contacts()
-    read, written = touched(lanes.bank, contacts)
-    sides = [
-        (lanes.rate(3), lanes.rate(3, recording=True), plain_c(lanes)[0], peak_gflops(),
-         peak_bandwidth(read) / (read + written) * lanes.width)
-        for _ in range(SIDES)
-    ]  # fmt: skip
-    return {
-        "sides": sides,
-        "contacts": contacts,
-        "flops": needed_flops(MODES, POINTS, contacts),
-        "bytes": (read, written),
-        "parts": parts(lanes),
-        "points": growth(GROWTH_POINTS, lambda n: blisk(n, FIXED_MODES)),
-        "modes": growth(GROWTH_MODES, lambda n: blisk(POINTS, n)),
-    }
+    flops = needed_flops(MODES, POINTS, contacts)
+    parts = beside(lanes, lambda lanes: plain_c(lanes)[0], flops, contacts,
+                   touched(lanes.bank, contacts), 3, ["the same while recording"])  # fmt: skip
+    points = f"contact points, {FIXED_MODES} modes"
+    modes = f"modes, {POINTS} contact points"
+    parts["points"] = growth(points, GROWTH_POINTS, lambda n: blisk(n, FIXED_MODES))
+    parts["modes"] = growth(modes, GROWTH_MODES, lambda n: blisk(POINTS, n))
+    return parts

@@ -175,7 +175,7 @@ def periodic_errors(pool):
     return out, int(here.sum()), here.size
 
 
-def pool_of_two(disk=None):
-    """Two processes; disk: an input file with another disk than the reference."""
+def pool_of_two(disk):
+    """Two processes; disk: an input file with another disk than the reference, or None."""
     spawn = multiprocessing.get_context("spawn")
     return spawn.Pool(2, cases.take_disk_of, (disk,))
