@@ -9,7 +9,6 @@ one: a motion that stays is one of several that the disk has at that speed, and 
 motion that goes on must keep its amplitude, or its mean.
 """
 
-import argparse
 import itertools
 import math
 import multiprocessing
@@ -267,17 +266,6 @@ def scenes(n: int, seed: int) -> list[Outcome]:
         return pool.map(compare, itertools.islice(short, n), chunksize=1)
 
 
-def reasons(found: list[Outcome]) -> dict[str, int]:
-    """How often scenes were refused or marked, by the begin of what was said."""
-    counts: dict[str, int] = {}
-    for outcome in found:
-        if outcome.said:
-            words = outcome.said.split(" ", 3) if outcome.marked else [outcome.said.split(":")[0]]
-            kind = ("marked: " if outcome.marked else "refused: ") + " ".join(words[:3])
-            counts[kind] = counts.get(kind, 0) + 1
-    return counts
-
-
 def table(found: list[Outcome]) -> str:
     """What became of all scenes, as a table of the page."""
     compared = [f for f in found if not f.said]
@@ -320,23 +308,3 @@ def table(found: list[Outcome]) -> str:
 
 def _share(which):
     return f"{100 * np.mean(which):.0f} % of {which.size}" if which.size else "none"
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Print the table and the scenes that are wrong; returns 1 when there are any."""
-    parser = argparse.ArgumentParser(prog="python -m evidence.stress.plausibility")
-    parser.add_argument("--scenes", type=int, default=SCENES, metavar="N")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(argv)
-    found = scenes(options.scenes, options.seed)
-    print(table(found))
-    for kind, number in sorted(reasons(found).items()):
-        print(f"{number:4} {kind}")
-    wrong = [f for f in found if f.wrong.any()]
-    for outcome in wrong:
-        print(f"wrong by {100 * outcome.wrong.max():.3g} %: {outcome.keys}")
-    return int(bool(wrong))
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

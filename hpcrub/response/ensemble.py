@@ -17,7 +17,7 @@ watched window by window, from the first check on:
 - *not steady*: neither is true when the time is over.
 
 Only the later half of the windows counts, five at least, and no motion is averaged before
-transients of the free disk have decayed. `evidence.stress.ensembles` measures what this gains.
+transients of the free disk have decayed. `docs/steady_state.md` says what this gains.
 """
 
 import math
