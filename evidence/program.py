@@ -1,5 +1,7 @@
 """The program as its user runs it, on any number of ranks of this machine, and a tiny study."""
 
+import os
+import subprocess
 import sys
 
 from evidence.page import ROOT
@@ -29,3 +31,12 @@ def command(ranks, script, *arguments):
     """Command line that runs a Python script, under mpirun unless ranks is 0."""
     launcher = ["mpirun", "-n", str(ranks)] if ranks else []
     return [*launcher, sys.executable, str(script), *map(str, arguments)]
+
+
+def run(ranks, script, *arguments, folder=ROOT, **options):
+    """Run a script to its end in a folder; options of `subprocess.run`. Raises CalledProcessError.
+
+    Returns its standard output, if ``capture_output``.
+    """
+    usual = {"check": True, "text": True, "cwd": folder, "env": os.environ | ENVIRONMENT}
+    return subprocess.run(command(ranks, script, *arguments), **(usual | options)).stdout

@@ -32,7 +32,7 @@ int main(int argc, char **argv)
     double *u = calloc(n, sizeof *u), *before = calloc(n, sizeof *u), *next = calloc(n, sizeof *u);
     double depth[256], lambda[256];
     struct timespec t0, t1;
-    clock_gettime(CLOCK_MONOTONIC, &t0);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t0);
     for (long step = 0; step < steps; step++) {
         const double t = (step + 1) * scalar[0];
         const double s = t < scalar[1] ? (1 - exp(-5 * t / scalar[1])) / (1 - exp(-5.0)) : 1.0;
@@ -66,7 +66,7 @@ int main(int argc, char **argv)
         double *old = before;
         before = u, u = next, next = old;
     }
-    clock_gettime(CLOCK_MONOTONIC, &t1);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t1);
     double largest = 0;
     for (long i = c; i < 2 * c; i++) largest = fmax(largest, fabs(u[i]));
     printf("%.9g %.9g\n", t1.tv_sec - t0.tv_sec + 1e-9 * (t1.tv_nsec - t0.tv_nsec), largest);

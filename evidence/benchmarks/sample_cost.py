@@ -1,8 +1,6 @@
 """What a sample costs: by part, cold and warm; memory."""
 
 import os
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -12,7 +10,7 @@ import numpy as np
 from evidence.benchmarks import cases
 from evidence.benchmarks.kernel_speed import best, goal
 from evidence.page import ROOT, table
-from evidence.program import ENVIRONMENT, command
+from evidence.program import ENVIRONMENT, run
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.response import sweep
@@ -27,7 +25,8 @@ from hpcrub.studies.contact.amplification import point_values
 PEAK = "int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) / 1024"
 STUDY = """\
 speeds: {from_hz: 33.5, to_hz: 35.5, step_hz: 0.1}
-mistuning: {half_range_percent: [3], samples: 128}
+mistuning: {half_range_percent: [3], samples: 2}
+convergence: {step: 1}
 """
 
 
@@ -88,18 +87,17 @@ def start_up():
         "from hpcrub.commands.run import main; main(sys.argv[1:]);"
         f"print('used', time.process_time(), {PEAK})"
     )
-    few = ["mistuning.samples=1", "mistuning.tuned_runs=1", "steady_state.max_time_s=0.5"]
+    few = ["--set", "mistuning.samples=1", "--set", "mistuning.tuned_runs=1",
+           "--set", "steady_state.max_time_s=0.5"]  # fmt: skip
     out = {}
     for name in ("quickstart", "blisk/contact"):
         with tempfile.TemporaryDirectory() as folder:
-            line = [sys.executable, "-c", code, ROOT / f"inputs/{name}.yaml", "--no-figures",
-                    "--overwrite", "--output", f"{folder}/out.h5",
-                    *(word for key in few for word in ("--set", key))]  # fmt: skip
-            environment = os.environ | {"XDG_CACHE_HOME": folder, "PYTHONPATH": str(ROOT)}
+            words = [ROOT / f"inputs/{name}.yaml", *few, "--no-figures", "--overwrite",
+                     "--output", f"{folder}/out.h5"]  # fmt: skip
+            environment = os.environ | ENVIRONMENT | {"XDG_CACHE_HOME": folder}
             environment.pop("NUMBA_CACHE_DIR", None)
             for cache in ("cold", "warm"):
-                text = subprocess.run(line, check=True, capture_output=True, text=True,
-                                      env=environment, cwd=ROOT).stdout  # fmt: skip
+                text = run(0, "-c", code, *words, env=environment, capture_output=True)
                 out[name, cache] = tuple(map(float, text.rsplit("used", 1)[1].split()))
     return out
 
@@ -114,10 +112,7 @@ def memory():
     )
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "study.yaml").write_text(STUDY)
-        few = ["--set", "mistuning.samples=2", "--set", "convergence.step=1"]
-        line = command(2, "-c", code, "study.yaml", *few)
-        environment = os.environ | ENVIRONMENT
-        subprocess.run(line, check=True, capture_output=True, cwd=folder, env=environment)
+        run(2, "-c", code, "study.yaml", folder=folder, capture_output=True)
         return [float((Path(folder) / f"{rank}.mb").read_text()) for rank in (0, 1)]
 
 

@@ -4,6 +4,8 @@ The disk is the blisk of `inputs/blisk`, with its contact points interpolated al
 tip, and its modes cut off or continued above the highest by made-up ones of a small amplitude.
 """
 
+import itertools
+
 import numpy as np
 
 from evidence.benchmarks.kernel_speed import Lanes, beside, run_c
@@ -76,6 +78,19 @@ class Rubbing(Lanes):
         super().__init__(
             width, model=(modes, scene), speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps
         )
+
+    def contacts(self, n_looks=40):
+        """Mean number of points in contact in a lane, looked at all over a block."""
+        whole, points = self.bank, self.bank.scheme.normal.shape[1]
+        counts = []
+        cuts = np.linspace(0, len(whole.scheme.bump), n_looks + 1).astype(int)
+        for first, last in itertools.pairwise(cuts):
+            part = whole.scheme._replace(bump=whole.scheme.bump[first:last])
+            self.bank = whole._replace(scheme=part)
+            self.march(1)
+            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
+        self.bank = whole
+        return float(np.mean(counts))
 
 
 def plain_c(lanes, speed=214.0, n_steps=20_000):

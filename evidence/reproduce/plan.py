@@ -1,14 +1,14 @@
 """What is run, with the paper's numbers of samples; a scale multiplies these and nothing else."""
 
 import json
-from pathlib import Path
 from typing import NamedTuple
 
+from evidence.page import ROOT
 from hpcrub import studies
 from hpcrub.config import schema as config
 
-ROOT = Path(__file__).parents[2]
 USUAL_TIME = 0.9  # [s] simulated until steady, on average
+LINEAR_STEPS = 130_000  # steps of time that take as long as a linear sample, about
 
 
 class Step(NamedTuple):
@@ -101,7 +101,11 @@ def arguments(step, folder, scale):
 
 
 def time_steps(step, folder, scale):
-    """Time steps of all speeds of a step, about."""
+    """Time steps of all speeds of a step, or as many as take as long, about."""
+    if step.name == "linear":
+        return 4 * LINEAR_STEPS * n_samples(step, scale)
+    if not all((folder / source).exists() for source in step.sources):
+        return 50 * USUAL_TIME / config.Config().step * n_samples(step, scale)
     path = ROOT / "inputs" / f"{step.input}.yaml"
     return sum(map(_steps, config.load_runs(path, overrides(step, folder, scale))))
 

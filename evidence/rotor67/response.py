@@ -1,15 +1,13 @@
 """The fan in contact: the studies of inputs/rotor67 on some ranks, their numbers and figures."""
 
-import os
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
 import hpcrub
+from evidence import program
 from evidence.page import ROOT
-from evidence.program import ENVIRONMENT, command
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
 from hpcrub.plot import pictures
@@ -65,8 +63,7 @@ def run(study: str, model: Path, scale: float, ranks: int, output: Path) -> None
         samples = load_runs(str(source), [])[0].mistuning.samples
         few = max(FEWEST, round(scale * samples))
         changes += ["--set", f"mistuning.samples={few}", "--set", f"convergence.step={few}"]
-    words = command(ranks, ROOT / "main.py", source, *changes, "--output", output, "--resume")
-    subprocess.run(words, check=True, env=os.environ | ENVIRONMENT, cwd=ROOT)
+    program.run(ranks, ROOT / "main.py", source, *changes, "--output", output, "--resume")
 
 
 def response_of(file: Results) -> list[Number]:

@@ -1,13 +1,11 @@
 """The program itself on the ranks that are at hand: messages, and whole studies."""
 
 import json
-import os
-import subprocess
 import tempfile
 from pathlib import Path
 
 from evidence.page import ROOT
-from evidence.program import ENVIRONMENT, command
+from evidence.program import run
 
 # tasks that cost nothing: what is left is rank 0's work for each, its book of the study included
 MESSAGES = """\
@@ -33,9 +31,7 @@ def program(team):
 
 sys.exit(parallel.run(program))
 """
-RECEIVING = (
-    2 / 3
-)  # of rank 0's work for a task: to receive its result; the rest is to send the next
+RECEIVING = 2 / 3  # of rank 0's work for a task: its result; the rest is to send the next
 
 
 def messages():
@@ -43,7 +39,7 @@ def messages():
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "messages.py"
         path.write_text(MESSAGES)
-        both = float(_run(3, path, folder=folder).split()[-1])
+        both = float(run(3, path, folder=folder, capture_output=True).split()[-1])
     return RECEIVING * both, (1.0 - RECEIVING) * both
 
 
@@ -56,24 +52,11 @@ def whole_studies(config, n_each, all_ranks):
         path = Path(folder) / "study.yaml"
         path.write_text(few.to_yaml())
         for n_ranks in all_ranks:
-            _run(n_ranks, ROOT / "main.py", path.name, "--output", "study.h5", "--overwrite",
-                 "--no-figures", folder=folder)  # fmt: skip
+            run(n_ranks, ROOT / "main.py", path.name, "--output", "study.h5", "--overwrite",
+                "--no-figures", folder=folder, capture_output=True)  # fmt: skip
             log = Path(folder) / "study.runs.jsonl"
             found[n_ranks] = json.loads(log.read_text().splitlines()[-1])
     return found
-
-
-def _run(n_ranks, script, *arguments, folder):
-    """Standard output of a script on some ranks."""
-    run = subprocess.run(
-        command(n_ranks, script, *arguments),
-        cwd=folder,
-        env=os.environ | ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return run.stdout
 
 
 def integrating(summary):
