@@ -20,6 +20,8 @@ def audited(modes, scene, speeds, result, width):
     """
     grid = cut_revolution(speeds.min(), scene)
     n_blocks = int(np.round(result.time * speeds * grid.blocks_per_revolution).max())
+    if not n_blocks:
+        return 0, 0, []  # no bump reaches a tip: nothing was integrated
     lanes = allocate(modes, scene, grid, width, speeds)
     balanced = audit(lanes, n_blocks * len(lanes.scheme.bump)).is_balanced()[: len(speeds)]
     n_open = np.count_nonzero(~balanced & (result.point_status != DIVERGED))
