@@ -1,19 +1,14 @@
-"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (5 min).
-
-What is measured is kept in build/scaling.pickle.
-"""
+"""Measure how a study scales here, simulate many ranks; writes docs/scaling.md (5 min)."""
 
 import argparse
-import pickle
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 from evidence import page
 from evidence.scaling import costs, program, report
+from hpcrub.config.schema import Config
 
-MEASURED = page.ROOT / "build" / "scaling.pickle"
 SAMPLES = 6  # measured of each case, whole and in parts
 EACH = 10  # samples per level of the whole studies
 RANKS = 1, 2, 4, 8  # of the whole studies
@@ -29,7 +24,6 @@ def measure(cases, n_samples, n_each, all_ranks):
     cases: configurations; n_samples: of each case; n_each, all_ranks: samples per level and numbers
     of ranks of whole studies.
     """
-    began = time.time()
     costs.measure(cases[0], 1)  # compiles
     print("costs of samples", flush=True)
     by_bumps = sorted(cases, key=lambda case: case.casing.n_bumps)
@@ -38,42 +32,24 @@ def measure(cases, n_samples, n_each, all_ranks):
     found["receive"], found["send"] = program.messages()
     print("the program on ranks of this machine", flush=True)
     found["studied"] = cases[0].casing.n_bumps
-    found["studies"] = program.whole_studies(cases[0], n_each, all_ranks)
-    return found | {"minutes": (time.time() - began) / 60.0}
+    return found | {"studies": program.whole_studies(cases[0], n_each, all_ranks)}
 
 
 def main(argv=None):
     """Measure, simulate, write; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m evidence.scaling", description=__doc__)
-    parser.add_argument("--report", action="store_true", help="take what was measured before")
     parser.add_argument("--fast", action="store_true",
                         help="the whole way with one sample, without the page (20 s)")  # fmt: skip
-    options = parser.parse_args(argv)
-    if options.fast:
-        found = measure([costs.case(SMALL)], 1, 1, (1, 2))
+    if parser.parse_args(argv).fast:
+        found = measure([Config().replace(SMALL)], 1, 1, (1, 2))
         with tempfile.TemporaryDirectory() as folder:
-            print(write(found, Path(folder), (2, 8)))
+            print("\n".join(report.write(found, Path(folder), (2, 8)).values()))
         return 0
-    if options.report and not MEASURED.exists():
-        parser.error(f"nothing has been measured yet: there is no {MEASURED}")
-    if not options.report:
-        MEASURED.parent.mkdir(exist_ok=True)
-        MEASURED.write_bytes(pickle.dumps(measure(costs.paper(), SAMPLES, EACH, RANKS)))
-    found = pickle.loads(MEASURED.read_bytes())
+    found = measure(costs.paper(), SAMPLES, EACH, RANKS)
     print("simulation", flush=True)
-    text = write(found, page.DOCS / "figures", report.RANKS)
-    told = f"\nMeasured in {found['minutes']:.0f} minutes with {page.machine()}.\n"
-    page.replace(page.DOCS / "scaling.md", results=text + told)
-    print(page.DOCS / "scaling.md")
+    parts = report.write(found, page.DOCS / "figures", report.RANKS)
+    page.replace(page.DOCS / "scaling.md", **parts, machine=f"Measured with {page.machine()}.")
     return 0
-
-
-def write(found, figures, all_ranks):
-    """Draw the figures into a folder; returns the text of the page."""
-    table = report.simulations(found, all_ranks)
-    report.efficiency_figure(found, table, figures / "scaling.png")
-    report.cost_figure(found["costs"], figures / "sample_costs.png")
-    return report.text(found, table)
 
 
 if __name__ == "__main__":

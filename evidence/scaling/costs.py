@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence.page import ROOT
-from hpcrub.config.schema import Config, load_runs
+from hpcrub.config.schema import load_runs
 from hpcrub.response import sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
@@ -28,11 +28,6 @@ def paper():
     """Configurations of the paper's four cases, that of four bumps first."""
     cases = load_runs(ROOT / "inputs" / "nodal_diameters.yaml")
     return sorted(cases, key=lambda case: case.casing.n_bumps != 4)
-
-
-def case(changes):
-    """Configuration of one case, changed from the default."""
-    return Config().replace(changes)
 
 
 def measure(config, n_samples):

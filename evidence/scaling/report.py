@@ -56,91 +56,71 @@ def ranks(table):
     return [n for name, n in table if name == "as it is"]
 
 
-def text(found, table):
-    """The generated part of the page."""
-    return "\n".join([_cost_section(found), _agreement_section(found), _rank_section(table)])
+def write(found, figures, all_ranks):
+    """Draw the figures into a folder; returns the parts of the page."""
+    table = simulations(found, all_ranks)
+    efficiency_figure(found, table, figures / "scaling.png")
+    cost_figure(found["costs"], figures / "sample_costs.png")
+    this = machine(found)
+    each = [
+        ["rank 0: a message with a result", f"{1e6 * this.receive:.0f} µs"],
+        ["rank 0: to send the next task", f"{1e6 * this.send:.0f} µs"],
+        ["eigenproblem, linear peak and writing of a sample", f"{1e3 * this.finish:.1f} ms"],
+        ["writing samples, of the time of two ranks (`writing_share` of the run log)",
+         f"{100 * found['studies'][2]['writing_share']:.2f} %"],
+    ]  # fmt: skip
+    return {
+        "costs": _costs(found["costs"]),
+        "messages": page.table(["what", "takes"], each),
+        "agreement": _agreement(found),
+        "ranks": _ranks(table),
+    }
 
 
-def _cost_section(found):
+def _costs(costs):
     rows = []
-    for n_bumps, c in found["costs"].items():
+    for n_bumps, c in costs.items():
         most = max(c.parts[0])
         sums = [sum(parts[most]) for parts in c.parts]
         longest = max(max(parts[most]) for parts in c.parts)
-        rows.append(
-            (
-                n_bumps,
-                f"{c.whole.mean():.3f}",
-                f"{c.whole.min():.3f} to {c.whole.max():.3f}",
-                f"{c.speeds.max():.3f}",
-                most,
-                f"{longest:.3f}",
-                f"{np.sum(sums) / c.whole.sum():.2f}",
-            )
-        )
+        numbers = c.whole.mean(), c.whole.min(), c.whole.max(), c.speeds.max()
+        mean, low, high, slowest = (f"{number:.3f}" for number in numbers)
+        rows.append([n_bumps, mean, f"{low} to {high}", slowest, most, f"{longest:.3f}",
+                     f"{np.sum(sums) / c.whole.sum():.2f}"])  # fmt: skip
     heads = ("n_d", "sample, mean [s]", "from, to [s]", "longest single speed [s]")
     heads += ("parts, at most", "longest part [s]", "all parts / whole")
-    this = machine(found)
-    return f"""### What things cost
-
-{page.table(heads, rows)}
-Rank 0 needs {1e6 * this.receive:.0f} µs for a message with a result and {1e6 * this.send:.0f} µs to
-send the next task. Eigenproblem, linear peak and writing take {1e3 * this.finish:.1f} ms of a
-sample.
-
-![Costs of samples and parts](figures/sample_costs.png)
-"""
+    return page.table(heads, rows)
 
 
-def _agreement_section(found):
+def _agreement(found):
     rows, this, n_samples = [], machine(found), found["studies"][1]["done_in_this_run"]
     costs, one = found["costs"][found["studied"]], program.integrating(found["studies"][1])
     speed = one / simulate.study(costs, this, 1, n_samples).seconds
     for n, summary in found["studies"].items():
         slower = this._replace(slowdown=speed * max(1.0, n / os.cpu_count()))
-        told, real = (
-            simulate.study(costs, slower, n, n_samples).seconds,
-            program.integrating(summary),
-        )
-        idle = f"{100 * summary['idle_share']:.1f} %"
-        rows.append((n, f"{real:.1f}", f"{told:.1f}", f"{one / real:.2f}", idle))
+        told = simulate.study(costs, slower, n, n_samples).seconds
+        real, idle = program.integrating(summary), f"{100 * summary['idle_share']:.1f} %"
+        rows.append([n, f"{real:.1f}", f"{told:.1f}", f"{one / real:.2f}", idle])
     heads = ("ranks", "measured [s]", "simulated [s]", "speed-up", "ranks idle")
-    writing = 100 * found["studies"][2]["writing_share"]
-    return f"""### The program itself
-
-{n_samples} samples, n_d = {found["studied"]}, on this machine's cores; with more ranks than cores,
-ranks share them. The simulated speed is that of the run on one rank:
-
-{page.table(heads, rows)}
-On two ranks {writing:.2f} % of the ranks' time went into writing samples (`writing_share` of the
-run log).
-"""
+    return page.table(heads, rows)
 
 
-def _rank_section(table):
-    columns, rows = [n for n in ranks(table) if str(n).strip("0") == "1"] or ranks(table), []
-    for name in VARIANTS:
-        values = [f"{100 * table[name, n].efficiency(n):.1f} %" for n in columns]
-        rows.append((name, *values))
+def _ranks(table):
+    columns = [n for n in ranks(table) if str(n).strip("0") == "1"] or ranks(table)
+    rows = [[name, *(f"{100 * table[name, n].efficiency(n):.1f} %" for n in columns)]
+            for name in VARIANTS]  # fmt: skip
     best = [table["as it is", n] for n in columns]
-    rows.append(("time of the whole study", *(f"{r.seconds:.1f} s" for r in best)))
-    rows.append(
-        ("rank 0 busy with messages", *(f"{100 * r.serving / r.seconds:.1f} %" for r in best))
-    )
-    heads = ("", *(f"{n:,} ranks" for n in columns))
+    rows.append(["time of the whole study", *(f"{r.seconds:.1f} s" for r in best)])
+    busy = [f"{100 * r.serving / r.seconds:.1f} %" for r in best]
+    rows.append(["rank 0 busy with messages", *busy])
     most = ranks(table)[-1]
     more = table["more samples", most]
-    return f"""### The paper's study on many ranks, simulated
-
-Four cases (n_d = 3 … 6) one after another in one job, {SAMPLES:,} samples each, efficiency without
-start-up and figures:
-
-{page.table(heads, rows)}
-With {MORE} times the samples, {most:,} ranks are {100 * more.efficiency(most):.1f} % efficient,
-and rank 0 is busy with messages {100 * more.serving / more.seconds:.0f} % of the time.
-
-![Efficiency against ranks](figures/scaling.png)
-"""
+    nothing = [""] * (len(columns) - 1)
+    rows.append([f"with {MORE} times the samples, as it is", *nothing,
+                 f"{100 * more.efficiency(most):.1f} %"])  # fmt: skip
+    rows.append(["rank 0 busy with messages then", *nothing,
+                 f"{100 * more.serving / more.seconds:.0f} %"])  # fmt: skip
+    return page.table(["", *(f"{n:,} ranks" for n in columns)], rows)
 
 
 def efficiency_figure(found, table, path):
