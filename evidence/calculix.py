@@ -7,6 +7,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,25 +22,42 @@ SLOW, SHIGH
 *CYCLIC SYMMETRY MODEL, N={}, NGRAPH=1, TIE=SIDES
 0., 0., 0., 0., 0., 1.
 """
+STEP, PERTURBED, STATIC = "*STEP\n", "*STEP, PERTURBATION\n", "*STEP, NLGEOM\n*STATIC\n"
+SPINNING = "*DLOAD\nEALL, CENTRIF, {:.12g}, 0., 0., 0., 0., 0., 1.\n"  # speed squared [rad2/s2]
+END = "*END STEP\n"
+STORE = f"*FREQUENCY, SOLVER=MATRIXSTORAGE\n10\n{END}"  # of the matrices
 
 
-def mesh_text(nodes: np.ndarray, elements: dict, kind: str, sets: dict) -> str:
-    """Nodes (n, 3) [mm], elements of titanium and node sets of a deck, all counted from 0.
+def frequencies_of(n_modes: int, diameters: int | None = None) -> str:
+    """The rest of a step that prints frequencies, of a cyclic sector up to so many diameters."""
+    select = "*SELECT CYCLIC SYMMETRY MODES, NMIN=0, NMAX={}\n".format
+    return f"*FREQUENCY\n{n_modes}\n{'' if diameters is None else select(diameters)}{END}"
 
-    elements: their nodes by their numbers; kind: of element; sets: nodes by name.
+
+def held(nodes: np.ndarray, options: str = "") -> str:
+    """Nodes that are held, counted from 0."""
+    return f"*BOUNDARY{options}\n" + "".join(f"{node + 1}, 1, 3\n" for node in nodes)
+
+
+def write(path: Path, mesh: Any, kind: str, steps: str, elements: Any = None) -> None:
+    """Write a deck of titanium and the steps after it.
+
+    mesh: nodes (n, 3) [mm], elements and sets of nodes, all counted from 0; kind: of element;
+    elements: numbers of some, all by default.
     """
     lines = ["*NODE, NSET=NALL"]
-    lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(nodes, 1)]
+    lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(mesh.nodes, 1)]
     lines += [f"*ELEMENT, TYPE={kind}, ELSET=EALL"]
-    for number, corners in elements.items():
-        words = [str(n + 1) for n in (number, *corners)]
+    for number in range(len(mesh.elements)) if elements is None else elements:
+        words = [str(n + 1) for n in (number, *mesh.elements[number])]
         lines += [", ".join(words[:11]) + "," * (len(words) > 11)]
         lines += [", ".join(words[11:])] * (len(words) > 11)
-    for name, members in sets.items():
+    for name, members in mesh.sets.items():
         lines += [f"*NSET, NSET={name.upper()}"]
         lines += [", ".join(map(str, members[k : k + 10] + 1)) for k in range(0, len(members), 10)]
     lines += ["*MATERIAL, NAME=TI64", "*ELASTIC", f"{YOUNG}, {POISSON}", "*DENSITY", f"{DENSITY}"]
-    return "\n".join([*lines, "*SOLID SECTION, ELSET=EALL, MATERIAL=TI64", ""])
+    lines += ["*SOLID SECTION, ELSET=EALL, MATERIAL=TI64", steps]
+    path.write_text("\n".join(lines), "ascii")
 
 
 def run(path: Path) -> None:

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evidence import calculix
-from evidence.blisk import decks
+from evidence import calculix as ccx
 from evidence.blisk.mesh import BLISK, sector, whole_disk
 
 SPEEDS = 160, 260  # of the prestressed matrices [Hz]
@@ -27,24 +26,34 @@ def write_decks(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     one, n = sector(BLISK), BLISK.n_sectors
     disk = whole_disk(one, n)
-    bore = disk.sets["bore"]
-    at_rest = decks.spinning(0, decks.STORE)
-    decks.write(folder / "sector.inp", one, at_rest)
-    decks.write(folder / "sector_blade.inp", one, at_rest, elements=one.blade_elements)
-    decks.write(folder / "blades.inp", disk, at_rest, elements=disk.blade_elements)
+    bore = ccx.held(disk.sets["bore"])
+    _write(folder / "sector.inp", one, ccx.STEP + ccx.STORE)
+    _write(folder / "sector_blade.inp", one, ccx.STEP + ccx.STORE, one.blade_elements)
+    _write(folder / "blades.inp", disk, ccx.STEP + ccx.STORE, disk.blade_elements)
     for speed in (0, *SPEEDS, CHECKED):
-        steps = decks.spinning(2 * np.pi * speed, decks.STORE)
-        decks.write(folder / f"disk_{speed}.inp", disk, steps, held=bore)
+        _write(folder / f"disk_{speed}.inp", disk, bore + _about(speed) + ccx.STORE)
     for speed in (0, CHECKED):
-        steps = decks.spinning(2 * np.pi * speed, decks.frequencies(N_MODES))
-        decks.write(folder / f"frequencies_{speed}.inp", disk, steps, held=bore)
-    held = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
-    steps = decks.DIAMETERS.format(PER_DIAMETER, n // 2)
-    head = calculix.CYCLIC.format(n)
-    decks.write(folder / "frequencies_cyclic.inp", one, steps, held=held, head=head)
+        steps = bore + _about(speed) + ccx.frequencies_of(N_MODES)
+        _write(folder / f"frequencies_{speed}.inp", disk, steps)
+    inner = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
+    steps = (
+        ccx.held(inner) + ccx.CYCLIC.format(n) + ccx.STEP + ccx.frequencies_of(PER_DIAMETER, n // 2)
+    )
+    _write(folder / "frequencies_cyclic.inp", one, steps)
+
+
+def _about(speed_hz):
+    """Steps to the state that a speed loads the disk to, and the head of one about it."""
+    if not speed_hz:
+        return ccx.STEP
+    return ccx.STATIC + ccx.SPINNING.format((2 * np.pi * speed_hz) ** 2) + ccx.END + ccx.PERTURBED
+
+
+def _write(path, mesh, steps, elements=None):
+    ccx.write(path, mesh, "C3D8I", steps, elements)
 
 
 def run(folder: Path, names: tuple = MATRICES + CHECKS) -> None:
     """Run CalculiX on decks of a folder. Raises SystemExit when it is missing or fails."""
     for name in names:
-        calculix.run(folder / f"{name}.inp")
+        ccx.run(folder / f"{name}.inp")
