@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import settings
 
+import hpcrub.commands.run  # noqa: F401, before NumPy: its BLAS gets one thread, as in the program
 from hpcrub import studies
 from hpcrub.config import schema as config
 from hpcrub.runs import result_files

@@ -4,9 +4,11 @@ import os
 import subprocess
 
 import h5py
+import pytest
 
 from evidence.page import ROOT
 from evidence.program import ENVIRONMENT, TINY, command
+from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.studies.contact.layout import LAYOUT
 
@@ -34,6 +36,13 @@ def run(ranks, *arguments, folder, script=ROOT / "main.py", timeout=600):
     finally:
         process.kill()
     return process.returncode, out, err
+
+
+def run_here(*arguments, folder="."):
+    """Exit code of the program on one rank, in this process and without figures."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        return cli.main([*map(str, arguments), "--no-figures"])
 
 
 def error_lines(text):

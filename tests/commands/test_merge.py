@@ -12,7 +12,6 @@ import pytest
 from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.commands import inspect, merge
-from hpcrub.commands import run as cli
 from hpcrub.config import parts
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
@@ -23,13 +22,9 @@ from hpcrub.setup import problem as study
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import merge as merging
-from tests.program import TINY, datasets, error_lines, load
+from tests.program import TINY, datasets, error_lines, load, run_here
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
-
-
-def run(*arguments):
-    return cli.main([str(argument) for argument in arguments])
 
 
 def attributes(path):
@@ -49,12 +44,9 @@ def attributes(path):
 def made(tmp_path_factory):
     """Folder with a study, and the same in three ranges of samples."""
     folder = tmp_path_factory.mktemp("parts")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        (folder / "study.yaml").write_text(STUDY)
-        assert run("study.yaml") == 0
-        for k in range(1, 4):
-            assert run("study.yaml", "--part", f"{k}/3") == 0
+    (folder / "study.yaml").write_text(STUDY)
+    for part in ([], *(["--part", f"{k}/3"] for k in (1, 2, 3))):
+        assert run_here("study.yaml", *part, folder=folder) == 0
     return folder
 
 
@@ -69,7 +61,7 @@ def folder(made, tmp_path, monkeypatch):
 
 def assert_nothing_is_left(folder):
     """A merge, done or refused, leaves neither its lock nor an unfinished file."""
-    assert {p.suffix for p in folder.iterdir()} <= {".h5", ".yaml", ".jsonl", ".png"}
+    assert {p.suffix for p in folder.iterdir()} <= {".h5", ".yaml", ".jsonl"}
 
 
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
@@ -103,24 +95,24 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
     np.testing.assert_array_equal(known, [True, False, False, False, False])
     file.close()
-    assert run("study.yaml", "--status") == 75
-    assert run("study.yaml", "--resume") == 0
-    assert run("study.yaml", "--status") == 0
+    assert run_here("study.yaml", "--status") == 75
+    assert run_here("study.yaml", "--resume") == 0
+    assert run_here("study.yaml", "--status") == 0
     assert datasets("whole.h5") == datasets("single.h5")
 
 
 def test_a_study_goes_on_with_more_samples(folder, capsys):
     """What a smaller study has computed is not computed again, and the rest joins it to the bit."""
     fewer = ["study.yaml", "--output", "fewer.h5"]
-    assert run(*fewer, "--set", "mistuning.samples=3") == 0
-    assert run(*fewer, "--resume") == 2
+    assert run_here(*fewer, "--set", "mistuning.samples=3") == 0
+    assert run_here(*fewer, "--resume") == 2
     room = f"--samples 5 NEW.h5 {folder / 'fewer.h5'} makes room"
     assert room in error_lines(capsys.readouterr().err)[0]
     assert merge.main(["whole.h5", "fewer.h5", "--samples", "5"]) == 0
     out = capsys.readouterr().out
     assert "whole.h5: 6 of 10 samples" in out
     assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
-    assert run("study.yaml", "--resume") == 0
+    assert run_here("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")
     assert attributes("whole.h5") == attributes("single.h5")
 
@@ -156,7 +148,7 @@ def test_parts_that_have_not_begun(folder):
     file = open_result("whole.h5")
     assert contact_file.read_tuned(file) is None
     file.close()
-    assert run("study.yaml", "--resume") == 0
+    assert run_here("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")
 
 
@@ -169,7 +161,7 @@ def another_program(monkeypatch):
 
 def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsys, another_program):
     """And then the file names them all."""
-    assert run("study.yaml", "--part", "2/3", "--overwrite") == 0
+    assert run_here("study.yaml", "--part", "2/3", "--overwrite") == 0
     line = refused(capsys, "whole.h5", *THREE)
     assert "computed by different programs" in line
     assert "--allow-mixed" in line
@@ -184,15 +176,15 @@ def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsy
 
 def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_program):
     assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
-    assert run("study.yaml", "--resume") == 2
+    assert run_here("study.yaml", "--resume") == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "was computed by another program" in line
     assert "--allow-mixed" in line
-    assert run("study.yaml", "--status") == 75  # reading never refuses
-    assert run("study.yaml", "--resume", "--allow-mixed") == 0
+    assert run_here("study.yaml", "--status") == 75  # reading never refuses
+    assert run_here("study.yaml", "--resume", "--allow-mixed") == 0
     with open_result("whole.h5") as file:
         assert [program[:4] == "ffff" for program in file.programs()] == [False, True]
-    assert run("study.yaml", "--resume") == 0  # complete: nothing is computed
+    assert run_here("study.yaml", "--resume") == 0  # complete: nothing is computed
 
 
 def test_a_merge_harms_none_of_its_parts(folder, capsys):
@@ -222,7 +214,7 @@ def refused(capsys, *arguments):
 
 def test_other_configurations_are_refused_by_key(folder, capsys):
     other = ["--set", "casing.n_bumps=3", "--set", "mistuning.seed=7"]
-    assert run("study.yaml", "--part", "2/3", "--output", "other.h5", *other) == 0
+    assert run_here("study.yaml", "--part", "2/3", "--output", "other.h5", *other) == 0
     line = refused(capsys, "whole.h5", THREE[0], "other.part-2-of-3.h5")
     assert "casing.n_bumps: 4 in whole.part-1-of-3.h5, 3 in other.part-2-of-3.h5" in line
     assert "mistuning.seed: 2020 in" in line
@@ -274,17 +266,17 @@ def test_no_part_of_anything(folder, capsys, name, message):
 def test_a_part_cannot_pass_for_the_study(folder, capfd):
     text = "study: energy\nsources: [whole.part-1-of-3.h5]"
     (folder / "energy.yaml").write_text(text)
-    assert run("energy.yaml") == 2
+    assert run_here("energy.yaml") == 2
     assert "is a part; merge all parts" in capfd.readouterr().err
 
 
 def test_a_finished_part_is_known_without_work(folder, monkeypatch, capfd):
     monkeypatch.setattr(study, "build_problem", lambda _: pytest.fail("no model is needed"))
-    assert run("study.yaml", "--part", "2/3", "--status") == 0
+    assert run_here("study.yaml", "--part", "2/3", "--status") == 0
     assert "whole.part-2-of-3.h5: 4 of 4 samples" in capfd.readouterr().out
-    assert run("study.yaml", "--part", "2/5", "--status") == 75
+    assert run_here("study.yaml", "--part", "2/5", "--status") == 75
     assert "whole.part-2-of-5.h5: not there yet" in capfd.readouterr().out
-    assert run("study.yaml", "--part", "2/3", "--status", "--set", "casing.n_bumps=3") == 2
+    assert run_here("study.yaml", "--part", "2/3", "--status", "--set", "casing.n_bumps=3") == 2
 
 
 @pytest.mark.parametrize("count", [1, 7, 23])
@@ -315,7 +307,7 @@ def test_parts_cover_everything_once(count):
     ],
 )
 def test_wrong_parts_are_one_line(folder, capfd, part, message):
-    assert run("study.yaml", *f"--part={part}".split()) == 2
+    assert run_here("study.yaml", *f"--part={part}".split()) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert message in line
 

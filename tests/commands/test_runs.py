@@ -27,7 +27,7 @@ def test_a_table_at_the_end_and_the_total_before(folder, capfd):
     for text in ("run 1 of 2", "run 2 of 2", "all 2 runs:", "core hours"):
         assert text in said
     assert not Path("results").exists()
-    assert cli.main(["a.yaml"]) == 0
+    assert cli.main(["a.yaml", "--no-figures"]) == 0
     said = capfd.readouterr().out
     for text in ("run 2 of 2", "disk.blade.n_elements=5", "full model, "):
         assert text in said

@@ -14,7 +14,7 @@ from evidence.truth.hexahedra import sector_arrays
 from hpcrub import studies
 from hpcrub.results import model_file
 from hpcrub.runs import result_files
-from tests.program import TINY, datasets, error_lines, load, run, start
+from tests.program import TINY, datasets, error_lines, load, run, run_here, start
 
 pytestmark = pytest.mark.mpi
 
@@ -151,7 +151,7 @@ MESSAGES = {  # of BAD_INPUTS
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """Folder with an input, and the bits of its results on one rank without mpirun."""
+    """Folder with an input, and the bits of its results on one rank in this process."""
     return on_one_rank(tmp_path_factory.mktemp("study"), STUDY)
 
 
@@ -169,8 +169,7 @@ def spatial(tmp_path_factory):
 
 def on_one_rank(folder, text):
     (folder / "study.yaml").write_text(text)
-    code, out, err = run(0, "study.yaml", "--output", "serial.h5", "--no-figures", folder=folder)
-    assert code == 0, out + err
+    assert run_here("study.yaml", "--output", "serial.h5", folder=folder) == 0
     return folder, datasets(folder / "serial.h5")
 
 
@@ -191,7 +190,7 @@ def driver(tmp_path):
 
 @pytest.mark.parametrize(
     ("kind", "ranks", "figures"),
-    [("study", 2, ()), ("study", 3, ("--no-figures",)), ("spatial", 3, ("--no-figures",))],
+    [("study", 2, ()), ("spatial", 3, ("--no-figures",))],
 )
 def test_same_bits_on_any_number_of_ranks(request, kind, ranks, figures):
     folder, expected = request.getfixturevalue(kind)
@@ -212,11 +211,11 @@ def test_more_ranks_than_samples(study):
     folder, _ = study
     keys = "mistuning.samples=1", "mistuning.half_range_percent=[4]", "mistuning.tuned_runs=1"
     single = [f"--set={key}" for key in (*keys, "speeds.step_hz=0.05", "convergence.step=10")]
-    for ranks in (0, 4):
-        options = "--output", f"s{ranks}.h5", "--no-figures", *single
-        code, out, err = run(ranks, "study.yaml", *options, folder=folder)
-        assert code == 0, out + err
-    assert datasets(folder / "s0.h5") == datasets(folder / "s4.h5")
+    assert run_here("study.yaml", "--output", "s1.h5", *single, folder=folder) == 0
+    options = "--output", "s3.h5", "--no-figures", *single
+    code, out, err = run(3, "study.yaml", *options, folder=folder)
+    assert code == 0, out + err
+    assert datasets(folder / "s1.h5") == datasets(folder / "s3.h5")
 
 
 def wait_for_samples(process, path, n_wanted):
@@ -248,9 +247,9 @@ def alive(pid):
 
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
-    [(2, signal.SIGINT, 3), (3, signal.SIGUSR1, 0), (0, signal.SIGTERM, 2)],
+    [(2, signal.SIGINT, 1), (3, signal.SIGUSR1, 1), (0, signal.SIGTERM, 2)],
 )
-def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, resumed_on):
+def test_stopped_and_resumed_gives_the_same_bits(study, held, capfd, ranks, number, resumed_on):
     """mpirun passes SIGUSR1 on to its ranks; at SIGINT and SIGTERM it ends them by SIGTERM and
     returns 1, whatever they return."""
     folder, expected = study
@@ -280,10 +279,19 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, ranks, number, res
         summary = json.loads(log[-1])
         assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
         assert 0 < summary["done_in_this_run"] <= n_done
-    code, out, err = run(resumed_on, *arguments, "--resume", folder=folder)
+    resume(folder, resumed_on, arguments, capfd)
+    assert datasets(path) == expected
+
+
+def resume(folder, ranks, arguments, capfd):
+    """Go on to the end, on one rank in this process, and check that what is there is kept."""
+    if ranks > 1:
+        code, out, err = run(ranks, *arguments, "--resume", folder=folder)
+    else:
+        code = run_here(*arguments, "--resume", folder=folder)
+        out, err = capfd.readouterr()
     assert code == 0, out + err
     assert f"of {2 * N_SAMPLES} samples are already there" in out
-    assert datasets(path) == expected
 
 
 def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
@@ -298,13 +306,16 @@ def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
     assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
 
 
-def killed_and_resumed(folder, held, victim, ranks, resumed_on):
-    """Bits after kill -9; what mpirun leaves behind when it is killed must not write on."""
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
+@pytest.mark.parametrize(("victim", "resumed_on"), [("mpirun", 1), ("all ranks", 3)])
+def test_killed_and_resumed_gives_the_same_bits(study, held, capfd, victim, resumed_on):
+    """kill -9; what mpirun leaves behind when it is killed must not write on."""
+    folder, expected = study
     path = folder / f"killed-{victim}.h5"
     arguments = ["study.yaml", "--output", path.name, "--no-figures"]
-    process = start(ranks, held, *arguments, folder=folder)
+    process = start(2, held, *arguments, folder=folder)
     wait_for_samples(process, path, 3)
-    of_mpirun = children(process.pid) if ranks else []
+    of_mpirun = children(process.pid)
     for pid in of_mpirun if victim == "all ranks" else [process.pid]:
         os.kill(pid, signal.SIGKILL)
     process.communicate(timeout=WAIT)
@@ -312,23 +323,10 @@ def killed_and_resumed(folder, held, victim, ranks, resumed_on):
     until = time.monotonic() + WAIT
     while any(map(alive, of_mpirun)) and time.monotonic() < until:
         time.sleep(0.02)
-    code, out, err = run(resumed_on, *arguments, "--resume", folder=folder)
-    assert code == 0, out + err
-    assert "samples are already there" in out
-    return datasets(path)
+    resume(folder, resumed_on, arguments, capfd)
+    assert datasets(path) == expected
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
-@pytest.mark.parametrize(
-    ("kind", "victim", "ranks", "resumed_on"),
-    [("study", "mpirun", 2, 0), ("study", "all ranks", 2, 3), ("spatial", "all ranks", 2, 2)],
-)
-def test_killed_and_resumed_gives_the_same_bits(request, held, kind, victim, ranks, resumed_on):
-    folder, expected = request.getfixturevalue(kind)
-    assert killed_and_resumed(folder, held, victim, ranks, resumed_on) == expected
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
 @pytest.mark.parametrize("mode", ["enough", "waits"])
 def test_tasks_are_all_done_once(driver, tmp_path, mode):
     code, out, err = run(3, mode, folder=tmp_path, script=driver)

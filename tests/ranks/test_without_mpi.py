@@ -1,8 +1,10 @@
 """What is missing is said once: an h5py without MPI, a launcher whose ranks have no mpi4py."""
 
+import sys
+
 import pytest
 
-from tests.program import error_lines, run
+from tests.program import error_lines, run, run_here
 
 pytestmark = pytest.mark.mpi
 
@@ -25,25 +27,14 @@ def test_an_h5py_without_mpi_is_one_line(tiny, tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-def test_a_launcher_without_mpi4py_is_an_error(tiny, tmp_path, monkeypatch):
+def test_without_mpi4py_one_rank_works_and_a_launcher_is_an_error(tiny, monkeypatch, capfd):
     """Several ranks that cannot see each other must not each compute, or write, everything."""
-    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
     monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")
     for rank, n_lines in ((0, 1), (1, 0)):
         monkeypatch.setenv("OMPI_COMM_WORLD_RANK", str(rank))
-        (tmp_path / "main.py").write_text(
-            "from hpcrub.commands.run import main\nraise SystemExit(main())"
-        )
-        code, _, err = run(0, "tiny.yaml", folder=tmp_path, script="main.py")
-        assert code == 2
-        assert len(error_lines(err)) == n_lines
-        assert "mpi4py" in err or rank
-
-
-def test_without_mpi4py_one_rank_works(tiny, tmp_path):
-    (tmp_path / "mpi4py.py").write_text("raise ImportError('no MPI here')")
-    (tmp_path / "main.py").write_text(
-        "from hpcrub.commands.run import main\nraise SystemExit(main())"
-    )
-    code, out, err = run(0, "tiny.yaml", "--no-figures", folder=tmp_path, script="main.py")
-    assert code == 0, out + err
+        assert run_here(tiny, folder=tiny.parent) == 2
+        lines = error_lines(capfd.readouterr().err)
+        assert ["mpi4py" in line for line in lines] == [True] * n_lines
+    monkeypatch.delenv("OMPI_COMM_WORLD_SIZE")
+    assert run_here(tiny, folder=tiny.parent) == 0

@@ -17,11 +17,7 @@ from hpcrub.studies import open_result
 from hpcrub.studies.contact import amplification, trust
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.summary import interval_table, level_table, point_lines
-from tests.program import TINY, datasets, error_lines, load
-
-
-def main(*arguments):
-    return cli.main([str(argument) for argument in arguments])
+from tests.program import TINY, datasets, error_lines, load, run_here
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +27,7 @@ def finished(tmp_path_factory):
     (folder / "tiny.yaml").write_text(TINY + "output: results/tiny.h5\n", encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        assert main("tiny.yaml") == 0
+        assert cli.main(["tiny.yaml"]) == 0
     return folder
 
 
@@ -80,13 +76,13 @@ def test_the_summary_has_the_percentiles_of_every_level(file):
 
 def test_a_finished_study_is_summed_up_again_and_not_changed(copied, capfd):
     before = datasets("results/tiny.h5")
-    assert main("tiny.yaml", "--resume") == 0
+    assert run_here("tiny.yaml", "--resume") == 0
     assert "A_nl" in capfd.readouterr().out
     assert datasets("results/tiny.h5") == before
 
 
 def test_without_mistuning_nothing_is_amplified(tiny, folder):
-    assert main(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
+    assert run_here(tiny, "--set", "mistuning.half_range_percent=[0]") == 0
     file = open_result("results/tiny.h5")
     peak = file.read("tuned/peak_amplitude_m")
     assert (file.read("samples/peak_amplitude_m") == peak).all()  # the same bits
@@ -148,7 +144,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     REDUCED = study.build_problem(load(tiny)).reduced
     monkeypatch.setattr(disks, "mistuned_modes", broken_solver)
     monkeypatch.setattr(sweep, "run_sweep", broken_sweep)
-    assert main(tiny) == 0
+    assert run_here(tiny) == 0
     out = capfd.readouterr().out
     assert "level 1, sample 0 failed: " in out
     assert "1 (+1 failed)" in out
@@ -176,15 +172,15 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     few += ["--set", "convergence.percentiles=[50]", "--set", "convergence.z=2"]
     few += ["--set", f"convergence.criterion={criterion}"]
     monkeypatch.setattr("hpcrub.statistics.percentiles.MIN_VALUES", 3)
-    assert main(tiny, *few) == 0
+    assert run_here(tiny, *few) == 0
     file = open_result("results/tiny.h5")
     np.testing.assert_array_equal(file.status(), [[DONE] * n + [0] * (12 - n)])
     known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
     np.testing.assert_array_equal(known, np.arange(12) < n)
     file.close()
     before = datasets("results/tiny.h5")
-    assert main(tiny, *few, "--status") == 0
-    assert main(tiny, *few, "--resume") == 0
+    assert run_here(tiny, *few, "--status") == 0
+    assert run_here(tiny, *few, "--resume") == 0
     assert datasets("results/tiny.h5") == before
     with open_result("results/tiny.h5", mode="r+") as file:  # as more ranks would have computed it
         tables = said(file)
@@ -200,7 +196,7 @@ def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, ca
         return mistuned_modes(reduced, deviation)
 
     monkeypatch.setattr(disks, "mistuned_modes", broken)
-    assert main(tiny) == 1
+    assert run_here(tiny) == 1
     (line,) = error_lines(capfd.readouterr().err)
     assert line.startswith("hpcrub: error: all 4 samples have failed")
     with open_result("results/tiny.h5") as file:
@@ -209,8 +205,8 @@ def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, ca
 
 def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):
     short = "--set=convergence.step=10", "--set=convergence.stop_when_converged=true"
-    assert main(tiny, *short) == 0
-    assert main(tiny, *short, "--status") == 0
+    assert run_here(tiny, *short) == 0
+    assert run_here(tiny, *short, "--status") == 0
 
 
 def test_a_pattern_is_printed_as_one_disk(tiny, folder, capfd):
@@ -218,7 +214,7 @@ def test_a_pattern_is_printed_as_one_disk(tiny, folder, capfd):
     pattern += "214.21, 208.09, 216.83, 206.95, 206.27, 207.01]"
     text = TINY.replace("mistuning: {half_range_percent: [2, 4], samples: 2}\n", "")
     tiny.write_text(text + f"mistuning: {{pattern_unit: gpa, pattern: {pattern}}}\n")
-    assert main(tiny) == 0
+    assert run_here(tiny) == 0
     out = capfd.readouterr().out
     assert "pattern, largest amplitude" in out
     assert "pattern, largest localisation" in out
@@ -228,7 +224,7 @@ def test_a_pattern_is_printed_as_one_disk(tiny, folder, capfd):
 
 
 def test_dry_run_touches_nothing(tiny, folder, capfd):
-    assert main(tiny, "--dry-run") == 0
+    assert run_here(tiny, "--dry-run") == 0
     out = capfd.readouterr().out
     assert "90.1" in out  # first frequency of the reference disk
     for key in ("computes:", "output:", "stability limit:", "measured:", "estimated run time:"):
@@ -237,7 +233,7 @@ def test_dry_run_touches_nothing(tiny, folder, capfd):
 
 
 def test_dry_run_where_nothing_touches(tiny, folder, capfd):
-    assert main(tiny, "--dry-run", "--set=casing.clearance_mm=2") == 0
+    assert run_here(tiny, "--dry-run", "--set=casing.clearance_mm=2") == 0
     out = capfd.readouterr().out
     assert "nan" not in out
     assert "the bumps do not reach the blades" in out
@@ -245,14 +241,14 @@ def test_dry_run_where_nothing_touches(tiny, folder, capfd):
 
 def test_an_existing_result_is_kept_unless_told(copied, capfd):
     tiny = "tiny.yaml"
-    assert main(tiny) == 2
+    assert run_here(tiny) == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "--resume" in line
     assert "--overwrite" in line
-    assert main(tiny, "--set", "casing.n_bumps=3", "--resume") == 2
+    assert run_here(tiny, "--set", "casing.n_bumps=3", "--resume") == 2
     (line,) = error_lines(capfd.readouterr().err)
     assert "casing.n_bumps: 4 in the file, 3 asked for" in line
-    assert main(tiny, "--set", "casing.n_bumps=3", "--overwrite", "--no-figures") == 0
+    assert run_here(tiny, "--set", "casing.n_bumps=3", "--overwrite") == 0
 
 
 @pytest.mark.parametrize(
@@ -274,7 +270,7 @@ def test_an_existing_result_is_kept_unless_told(copied, capfd):
     ],
 )
 def test_bad_input_is_one_line(tiny, folder, capfd, arguments, message):
-    assert main(tiny, *arguments) == 2
+    assert run_here(tiny, *arguments) == 2
     captured = capfd.readouterr()
     assert captured.err.count("\n") == 1
     assert error_lines(captured.err)
@@ -295,7 +291,7 @@ def test_stability_limit_counts_the_stiffest_sample(tiny_config):
     ["casing.bump_height_mm=0.2", "casing.harmonics=[{order: 2, amplitude_mm: 0.2}]"],
 )
 def test_a_casing_that_reaches_no_blade(tiny, folder, capfd, shape):
-    assert main(tiny, "--set", shape) == 1
+    assert run_here(tiny, "--set", shape) == 1
     (line,) = error_lines(capfd.readouterr().err)
     assert "the casing never reaches the blades" in line
 
@@ -304,21 +300,21 @@ def test_a_reference_that_is_rounding_is_refused(tiny, folder, capfd):
     """Straight blades, a bump for each, no friction: tips move radially, sideways by 1e-15."""
     straight = "disk.blade.lean_deg=0", "disk.blade.bow=0", "contact.friction=0"
     keys = (*straight, "casing.n_bumps=12", "speeds.from_hz=12", "speeds.to_hz=12")
-    assert main(tiny, *(part for key in keys for part in ("--set", key))) == 1
+    assert run_here(tiny, *(part for key in keys for part in ("--set", key))) == 1
     assert "which is rounding" in error_lines(capfd.readouterr().err)[-1]
 
 
 def test_without_a_reference_no_sample_is_integrated(tiny, folder, capfd, monkeypatch):
-    assert main(tiny, "--set", "casing.clearance_mm=2") == 1
+    assert run_here(tiny, "--set", "casing.clearance_mm=2") == 1
     monkeypatch.setattr(sweep, "run_sweep", lambda *_, **__: pytest.fail("nothing is to be done"))
-    assert main(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
+    assert run_here(tiny, "--set", "casing.clearance_mm=2", "--resume") == 1
     first, second = error_lines(capfd.readouterr().err)
     assert first == second
 
 
 def test_version_and_help(capfd):
-    assert main("--version") == 0
-    assert main("--help") == 0
+    assert run_here("--version") == 0
+    assert run_here("--help") == 0
     assert "--resume" in capfd.readouterr().out
 
 
@@ -331,7 +327,7 @@ def test_runs_of_the_tuned_disk_show_what_hardly_any_change_does(tiny, monkeypat
         keys = {"speeds.from_hz": 34.9, "speeds.to_hz": 34.9, "reduction.n_modes": 60}
         keys["material.damping_ratio"] = ratio
         options = [f"--set={key}={value}" for key, value in keys.items()]
-        assert main(tiny, *options, "--output", f"{name}.h5") == 0
+        assert run_here(tiny, *options, "--output", f"{name}.h5") == 0
         file = open_result(f"{name}.h5")
         runs = file.read("tuned/run_peaks_m")
         peak = file.read("tuned/peak_amplitude_m")

@@ -25,7 +25,7 @@ from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
-from tests.program import TINY, error_lines
+from tests.program import TINY, error_lines, run_here
 
 
 def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
@@ -51,8 +51,7 @@ def origin(tmp_path_factory):
     path = tmp_path_factory.mktemp("origin") / "source.h5"
     text = TINY.replace("samples: 2", "samples: 6").replace("step: 1", "step: 2")
     path.with_suffix(".yaml").write_text(text)
-    arguments = str(path.with_suffix(".yaml")), "--output", str(path), "--no-figures"
-    assert cli.main(arguments) == 0
+    assert run_here(path.with_suffix(".yaml"), "--output", path) == 0
     return path
 
 

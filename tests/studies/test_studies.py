@@ -23,7 +23,7 @@ from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import open_result, time_response
-from tests.program import ROOT, load, run
+from tests.program import ROOT, load, run, run_here
 
 
 def compute(name, *overrides, options=()):
@@ -87,7 +87,7 @@ def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):
 
 def test_linear_amplification_is_that_of_a_fine_search(folder):
     overrides = "linear.n_diameters=[2, 5]", "mistuning.half_range_percent=[0, 3]"
-    file = compute("linear", *overrides, "mistuning.samples=56")
+    file = compute("linear", *overrides, "mistuning.samples=56", options=["--no-figures"])
     amplification = file.read("amplification")
     assert amplification[0] == pytest.approx(1.0, abs=1e-12)  # no mistuning
     tuned = build_model(file.config).reduced
@@ -126,23 +126,25 @@ def test_dry_run_tells_of_the_model(folder, capfd, name, integrates):
 
 @pytest.mark.mpi
 def test_tasks_on_several_ranks_are_the_same_bits(folder):
+    """Of a study that one rank has begun."""
     keys = "mistuning.samples=60", "linear.n_diameters=[4]", "reduction.n_modes=12"
     overrides = [f"--set={key}" for key in keys]
-    study = ROOT / "inputs" / "linear.yaml", *overrides, "--no-figures", "--output"
-    for ranks, path in ((0, "one.h5"), (3, "three.h5")):
-        code, _, err = run(ranks, *study, path, folder=folder)
-        assert code == 0, err
-    with h5py.File("three.h5", "r+") as file:  # as an interrupted run would leave it
+    study = ROOT / "inputs" / "linear.yaml", *overrides, "--output", "a.h5"
+    assert run_here(*study) == 0
+    with h5py.File("a.h5", "r+") as file:  # as an interrupted run would leave it
+        names = "amplification", "tuned/amplitude_m", "status"
+        expected = [file[name][()] for name in names]
         file["status"][2:] = 0
         file["amplification"][1] = np.nan
-    assert run(2, *study, "three.h5", "--resume", folder=folder)[0] == 0
-    with h5py.File("one.h5") as one, h5py.File("three.h5") as three:
-        for name in ("amplification", "tuned/amplitude_m", "status"):
-            np.testing.assert_array_equal(one[name][()], three[name][()])
+    code, _, err = run(3, *study, "--no-figures", "--resume", folder=folder)
+    assert code == 0, err
+    with h5py.File("a.h5") as file:
+        for name, values in zip(names, expected, strict=True):
+            np.testing.assert_array_equal(file[name][()], values)
 
 
 def test_inspect(folder, capsys):
-    file = compute("modal", "casing.n_bumps=5")
+    file = compute("modal", "casing.n_bumps=5", options=["--no-figures"])
     x = file.read("position_m")
     file.close()
     capsys.readouterr()

@@ -6,13 +6,12 @@ import xarray
 
 from hpcrub import plot
 from hpcrub.commands import inspect
-from hpcrub.commands import run as cli
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import depths, trust
 from hpcrub.studies.contact.layout import KINDS
-from tests.program import TINY
+from tests.program import TINY, run_here
 
 COATED = (
     TINY.replace("34.0, to_hz: 34.4", "34.8, to_hz: 35.2").replace("n_modes: 12", "n_modes: 60")
@@ -25,9 +24,7 @@ def folder(tmp_path_factory):
     """Folder of a finished study."""
     folder = tmp_path_factory.mktemp("coated")
     (folder / "coated.yaml").write_text(COATED, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        assert cli.main(["coated.yaml", "--no-figures"]) == 0
+    assert run_here("coated.yaml", folder=folder) == 0
     return folder
 
 
@@ -103,7 +100,7 @@ def test_energy_of_the_disks_that_cut(folder, monkeypatch):
     text = COATED.replace("coated.h5", "energy.h5")
     text += "study: energy\nsources: [coated.h5]\nenergy: {samples: 3}\n"
     (folder / "energy.yaml").write_text(text, encoding="utf-8")
-    assert cli.main(["energy.yaml", "--no-figures"]) == 0
+    assert run_here("energy.yaml") == 0
     file, source = open_result("energy.h5"), open_result("coated.h5")
     level, number = file.read("level"), file.read("number")
     taken = source.read("samples/wear_energy_j")[level, number]
