@@ -5,6 +5,7 @@ Looked up in the syntax of every module, so that an import within a function cou
 
 import ast
 import re
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -24,12 +25,14 @@ def name_of(path):
 
 
 MODULES = {name_of(path): path for path in PACKAGE.rglob("*.py")}
+TREES = {name: ast.parse(path.read_text("utf-8")) for name, path in MODULES.items()}
 
 
+@cache
 def imports(name):
     """Modules of the package that a module imports, and whether it has an `import_module`."""
     found, dynamic = set(), False
-    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
+    for node in ast.walk(TREES[name]):
         names = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -63,10 +66,9 @@ def test_files_and_functions_are_short_but_those_that_a_page_names():
     page = (PACKAGE.parent / "docs/architecture.md").read_text("utf-8")
     sizes = page.partition("## Sizes")[2].partition("\n## ")[0]
     named = {name.rpartition(".")[2] for name in re.findall(r"`([\w.]+)`", sizes)}
-    for path in MODULES.values():
-        text = path.read_text("utf-8")
-        assert len(text.splitlines()) <= 400, path
-        functions = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef)]
+    for name, path in MODULES.items():
+        assert len(path.read_text("utf-8").splitlines()) <= 400, path
+        functions = [n for n in ast.walk(TREES[name]) if isinstance(n, ast.FunctionDef)]
         long = {f.name for f in functions if f.end_lineno - f.lineno >= 40}
         assert long <= named, path
 
@@ -91,8 +93,8 @@ def test_no_module_imports_in_a_circle():
 def test_one_module_imports_mpi_and_one_hdf5():
     for library, owner in (("mpi4py", "ranks/parallel.py"), ("h5py", "results/storage.py")):
         users = set()
-        for path in MODULES.values():
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for name, path in MODULES.items():
+            for node in ast.walk(TREES[name]):
                 names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
                 names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
                 if any(n.split(".")[0] == library for n in names):

@@ -20,15 +20,10 @@ def test_what_pip_installs_runs_without_the_checkout(tmp_path):
     there, elsewhere = tmp_path / "there", tmp_path / "elsewhere"
     elsewhere.mkdir()
     alone |= {"PYTHONPATH": str(there)}
-    for command in ([sys.executable, "-m", "hpcrub"], [str(there / "bin" / "hpcrub")]):
-        done = subprocess.run(
-            [*command, "--version"], cwd=elsewhere, env=alone, capture_output=True, text=True
-        )
-        assert done.stdout.startswith("hpcrub "), done.stderr
-    everything = (
-        "import hpcrub.commands.plot, hpcrub.commands.merge, hpcrub.studies.branches as last"
-    )
-    show = f"{everything}; print(last.__file__)"
-    command = [sys.executable, "-c", show]
-    done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)
-    assert done.stdout.startswith(str(there)), done.stderr
+    show = "import hpcrub.commands.plot as last, hpcrub.commands.merge; print(last.__file__)"
+    for command, begin in (
+        ([str(there / "bin" / "hpcrub"), "--version"], "hpcrub "),
+        ([sys.executable, "-c", show], str(there)),
+    ):
+        done = subprocess.run(command, cwd=elsewhere, env=alone, capture_output=True, text=True)
+        assert done.stdout.startswith(begin), done.stderr
