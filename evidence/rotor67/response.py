@@ -20,7 +20,7 @@ STUDIES = (
     "modes", "contact", "interaction_map", "percentiles", "half_damping", "coating", "motion",
 )  # fmt: skip
 FIGURES = {  # of the results to those of the page
-    "modes_safe": "rotor67_safe",
+    "modes_safe_diagram": "rotor67_safe",
     "contact": "rotor67_contact",
     "interaction_map": "rotor67_map",
     "coating_wear": "rotor67_wear",

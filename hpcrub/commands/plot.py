@@ -16,7 +16,7 @@ from hpcrub.ranks.progress import console
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Draw and name the figures; returns the exit code."""
-    lines = [f"  {f.__name__:16} {f.about.what} ({'/'.join(f.about.studies)})" for f in FIGURES]
+    lines = [f"  {f.__name__:19} {f.about.what} ({'/'.join(f.about.studies)})" for f in FIGURES]
     parser = argparse.ArgumentParser(
         prog="hpcrub plot",
         description="Draw figures from result files.",
@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--figure", metavar="NAME", help="this figure only")
     parser.add_argument("--out", metavar="DIR", help="folder, beside the file by default")
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
-    parser.add_argument("--mode", type=int, metavar="K", help="mode shown by shapes, animation")
+    parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes, mode_animation")
     options = parser.parse_args(argv)
     code = 0
     for found in draw(options):

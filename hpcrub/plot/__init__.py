@@ -17,26 +17,28 @@ from hpcrub.plot.amplifications import amplitudes, damping, linear, percentiles
 from hpcrub.plot.canvas import Drawing
 from hpcrub.plot.casings import casing
 from hpcrub.plot.coexistence import branches
-from hpcrub.plot.convergence import errors, running
-from hpcrub.plot.densities import cross
-from hpcrub.plot.disks import animation, disk, safe, shapes
-from hpcrub.plot.histories import cutting, time
+from hpcrub.plot.convergence import convergence_errors, running_means
+from hpcrub.plot.densities import contact_over_linear
+from hpcrub.plot.disks import disk, mode_animation, mode_shapes, safe_diagram
+from hpcrub.plot.histories import cutting, time_response
 from hpcrub.plot.maps import interaction_map
-from hpcrub.plot.models import model
-from hpcrub.plot.responses import family, summary
+from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.rubbing import rubbing
+from hpcrub.plot.solids import model
 from hpcrub.plot.strain_energy import energy
 from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
-    summary, family, percentiles, amplitudes, running, errors, disk, safe, shapes, animation,
-    casing, linear, time, rubbing, interaction_map, energy, cross, damping, branches, wear, cutting,
+    summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
+    safe_diagram, mode_shapes, mode_animation, casing, linear, time_response, rubbing,
+    interaction_map, energy, contact_over_linear, damping, branches, wear, cutting,
 ]  # fmt: skip
 
 __all__ = [
-    "FIGURES", "find", "amplitudes", "animation", "branches", "casing", "cross", "cutting",
-    "damping", "disk", "energy", "errors", "family", "interaction_map", "linear", "model",
-    "percentiles", "rubbing", "running", "safe", "shapes", "summary", "time", "wear",
+    "FIGURES", "find", "amplitudes", "branches", "casing", "compare", "contact_over_linear",
+    "convergence_errors", "cutting", "damping", "disk", "energy", "interaction_map", "linear",
+    "mode_animation", "mode_shapes", "model", "percentiles", "rubbing", "running_means",
+    "safe_diagram", "summary", "time_response", "wear",
 ]  # fmt: skip
 
 

@@ -1,7 +1,11 @@
-"""Percentiles of amplifications and amplitudes over mistuning, load, damping and studies."""
+"""Percentiles of amplifications and amplitudes over mistuning, load, damping and studies.
 
+In all of them colours tell contact from linear, or the studies, and markers the percentiles.
+"""
+
+import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,41 +23,69 @@ from hpcrub.plot.families import (
     require_same,
     uncertainty,
 )
-from hpcrub.plot.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import measured
 
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
-CONTACT = ("amplification", "contact", BLUE, "-")
-LINEAR = ("linear_amplification", "linear", ORANGE, "--")
-BESIDE = -0.12, 0.12  # of a row: both amplifications
-SIGMA = "mistuning σ [%]"
+BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
+ABOVE = 0.12  # of a row, likewise
+SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
+
+
+class Look(NamedTuple):
+    """How a curve and its markers are drawn, and what the legend says of them."""
+
+    word: str
+    colour: Any
+    style: str = "-"
+
+
+CONTACT, LINEAR = Look("contact", BLUE), Look("linear", ORANGE, "--")
+KINDS = ("amplification", CONTACT), ("linear_amplification", LINEAR)
 
 
 def draw_curves(
-    axes: Axes, x: Any, values: Sequence[Any], at: Sequence[float], colours: Sequence[str],
-    style: str = "-", prefix: str = "", shared: Any = (0.0, 0.0), from_one: bool = True,
-) -> bool:  # fmt: skip
+    axes: Axes, x: Any, values: Sequence[Any], at: Sequence[float], look: Look,
+    shared: Any = (0.0, 0.0), place: float = 0.0, from_one: bool = True,
+) -> None:  # fmt: skip
     """Percentiles of values (one array for every x), each with its interval.
 
+    place: of the curves among those that share x, such as −1 and 1 of two.
     from_one: begin at the tuned disk, whose amplification is 1.
-    Returns whether an interval has an open end.
     """
     known = [v for v in range(len(x)) if len(values[v])]
     curves = np.array([np.percentile(values[v], at) for v in known]).reshape(-1, len(at)).T
     ends = [intervals.interval(values[v], at, shared) for v in known]
     low, high = np.transpose(ends, (1, 2, 0)) if ends else np.empty((2, len(at), 0))
-    x, (zero, one) = x[known], ([0.0], [1.0]) if from_one else ([], [])
-    open_end = False
-    for p, percentile in enumerate(at):
-        colour, marker = colours[p % len(colours)], MARKERS[p % len(MARKERS)]
-        axes.plot(
-            [*zero, *x], [*one, *curves[p]], style, marker=marker, color=colour, lw=1.6,
-            label=f"{prefix}percentile {percentile:g}",
-        )  # fmt: skip
-        open_end |= intervals.draw(axes, x, curves[p], low[p], high[p], colour)
+    x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
+    zero, one = ([0.0], [1.0]) if from_one else ([], [])
+    for p, curve in enumerate(curves):
+        line = [*zero, *x], [*one, *curve]
+        axes.plot(*line, look.style, marker=_marker(p), color=look.colour, lw=1.6)
+        intervals.draw(axes, x, curve, low[p], high[p], look.colour)
     axes.margins(y=0.1)
-    return open_end
+
+
+def _marker(p: int) -> str:
+    return MARKERS[p % len(MARKERS)]
+
+
+def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
+    """Colours, and the markers of percentiles, for the legend."""
+    for look in looks:
+        axes.plot([], [], look.style, color=look.colour, label=look.word)
+    for p, percentile in enumerate(at):
+        axes.plot([], [], _marker(p), color="0.4", label=f"percentile {percentile:g}")
+
+
+def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> None:
+    """Percentiles of both amplifications of a file over x (V,), one for every level."""
+    at = file.config.convergence.percentiles
+    _explain(axes, [CONTACT, LINEAR], at)
+    for (name, look), place in zip(KINDS, (-1, 1), strict=True):
+        shared = uncertainty(file, name)
+        draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
 
 @figure("contact", paper="12", what="both amplifications over σ", several=True, alone=False,
@@ -69,27 +101,16 @@ def percentiles(canvas: Canvas) -> None:
         return
     columns = min(2, len(files))
     axes = canvas.grid(len(files), columns, (6, 4.2), sharey=True)
-    open_end = False
     for file, panel, label in zip(files, axes, labels(files), strict=True):
-        sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
-        for name, word, colour, style in (CONTACT, LINEAR):
-            values = finished(file, name)
-            shared = uncertainty(file, name)
-            open_end |= draw_curves(panel, sigma, values, at, [colour], style, f"{word}, ", shared)
-        panel.set(xlabel=SIGMA, title=f"{label}, {samples(file)}")
+        draw_kinds(panel, file, 100 * file.read("sigma"))
+        panel.set(xlabel=SIGMA, title=f"{label}, {samples([file])}")
     for panel in axes[::columns]:
-        panel.set_ylabel("amplification [-]")
-    canvas.legend_of_all(axes[:1], intervals.handles(open_end))
+        panel.set_ylabel(AMPLIFICATION)
 
 
-def _case(file: ResultFile) -> str:
-    casing = file.config.casing
-    return casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
-
-
-def samples(file: ResultFile) -> str:
-    """How many samples a level has that are finished."""
-    return _in_words(finished(file, "amplification"))
+def samples(files: Sequence[ResultFile]) -> str:
+    """How many samples the levels of files have that are finished."""
+    return _in_words([values for file in files for values in finished(file, KINDS[0][0])])
 
 
 def _in_words(levels: Sequence[Any]) -> str:
@@ -100,46 +121,38 @@ def _in_words(levels: Sequence[Any]) -> str:
 def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
     """A row for every file, its widest level; light lines at the percentiles of the reference."""
     axes = canvas.panels(1, 1, (10, 1.6 + 0.55 * len(files)))[0, 0]
-    best, open_end = reference(files), False
-    for row, file in enumerate(files):
-        open_end |= draw_row(axes, row, file)
+    best = reference(files)
+    names = [
+        f"{label}\n({samples([file])})" for file, label in zip(files, labels(files), strict=True)
+    ]
     if len(files) > 1:
-        for name, _, colour, _ in (CONTACT, LINEAR):
+        row = files.index(best)
+        names[row] = names[row].replace("(", "(lines; ")
+        for name, look in KINDS:
             values = finished(best, name)[-1]
             for value in np.percentile(values, best.config.convergence.percentiles):
-                axes.axvline(value, color=colour, lw=0.8, alpha=0.6, zorder=0)
-    names = [
-        f"{label}\n({samples(file)})" for file, label in zip(files, labels(files), strict=True)
-    ]
-    row = files.index(best)
-    names[row] = names[row].replace("(", "(lines; ") if len(files) > 1 else names[row]
-    axes.set_yticks(range(len(files)), names, fontsize=10)
-    axes.set_ylim(len(files) - 0.5, -0.5)
+                axes.axvline(value, color=look.colour, lw=0.8, alpha=0.6, zorder=0)
+    draw_rows(axes, files, names)
     level = 100 * best.read("half_range")[-1]
-    axes.set(xlabel="amplification [-]", title=f"Amplifications at ±{level:.3g} %")
-    canvas.legend_of_all([axes], intervals.handles(open_end))
+    axes.set_title(f"Amplifications at ±{level:.3g} %")
 
 
-def draw_row(axes: Axes, row: float, file: ResultFile) -> bool:
-    """Percentiles of both amplifications of a file's widest level, with their intervals, in a row.
-
-    Returns whether an interval has an open end.
-    """
-    at, open_end = file.config.convergence.percentiles, False
-    for (name, word, colour, _), beside in zip((CONTACT, LINEAR), BESIDE, strict=True):
-        values = finished(file, name)[-1]
-        if not len(values):
-            continue
-        centre = np.percentile(values, at)
-        low, high = intervals.interval(values, at, uncertainty(file, name))
-        height = np.full(len(at), row + beside)
-        open_end |= intervals.draw(axes, height, centre, low, high, colour, sideways=True)
-        for p, value in enumerate(centre):
-            axes.plot(
-                value, height[p], MARKERS[p % len(MARKERS)], color=colour, ms=7,
-                label=f"{word}, percentile {at[p]:g}",
-            )  # fmt: skip
-    return open_end
+def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> None:
+    """Percentiles of both amplifications of the files' widest levels, a row each."""
+    for row, file in enumerate(files):
+        at = file.config.convergence.percentiles
+        _explain(axes, [CONTACT, LINEAR], at)
+        for (name, look), beside in zip(KINDS, (-ABOVE, ABOVE), strict=True):
+            values, height = finished(file, name)[-1], np.full(len(at), row + beside)
+            if not len(values):
+                continue
+            centre = np.percentile(values, at)
+            low, high = intervals.interval(values, at, uncertainty(file, name))
+            for p, value in enumerate(centre):
+                axes.plot(value, height[p], _marker(p), color=look.colour, ms=7)
+            intervals.draw(axes, height, centre, low, high, look.colour, sideways=True)
+    axes.set_yticks(range(len(files)), names, fontsize=10)
+    axes.set(ylim=(len(files) - 0.5, -0.5), xlabel=AMPLIFICATION)
 
 
 def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
@@ -149,11 +162,11 @@ def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
         np.array([getattr(d, n) for d in found]) for n in ("amplification", "linear")
     )
     low, high = np.transpose([disk.interval for disk in found])
-    intervals.draw(axes, rows + BESIDE[0], contact, low, high, BLUE, sideways=True)
-    axes.plot(contact, rows + BESIDE[0], "o", color=BLUE, ms=7, label="contact")
-    axes.plot(linear, rows + BESIDE[1], "s", color=ORANGE, ms=7, label="linear")
+    intervals.draw(axes, rows - ABOVE, contact, low, high, BLUE, sideways=True)
+    axes.plot(contact, rows - ABOVE, "o", color=BLUE, ms=7, label=CONTACT.word)
+    axes.plot(linear, rows + ABOVE, "s", color=ORANGE, ms=7, label=LINEAR.word)
     axes.set_yticks(rows, [f"disk {disk.number}" for disk in found])
-    axes.set_ylim(rows.max() + 0.5, rows.min() - 0.5)
+    axes.set(ylim=(rows.max() + 0.5, rows.min() - 0.5), xlabel=AMPLIFICATION)
 
 
 @figure("contact", paper="13", what="largest amplitudes over n_d", several=True, alone=False,
@@ -167,22 +180,18 @@ def amplitudes(canvas: Canvas) -> None:
     axes = canvas.panels(1, 1, (max(8.0, 1.3 * len(files)), 5.6))[0, 0]
     line, x = ("-" if numeric(files) else "none"), np.arange(len(files))
     tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
-    runs = [1e3 * f.read("tuned/run_peaks_m") for f in files]
-    axes.plot(
-        x, tuned, marker="s", ls=line, color=BLACK, label="tuned disk, range of its perturbed runs"
-    )
-    spread = np.array(
-        [[tuned - [np.nanmin(r) for r in runs]], [[np.nanmax(r) for r in runs] - tuned]]
-    )
-    axes.errorbar(x, tuned, yerr=spread[:, 0], fmt="none", ecolor=BLACK, capsize=3)
+    runs = [1e3 * file.read("tuned/run_peaks_m") for file in files]
+    spread = [tuned - [np.nanmin(r) for r in runs], [np.nanmax(r) for r in runs] - tuned]
+    axes.errorbar(
+        x, tuned, spread, fmt="s", ls=line, color=BLACK, elinewidth=1.2, capsize=3,
+        label="tuned disk, range of its perturbed runs",
+    )  # fmt: skip
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     done = [
         dict(zip(file.read("sigma"), finished(file, "peak_amplitude_m"), strict=True))
         for file in files
     ]
-    open_end = False
-    for level, (sigma, colour) in enumerate(colours.items()):
+    for level, (sigma, colour) in enumerate(zip(sigmas, shades(len(sigmas)), strict=True)):
         have = [i for i in x if len(done[i].get(sigma, ()))]
         if not have:
             continue
@@ -191,18 +200,19 @@ def amplitudes(canvas: Canvas) -> None:
         low, high = np.array([np.ravel(intervals.interval(v, [99])) for v in values]).T
         beside = np.add(have, 0.06 * (level + 1))
         axes.plot(
-            beside, top, ls=line, color=colour, marker=MARKERS[level % len(MARKERS)],
+            beside, top, ls=line, lw=1.2, color=colour, marker=MARKERS[level % len(MARKERS)],
             label=f"percentile 99, σ = {100 * sigma:.1f} %",
         )  # fmt: skip
-        open_end |= intervals.draw(axes, beside, top, low, high, colour)
-    names = labels(files) if len(files) > 1 else [_case(files[0])]
+        intervals.draw(axes, beside, top, low, high, colour)
+    casing = files[0].config.casing
+    case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
+    names = labels(files) if len(files) > 1 else [case]
     long = max(map(len, names)) > 10
     turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
     axes.set_xticks(x, names, **(turned if long else {}))
     axes.set_ylabel("largest blade-tip amplitude [mm]")
-    axes.set_title(", ".join(sorted({samples(file) for file in files})) + " per level")
+    axes.set_title(f"{samples(files)} per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
-    canvas.legend_of_all([axes], intervals.handles(open_end), columns=2)
 
 
 @figure("linear", paper="4", what="linear amplification over σ and n_d", main=True)
@@ -210,21 +220,20 @@ def linear(canvas: Canvas) -> None:
     """Percentiles of the linear amplification against σ, a panel for every load."""
     file = canvas.file
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
-    at = file.config.convergence.percentiles
     columns = min(3, len(diameters))
     axes = canvas.grid(len(diameters), columns, (4, 3.3), sharex=True, sharey=True)
-    open_end = False
     for d, panel in enumerate(axes):
         by_level = file.read("amplification", (slice(None), d))
         values = [level[np.isfinite(level)] for level in by_level]
-        open_end |= draw_curves(panel, sigma, values, at, [GREEN, BLUE, ORANGE])
+        at = file.config.convergence.percentiles
+        _explain(panel, [LINEAR], at)
+        draw_curves(panel, sigma, values, at, LINEAR)
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-columns:]:
         panel.set_xlabel(SIGMA)
     for panel in axes[::columns]:
-        panel.set_ylabel("amplification [-]")
-    canvas.legend_of_all(axes[:1], intervals.handles(open_end), columns=4)
+        panel.set_ylabel(AMPLIFICATION)
 
 
 @figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,
@@ -235,15 +244,15 @@ def damping(canvas: Canvas) -> None:
     require_same(files, but="material.damping_ratio")
     if files[0].config.material.damping_ratios is not None:
         raise InputError(f"{files[0].path} has material.damping_ratios, and not one for all modes")
-    axes, open_end = canvas.panels(1, 2, (12, 5.4), sharey=True)[0], False
-    looks = list(zip((BLUE, ORANGE, GREEN), ("-", "--", ":"), strict=True))
-    for (name, word, *_), panel in zip((CONTACT, LINEAR), axes, strict=True):
-        for case, file in enumerate(files):
-            colour, style = looks[case % len(looks)]
+    axes = canvas.panels(1, 2, (12, 5.4), sharey=True)[0]
+    looks = [
+        Look(f"damping ratio {100 * file.config.material.damping_ratio:g} %", colour)
+        for file, colour in zip(files, itertools.cycle(COLOURS), strict=False)
+    ]
+    for (name, kind), panel in zip(KINDS, axes, strict=True):
+        for case, (file, look) in enumerate(zip(files, looks, strict=True)):
             sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
-            prefix = f"ξ = {1e3 * file.config.material.damping_ratio:g}·10⁻³, "
-            values = finished(file, name)
-            open_end |= draw_curves(panel, sigma, values, at, [colour], style, prefix)
-        panel.set(xlabel=SIGMA, title=f"{word} amplification")
-    axes[0].set_ylabel("amplification [-]")
-    canvas.legend_of_all(axes[:1], intervals.handles(open_end), columns=2)
+            _explain(panel, looks, at)
+            draw_curves(panel, sigma, finished(file, name), at, look, place=2 * case)
+        panel.set(xlabel=SIGMA, title=f"{kind.word} amplification")
+    axes[0].set_ylabel(AMPLIFICATION)

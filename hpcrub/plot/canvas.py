@@ -15,10 +15,13 @@ from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
+from matplotlib.font_manager import FontProperties
+from matplotlib.legend import Legend
 from matplotlib.transforms import ScaledTranslation
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result
@@ -81,9 +84,9 @@ class Canvas:
         self.axes: list[Axes] = []  # drawn into
         # whether the figure is this drawing's alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
+        self.apart = False  # whether every panel has a legend of its own, instead of one for all
         self._where = where
         self._notes: list[str] = []
-        self._legend: Any = None
 
     @property
     def file(self) -> ResultFile:
@@ -112,29 +115,21 @@ class Canvas:
         return np.array([*self.axes, *rest]).reshape(rows, columns)
 
     def grid(
-        self, n: int, columns: int, size: tuple[float, float], foot: float = 0.6, **how: Any
+        self, n: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
         """The n panels of a figure of so many columns, row by row.
 
-        size: width and height of a panel; foot: room below all of them [inch]; how: for `panels`.
+        size: width and height of a panel [inch], besides room below all; how: for `panels`.
         """
         rows = -(-n // columns)
-        whole = size[0] * columns, size[1] * rows + foot
-        panels = self.panels(rows, columns, whole, **how).ravel()
+        panels = self.panels(
+            rows, columns, (size[0] * columns, size[1] * rows + 0.6), **how
+        ).ravel()
         for panel in panels[n:]:
             panel.set_axis_off()
             if panel in self.axes:
                 self.axes.remove(panel)
         return panels[:n]
-
-    def mosaic(self, letters: str, size: tuple[float, float]) -> list[Axes]:
-        """Axes arranged as letters, see `Figure.subplot_mosaic`, in the order of the letters."""
-        names = sorted(set(letters) - {";"})
-        if not self.own:
-            return list(self.panels(1, len(names), size)[0])
-        made = self._figure(size).subplot_mosaic(letters)
-        self.axes = [made[name] for name in names]
-        return self.axes
 
     def _figure(self, size: tuple[float, float]) -> FigureBase:
         if self._where is None:
@@ -145,50 +140,6 @@ class Canvas:
         if isinstance(self._where, Figure) and not self._where.axes:
             self._where.set_size_inches(size)
         return self._where
-
-    def legend(
-        self, handles: Sequence[Artist], labels: Sequence[str] | None = None, columns: int = 3
-    ) -> None:
-        """Legend below all panels, or in the first of the user's own axes."""
-        words = [str(h.get_label()) for h in handles] if labels is None else list(labels)
-        if not self.own:
-            self.axes[0].legend(handles, words, fontsize="small")
-            return
-        figure = self.figure
-        room = figure.bbox.width
-        for n in range(min(columns, len(words)), 0, -1):
-            self._legend = figure.legend(handles, words, loc="outside lower center", ncols=n)
-            if n == 1 or self._legend.get_window_extent().width < room:
-                return
-            self._legend.remove()
-
-    def legend_of_all(
-        self, panels: Iterable[Axes], more: Sequence[Artist] = (), columns: int = 3
-    ) -> None:
-        """Legend below all panels of all that has a label in any of them, each label once."""
-        shown: dict[str, Artist] = {}
-        for panel in panels:
-            for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-                shown.setdefault(label, handle)
-        shown |= {str(handle.get_label()): handle for handle in more}
-        self.legend(list(shown.values()), list(shown), columns)
-
-    def legend_of(self, panel: Axes, columns: int = 2, drop: float = 42.0) -> None:
-        """Legend of one panel, `drop` points below it, or within one of the user's own axes."""
-        if not self.own:
-            panel.legend(fontsize="small")
-            return
-        handles, words = panel.get_legend_handles_labels()
-        spec = panel.get_subplotspec()
-        room = 0.97 * self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
-        below = ScaledTranslation(0, -drop / 72, self.figure.dpi_scale_trans)
-        for n in range(columns, 0, -1):
-            legend = panel.legend(
-                handles, words, ncols=n, loc="upper center", bbox_to_anchor=(0.5, 0),
-                bbox_transform=panel.transAxes + below,
-            )  # fmt: skip
-            if legend.get_window_extent().width < room:
-                return
 
     def colorbar(self, image: Any, panels: Iterable[Axes], **how: Any) -> Any:
         """Scale of the colours beside panels; None where they are not drawn."""
@@ -206,34 +157,79 @@ class Canvas:
             self._notes.append(text)
 
     def finish(self) -> None:
-        """Write the notes, and what the files themselves warn of, below the panels."""
+        """Write the legends, the notes, and what the files themselves warn of, below the panels."""
         for file in self.files:
             for warning in warnings(file):
                 self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
-        if not self._notes or not self.axes:
+        if not self.axes:
             return
+        legend = self._legends()
         width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
         text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
-        if self.own:
+        if text and self.own:
             # as the title of the legend the layout makes room for it
-            legend = self._legend or self.figure.legend([], [], loc="outside lower left")
-            legend.set_title(text, prop={"size": "small"})
+            legend = legend or self.figure.legend([], [], loc="outside lower left")
+            legend.set_title(text, prop=FontProperties(size="small"))
             legend.set_alignment("left")
-        else:
+        elif text:
             self.axes[0].annotate(
                 text, (0, 0), (0, -40), "axes fraction", "offset points", va="top",
                 fontsize="x-small", color="0.3", annotation_clip=False,
             )  # fmt: skip
+
+    def _legends(self) -> Legend | None:
+        """Legend of all labels, each once, below all panels; or one a panel, below it or in it.
+
+        Returns the one below all panels.
+        """
+        entries: list[dict[str, Artist]] = []
+        seen: set[str] = set()
+        for panel in self.axes:
+            pairs = zip(*panel.get_legend_handles_labels(), strict=True)
+            named = {} if panel.get_legend() else {label: handle for handle, label in pairs}
+            old = set() if self.apart else seen
+            entries.append({label: named[label] for label in named if label not in old})
+            seen |= set(named)
+        if self.own and not self.apart:
+            of_all = {label: handle for of_panel in entries for label, handle in of_panel.items()}
+            room = self.figure.bbox.width
+            return _fitting(self.figure.legend, of_all, room, loc="outside lower center")
+        for panel, of_panel in zip(self.axes, entries, strict=True):
+            if not self.own and of_panel:
+                panel.legend(of_panel.values(), of_panel.keys(), fontsize="small")
+            elif of_panel:
+                spec = panel.get_subplotspec()
+                room = 0.97 * self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
+                box = panel.xaxis.get_tightbbox()
+                words = panel.bbox.y0 - box.y0 if box else 0.0  # [pixel] below the axes
+                below = ScaledTranslation(0, -words / self.figure.dpi, self.figure.dpi_scale_trans)
+                _fitting(
+                    panel.legend, of_panel, room, loc="upper center", bbox_to_anchor=(0.5, 0),
+                    bbox_transform=panel.transAxes + below,
+                )  # fmt: skip
+        return None
 
     def drawn(self) -> Any:
         """The axes: one, or an array of them."""
         return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
 
 
+def _fitting(
+    make: Callable[..., Legend], entries: dict[str, Artist], room: float, **how: Any
+) -> Legend | None:
+    """Legend of as many columns, at most four, as there is room for [pixel]; intervals last."""
+    entries = {label: entries[label] for label in sorted(entries, key=WORDS.__contains__)}
+    for n in range(min(4, len(entries)), 0, -1):
+        legend = make(list(entries.values()), list(entries), ncols=n, **how)
+        if n == 1 or legend.get_window_extent().width < room:
+            return legend
+        legend.remove()
+    return None
+
+
 def warnings(file: ResultFile) -> list[str]:
     """What a result file warns of, a line each."""
-    warnings = file.attributes().get("warnings", "")
-    lines = warnings.splitlines() if isinstance(warnings, str) else [str(line) for line in warnings]
+    lines = str(file.attributes().get("warnings", "")).splitlines()
     return [line for line in lines if line.strip()]
 
 
@@ -251,6 +247,8 @@ def figure(
 
     def decorate(draw: Callable[..., Any]) -> Any:
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
+            if mode is not None and not about.mode:
+                raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
             options = {} if mode is None else {"mode": mode}
             style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
             if ax is None:

@@ -22,14 +22,14 @@ def casing(canvas: Canvas) -> None:
     """
     config = canvas.file.config
     shape = config.casing
-    round_, gaps, growth = canvas.mosaic("AB;AC", (12, 5.6))
+    round_, gaps, growth = canvas.panels(1, 3, (15, 4.8), width_ratios=(6, 6, 4))[0]
     angle = np.linspace(0, 2 * np.pi, N_ANGLES)
     inward = 1e3 * casing_height(angle, *shape.shape)
     _draw_round(round_, config, angle, inward)
     least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
     gap = least - inward
     gaps.plot(np.degrees(angle), gap, color=BLUE)
-    gaps.axhline(least, color="0.5", lw=1.2, ls="--")
+    gaps.axhline(least, color="0.5", lw=1.2, ls="--", label="undeformed casing")
     if most > least:
         gaps.plot(
             np.degrees(angle), most - inward, color=BLUE, lw=1.2, ls=":",
@@ -40,16 +40,14 @@ def casing(canvas: Canvas) -> None:
         np.degrees(angle), 0, gap, where=gap < 0, color=ORANGE, alpha=0.4,
         label="tips at rest would touch",
     )  # fmt: skip
-    gaps.set(
-        xlabel="angle [deg]", ylabel="gap at rest [mm]", xlim=(0, 360), xticks=range(0, 361, 60)
-    )
-    gaps.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=10)
+    gaps.set(xlabel="angle of the casing [deg]", ylabel="gap at rest [mm]", xlim=(0, 360))
+    gaps.set(xticks=range(0, 361, 60), title=config.casing.words)
     time = np.linspace(0, 1.2 * shape.growth_time, N_TIMES)
     growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
     growth.set(
         xlabel="time [ms]",
         ylabel="part of its shape [-]",
-        title="Growth of the casing",
+        title="growth of the casing",
         ylim=(0, 1.05),
     )
 
@@ -69,5 +67,4 @@ def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarra
     axes.plot(R * np.cos(tips), R * np.sin(tips), "o", color=BLUE, ms=7, label="tips")
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_title(f"{config.casing.words}, radial distances × {EXAGGERATED}")
-    axes.legend(loc="center")
+    axes.set_title(f"radial distances × {EXAGGERATED}")

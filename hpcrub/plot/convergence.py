@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator
 
 from hpcrub.errors import InputError
@@ -19,32 +18,32 @@ MOST_COLUMNS = 4  # percentiles with a panel each; of more, the first, the middl
 
 @figure("contact", paper="10", what="running means of the percentiles", several=True, alone=False,
         random=True)  # fmt: skip
-def running(canvas: Canvas) -> None:
+def running_means(canvas: Canvas) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
     for panel in _draw(canvas, "mean_of_percentile", 1.0)[:, 0]:
         panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
 
 
 @figure("contact", paper="11", what="convergence errors", several=True, alone=False, random=True)
-def errors(canvas: Canvas) -> None:
+def convergence_errors(canvas: Canvas) -> None:
     """Convergence errors, equation (6): a row for every file, a column for each percentile."""
     files = ordered(canvas.files)
     z = sorted({file.config.convergence.z for file in files})
     level = " and ".join(f"{100 * confidence(value):.1f} %" for value in z)
-    target: dict[str, Any] = {"color": BLACK, "lw": 1.2, "ls": ":"}
-    handle = Line2D([], [], **target, label="target")
-    axes = _draw(canvas, "convergence_error", 100.0, [handle])
-    for file, row in zip(files, axes, strict=True):
+    for file, row in zip(files, _draw(canvas, "convergence_error", 100.0), strict=True):
         for panel in row:
-            panel.axhline(100 * file.config.convergence.target_error, **target)
-            panel.set_yscale("log")
             for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
+            target = 100 * file.config.convergence.target_error
+            panel.axhline(target, color=BLACK, lw=1.2, ls=":", label="target")
+            panel.set_yscale("log")
+            panel.yaxis.set_major_formatter("{x:g}")
+            panel.yaxis.set_minor_formatter("")
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
     canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
 
 
-def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = None) -> Any:
+def _draw(canvas: Canvas, name: str, scale: float) -> Any:
     """A statistic of the contact amplifications; colours tell σ."""
     files = ordered(canvas.files)
     for file in files:
@@ -55,29 +54,26 @@ def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = N
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
     for file, row, label in zip(files, axes, labels(files), strict=True):
-        at, values = list(file.config.convergence.percentiles), _values(file, name)
+        at, values = (
+            list(file.config.convergence.percentiles),
+            file.read(f"statistics/contact/{name}"),
+        )
         seen = file.read("statistics/contact/samples_seen")
         known = seen[np.isfinite(values).any(axis=(0, 1))]
+        few = slice(MIN_VALUES - 1)
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)
             if percentile not in at:
                 panel.set_axis_off()
                 continue
             for sigma, of_level in zip(file.read("sigma"), values, strict=True):
-                of_percentile = scale * of_level[at.index(percentile)]
-                panel.plot(
-                    seen, of_percentile, color=colours[sigma], lw=1.6,
-                    marker="." if len(seen) <= 4 * FEW else "",
-                )  # fmt: skip
-                panel.plot(
-                    seen[: MIN_VALUES - 1], of_percentile[: MIN_VALUES - 1], "o", ms=5, mfc="w",
-                    mec=colours[sigma],
-                )  # fmt: skip
+                line, colour = scale * of_level[at.index(percentile)], colours[sigma]
+                panel.plot(seen, line, color=colour, lw=1.6, label=f"σ = {100 * sigma:.1f} %")
+                panel.plot(seen[few], line[few], "o", ms=5, mfc="w", mec=colour)
             panel.set(xscale="log", xlabel="samples" if file is files[-1] else "")
             panel.set_xlim(0.9 * known[0], 1.1 * known[-1])
-            few = len(known) <= FEW
             panel.xaxis.set_major_locator(
-                FixedLocator(known) if few else LogLocator(subs=(1, 2, 5))
+                FixedLocator(known) if len(known) <= FEW else LogLocator(subs=(1, 2, 5))
             )
             panel.xaxis.set_major_formatter("{x:,.0f}")
             panel.xaxis.set_minor_formatter("")
@@ -85,16 +81,7 @@ def _draw(canvas: Canvas, name: str, scale: float, more: list[Line2D] | None = N
         f"Hollow: fewer than {MIN_VALUES} estimates, each of convergence.step more samples; "
         "convergence is not judged on these."
     )
-    handles = [
-        Line2D([], [], color=colour, label=f"σ = {100 * sigma:.1f} %")
-        for sigma, colour in colours.items()
-    ]
-    canvas.legend([*handles, *(more or [])], columns=len(handles) + 1)
     return axes
-
-
-def _values(file: ResultFile, name: str) -> Any:
-    return file.read(f"statistics/contact/{name}")
 
 
 def _shown(files: list[ResultFile]) -> list[float]:
@@ -104,7 +91,7 @@ def _shown(files: list[ResultFile]) -> list[float]:
 
 def _require_estimates(file: ResultFile) -> None:
     """Raises InputError when no level has two percentile values, which an error needs."""
-    if not np.isfinite(_values(file, "convergence_error")).any():
+    if not np.isfinite(file.read("statistics/contact/convergence_error")).any():
         step = file.config.convergence.step
         raise InputError(
             f"{file.path}: convergence needs at least {2 * step} finished samples of a level, two "

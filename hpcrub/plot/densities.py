@@ -15,12 +15,11 @@ from hpcrub.statistics import pairs
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
 FEW = 100  # samples up to which there is no density, and no percentile 99
-SOME = 500  # samples up to which they are drawn one by one
 Array = NDArray[np.float64]
 
 
 @figure("contact", paper="15", what="densities of (A_lin, A_nl)", alone=False, random=True)
-def cross(canvas: Canvas) -> None:
+def contact_over_linear(canvas: Canvas) -> None:
     """Samples in the plane of both amplifications, from dense to sparse, a panel for every σ.
 
     Fewer than a hundred samples are dots only. The paper's load travels over the disk the other way
@@ -29,7 +28,7 @@ def cross(canvas: Canvas) -> None:
     file = canvas.file
     sigma = 100 * file.read("sigma")
     columns = min(2, len(sigma))
-    axes = canvas.grid(len(sigma), columns, (5.8, 5.2), 0.0, sharex=True, sharey=True)
+    axes = canvas.grid(len(sigma), columns, (5.8, 5.0), sharex=True, sharey=True)
     linear, contact = (finished(file, f"{kind}amplification") for kind in ("linear_", ""))
     image = None
     for level, panel in enumerate(axes):
@@ -40,10 +39,7 @@ def cross(canvas: Canvas) -> None:
         bar = canvas.colorbar(image, axes, label="share of the samples in denser regions")
         if bar:
             bar.set_ticks([0, *SHARES])
-    if min(map(len, linear)) <= FEW:
-        canvas.note(f"Up to {FEW} samples of a level have neither density nor percentile 99.")
     canvas.note(f"In brackets: {LEVEL} confidence intervals of share and rank correlation.")
-    canvas.legend_of_all(axes[:1], columns=2)
 
 
 def _title(sigma: float, linear: Array, contact: Array) -> str:
@@ -68,8 +64,8 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
             grid_linear, grid_contact, cumulative(density).T, levels=[0, *SHARES], cmap="viridis",
             alpha=0.85,
         )  # fmt: skip
-    if density is None or n <= SOME:
-        axes.plot(linear, contact, ".", color=BLACK, ms=6 if n <= FEW else 3, label="samples")
+    if density is None:
+        axes.plot(linear, contact, ".", color=BLACK, ms=6, label="samples")
     else:
         out = outside(linear, contact, grid_linear, grid_contact, density)
         label = f"samples outside {100 * SHARES[-1]:.0f} %"
@@ -80,8 +76,8 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
         ):  # fmt: skip
             label = f"percentile 99 of {name}"
             line(np.percentile(values, 99), color=colour, ls="--", label=label)
-    edge = max(axes.get_xlim()[1], axes.get_ylim()[1])
-    axes.update_datalim([(0.95, 0.95), (edge, edge)])
+    axes.update_datalim([(0.95, 0.95)])
+    axes.autoscale_view()
     axes.axline((1.0, 1.0), slope=1.0, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
     return image
 

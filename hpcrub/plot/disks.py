@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 
 from hpcrub.errors import InputError
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, PINK
+from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 
 SHOWN_HZ = 2000.0  # of the whole SAFE diagram, at least
@@ -45,13 +46,14 @@ def _polar(xy: Any) -> tuple[Any, Any]:
 
 def _draw_disk(
     axes: Axes, file: ResultFile, moved: Any = 0.0, colour: str | None = None, width: float = 2.0
-) -> list[Any]:
+) -> LineCollection:
     axes.set_aspect("equal")
     axes.grid(False)
-    return [
-        axes.plot(*xy.T, color=colour or PARTS[kind], lw=width, solid_capstyle="round")[0]
-        for kind, xy in _lines(file, moved)
-    ]
+    kinds, lines = zip(*_lines(file, moved), strict=True)
+    colours = colour or [PARTS[kind] for kind in kinds]
+    body = LineCollection(lines, colors=colours, lw=width, capstyle="round")
+    axes.add_collection(body)
+    return body
 
 
 @figure("modal", paper="1", what="the disk and its beams", main=True)
@@ -63,9 +65,10 @@ def disk(canvas: Canvas) -> None:
     """
     file = canvas.file
     if file.config.disk.model is not None:
-        axes = canvas.panels(1, 1, (8, 5), subplot_kw=solids.THREE)[0, 0]
-        solids.draw(axes, solids.Solid.of_result(file))
-        canvas.title(f"{Path(file.config.disk.model).name}: blades and contact nodes")
+        axes = canvas.panels(1, 1, (8, 5.5), subplot_kw=solids.THREE)[0, 0]
+        solid = solids.Solid.of_result(file)
+        solids.draw(axes, solid)
+        canvas.title(solid.words(Path(file.config.disk.model)))
         return
     axes = canvas.panels(1, 1, (7.5, 8.2))[0, 0]
     _draw_disk(axes, file, width=2.5)
@@ -91,15 +94,15 @@ def disk(canvas: Canvas) -> None:
     axes.set(
         xlabel="x [mm]", ylabel="y [mm]", xlim=(-1.25 * R, 1.25 * R), ylim=(-1.25 * R, 1.25 * R)
     )
-    canvas.legend(axes.get_legend_handles_labels()[0], columns=2)
 
 
 @figure("modal", paper="2", what="SAFE diagram, full and reduced model")
-def safe(canvas: Canvas) -> None:
+def safe_diagram(canvas: Canvas) -> None:
     """Frequencies against nodal diameters: all families, and the first one closer.
 
-    The frequency at which the bumps excite lies above the first family: rubbing blades are stiffer
-    than free ones, so that interactions occur at higher speeds than the crossing of the lines.
+    Black lines are what a casing at rest excites at one speed. The frequency at which it excites
+    in contact lies above the first family: rubbing blades are stiffer than free ones, so that
+    interactions occur at higher speeds than the crossing of the lines.
     """
     file = canvas.file
     config = file.config
@@ -109,9 +112,10 @@ def safe(canvas: Canvas) -> None:
     n_blades, n_d = config.disk.n_blades, config.casing.main_order
     most = n_blades // 2
     first = frequencies[:n_blades]
-    margin = 0.35 * np.ptp(first)
+    both = np.concatenate([first, _modes(file, "reduced")[1][:n_blades]])
+    margin = 0.35 * np.ptp(both)
     shown = max(SHOWN_HZ, FAMILIES * first.max())
-    limits = [(0, shown), (first.min() - margin, first.max() + margin)]
+    limits = [(0, shown), (both.min() - margin, both.max() + margin)]
     for panel, (bottom, top) in zip(axes, limits, strict=True):
         for family in families(diameters, frequencies):
             panel.plot(range(len(family)), family, color=BLUE, lw=1, alpha=0.6)
@@ -119,7 +123,7 @@ def safe(canvas: Canvas) -> None:
             panel.plot(diameters, frequencies, ".", color=BLUE, ms=9, label="full model")
         panel.plot(
             *_modes(file, "reduced"), "o", mfc="none", mec=ORANGE, ms=11,
-            label=f"reduced model, η = {config.reduction.n_modes}",
+            label=f"reduced model, {config.reduction.n_modes} modes",
         )  # fmt: skip
         panel.set(ylim=(bottom, top), xticks=range(most + 1), xlim=(-0.4, most + 0.4))
         panel.set(xlabel="nodal diameters [-]", ylabel="frequency [Hz]")
@@ -135,28 +139,14 @@ def safe(canvas: Canvas) -> None:
     what = f"order {n_d}" if config.casing.profile.exists else config.casing.words
     axes[0].annotate(
         f"{what}: {n_d * critical:.4g} Hz{why}", (excited, n_d * critical),
-        xytext=(0.45 * most, _gap(frequencies, shown)), ha="center", va="center", fontsize=11,
-        arrowprops={"arrowstyle": "->"},
+        xytext=(0.6 * most, 0.4 * shown), ha="center", va="center", fontsize=11,
+        arrowprops={"arrowstyle": "->"}, bbox={"fc": "w", "ec": "none", "alpha": 0.8},
     )  # fmt: skip
-    for n, style in ((3, ":"), (4, "--"), (5, "-.")):
-        meets = first[diameters[:n_blades] == n]
-        if n <= most and len(meets):
-            speed = meets.mean() / n
-            axes[1].plot(
-                order, speed * order, style, color=PINK, lw=1.5,
-                label=f"excitation at {speed:.2f} Hz: meets $n_d$ = {n}",
-            )  # fmt: skip
+    if excited:
+        label = f"excitation at {family / excited:.4g} Hz, which would meet the family"
+        axes[1].plot(order, family / excited * order, "--", label=label, **black)
     axes[0].set_title("SAFE diagram")
-    axes[1].set_title("first bending family, without contact")
-    for panel in axes:
-        canvas.legend_of(panel)
-
-
-def _gap(frequencies: Any, top: float) -> float:
-    """Middle of the widest band below a frequency without modes [Hz], where words can stand."""
-    lines = np.append(np.sort(frequencies[frequencies < top]), top)
-    widest = int(np.diff(lines).argmax())
-    return float(lines[widest : widest + 2].mean())
+    axes[1].set_title("first family, without contact")
 
 
 def _modes(file: ResultFile, kind: str) -> tuple[Any, Any]:
@@ -181,7 +171,7 @@ def families(diameters: Any, frequencies: Any) -> list[Any]:
 
 
 @figure("modal", what="deformed shapes of the first family", mode=True)
-def shapes(canvas: Canvas, mode: int | None = None) -> None:
+def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
     """Deformed shapes: one mode of every nodal diameter of the first family, or one chosen."""
     file = canvas.file
     diameters, frequencies = _modes(file, "reduced")
@@ -192,10 +182,15 @@ def shapes(canvas: Canvas, mode: int | None = None) -> None:
     is_solid = file.config.disk.model is not None
     how = {"subplot_kw": solids.THREE} if is_solid else {}
     height = 0.8 * size if is_solid else size + 0.3
-    axes = canvas.grid(len(chosen), min(len(chosen), 4), (size, height), 0.0, **how)
+    axes = canvas.grid(len(chosen), min(len(chosen), 4), (size, height), **how)
     for panel, k in zip(axes, chosen, strict=True):
         _draw_shape(panel, file, k)
-        panel.set_title(f"mode {k + 1}: {frequencies[k]:.2f} Hz,\nnodal diameters: {diameters[k]}")
+        panel.set_title(
+            f"{diameters[k]} nodal diameters\nmode {k + 1}: {frequencies[k]:.2f} Hz", fontsize=11
+        )
+    if is_solid:
+        size_of = "displacement, relative to the largest [-]"
+        canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)
 
 
 def _checked(file: ResultFile, mode: int) -> int:
@@ -205,33 +200,27 @@ def _checked(file: ResultFile, mode: int) -> int:
     return mode - 1
 
 
-def _draw_shape(axes: Axes, file: ResultFile, k: int) -> Callable[[Any], Any]:
+def _draw_shape(axes: Axes, file: ResultFile, k: int) -> Callable[[Any], None]:
     """Draw mode k; returns what takes the drawing to another phase, from -1 to 1."""
     shape = file.read("shapes", k)
     axes.set_axis_off()
     if file.config.disk.model is not None:
         solid = solids.Solid.of_result(file)
-        drawn = solids.draw(axes, solid, shape, numbers=False)
-        return lambda phase: solids.move(drawn, solid, phase * shape)
+        body = solids.draw(axes, solid, shape)
+        return lambda phase: body.set_verts(solid.corners(phase * shape))
     moved = DEFORMED * file.config.disk.tip_radius * shape
     _draw_disk(axes, file, colour="0.8", width=1.0)
-    lines = _draw_disk(axes, file, moved)
+    body = _draw_disk(axes, file, moved)
     reach = 1.2e3 * file.config.disk.tip_radius
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
     # read now: the file is closed when an animation moves
-    rest, full = ([xy for _, xy in _lines(file, u)] for u in (0.0 * moved, moved))
-
-    def move(phase: Any) -> Any:
-        for line, xy, there in zip(lines, rest, full, strict=True):
-            line.set_data(*(xy + phase * (there - xy)).T)
-        return lines
-
-    return move
+    pairs = [(a, b) for (_, a), (_, b) in zip(_lines(file), _lines(file, moved), strict=True)]
+    return lambda phase: body.set_segments([a + phase * (b - a) for a, b in pairs])
 
 
 @figure("modal", what="one mode as a GIF (--mode)", alone=False, mode=True)
-def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
+def mode_animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
     """One mode through a period.
 
     Returned is a matplotlib `FuncAnimation` instead of axes: keep it, or it stops.
@@ -243,4 +232,4 @@ def animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
     axes.set_title(f"mode {mode}: {file.read('reduced/frequencies_hz')[k]:.2f} Hz")
     move = _draw_shape(axes, file, k)
     phases = np.sin(2 * np.pi * np.arange(FRAMES) / FRAMES)
-    return FuncAnimation(axes.get_figure(), lambda i: move(phases[i]), FRAMES, interval=40)
+    return FuncAnimation(axes.get_figure(), move, phases, interval=40)

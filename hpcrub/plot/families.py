@@ -15,7 +15,6 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact.source import PHYSICS
 from hpcrub.studies.contact.trust import shared_uncertainty
 
-SYMBOLS = {"time.step_s": "h", "reduction.n_modes": "η", "material.damping_ratio": "ξ"}
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 # of the mistuning, what does not set one population of disks apart from another
 FREE = "mistuning.seed", "mistuning.samples", "mistuning.tuned_runs"
@@ -131,7 +130,6 @@ def _words(key: str, values: list[Any]) -> list[str]:
     unit = bracket.group(1) if bracket else "-"
     slug = {"%": "percent"}.get(unit, unit.lower().replace("/", "_").replace("³", "3"))
     name = key.rpartition(".")[2].removesuffix(f"_{slug}").removeprefix("n_").replace("_", " ")
-    name = f"{SYMBOLS[key]} =" if key in SYMBOLS else name
     return [f"{name} {number}" for number in _numbers(values, unit)]
 
 

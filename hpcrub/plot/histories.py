@@ -4,8 +4,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED
@@ -19,15 +17,15 @@ BINS = 500  # of the envelope of a whole history
 DISKS = ("tuned disk", "mistuned disk")
 ENVELOPE = "0.87"
 ROWS = (
-    ("tangential_m", 1e3, "$u_t$ of the tips [mm]"),
-    ("radial_m", 1e3, "$u_r$ of the tips [mm]"),
+    ("tangential_m", 1e3, "tangential\ndisplacement [mm]"),
+    ("radial_m", 1e3, "radial\ndisplacement [mm]"),
     ("gap_m", 1e3, "gap [mm]"),
-    ("force_n", 1e-3, "radial contact force [kN]"),
+    ("force_n", 1e-3, "radial contact\nforce [kN]"),
 )
 
 
 @figure("time_response", paper="5", what="displacements, gaps, forces", main=True)
-def time(canvas: Canvas) -> None:
+def time_response(canvas: Canvas) -> None:
     """Motion, gap and contact force of one tip, and the envelope of all of them.
 
     The tip is that with the largest tangential displacement in the last revolutions. Left the whole
@@ -42,27 +40,23 @@ def time(canvas: Canvas) -> None:
     tip = int(shown.max(axis=0).argmax())
     for (name, scale, label), (left, right) in zip(ROWS, axes, strict=True):
         values = scale * file.read(name, disk)
-        left.fill_between(*envelope(t, values), color=ENVELOPE, lw=0)
+        left.fill_between(
+            *envelope(t, values), color=ENVELOPE, lw=0, label="tips, the smallest to the largest"
+        )
         right.fill_between(
             t[close], values[close].min(axis=1), values[close].max(axis=1), color=ENVELOPE, lw=0
         )
         left.plot(t, values[:, tip], color=BLUE, lw=0.5, rasterized=True)
-        right.plot(t[close], values[close, tip], color=BLUE, lw=1.4)
+        right.plot(t[close], values[close, tip], color=BLUE, lw=1.4, label=_name(file, tip))
         left.set_ylabel(label)
-    handles: list[Any] = [
-        Line2D([], [], color=BLUE, label=_name(file, tip)),
-        Patch(color=ENVELOPE, label="from the smallest to the largest of all blades"),
-    ]
     if file.read("point_status", disk) == DIVERGED:
         for panel in axes[:, 0]:
             say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
-        handles += axes[0, 0].get_legend_handles_labels()[0]
     axes[0, 1].set_title(f"last {CLOSE_REVOLUTIONS} revolutions", fontsize=11)
     for panel, part in zip(axes[-1], (t, t[close]), strict=True):
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
-    canvas.legend(handles)
     canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 
@@ -91,8 +85,8 @@ def cutting(canvas: Canvas) -> None:
         bottom.set(xlabel="time [s]", xlim=(0.0, file.read("time_s")[-1]))
         for panel in (top, bottom):
             panel.legend(loc="upper right" if panel is top else "lower right", frameon=True)
-    axes[0, 0].set_ylabel("$u_t$ of all tips [mm]")
-    axes[1, 0].set_ylabel("largest worn depth [mm]")
+    axes[0, 0].set_ylabel("tangential displacement\nof all tips [mm]")
+    axes[1, 0].set_ylabel("largest worn\ndepth [mm]")
     canvas.title(f"{config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 

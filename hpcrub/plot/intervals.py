@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
@@ -17,6 +16,7 @@ from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval,
 LEVEL = f"{100 * confidence(Z_95):.0f} %"  # of all intervals drawn
 BARS = f"{LEVEL} confidence interval"
 ARROWS = "open end: too few samples"
+WORDS = BARS, ARROWS
 ARROW = 20  # length [points]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -37,35 +37,23 @@ def interval(
 def draw(
     axes: Axes, x: ArrayLike, centre: ArrayLike, low: ArrayLike, high: ArrayLike, colour: Any,
     sideways: bool = False,
-) -> bool:  # fmt: skip
+) -> None:  # fmt: skip
     """Bars from low to high through points (x, centre), (n,) each; NaN ends become arrows.
 
-    sideways: the values are horizontal, and x is the height. Returns whether an end is open.
+    sideways: the values are horizontal, and x is the height. The legend says what both mean.
     """
     x, centre = np.atleast_1d(x).astype(float), np.atleast_1d(centre).astype(float)
-    open_end = False
+    known = np.isfinite(centre)
+    ends = [np.where(np.isfinite(end), end, centre) for end in np.atleast_1d(low, high)]
+    at, axis = ((centre, x), "xerr") if sideways else ((x, centre), "yerr")
+    look: dict[str, Any] = {axis: [np.abs(end - centre) for end in ends], "ecolor": colour}
+    axes.errorbar(at[0], at[1], fmt="none", elinewidth=1.2, capsize=3, **look)
+    axes.plot([], [], color="0.4", ls="", marker="|", ms=14, mew=1.2, label=BARS)
     for end, sign in ((np.atleast_1d(low), -1), (np.atleast_1d(high), 1)):
-        closed = np.isfinite(end) & np.isfinite(centre)
-        reach = np.abs(np.where(closed, end - centre, 0.0))[closed]
-        bars = [reach, 0 * reach] if sign < 0 else [0 * reach, reach]
-        at = (centre[closed], x[closed]) if sideways else (x[closed], centre[closed])
-        if closed.any():
-            look: dict[str, Any] = {"ecolor": colour, "elinewidth": 1.2, "capsize": 3}
-            look["xerr" if sideways else "yerr"] = bars
-            axes.errorbar(*at, fmt="none", **look)
-        for i in np.flatnonzero(np.isfinite(centre) & ~closed):
-            open_end = True
-            at_point = (centre[i], x[i]) if sideways else (x[i], centre[i])
+        for i in np.flatnonzero(known & ~np.isfinite(end)):
             away = (sign * ARROW, 0) if sideways else (0, sign * ARROW)
             axes.annotate(
-                "", at_point, away, "data", "offset points", annotation_clip=False,
+                "", (at[0][i], at[1][i]), away, "data", "offset points", annotation_clip=False,
                 arrowprops={"arrowstyle": "<-", "color": colour, "lw": 1.2, "shrinkB": 0},
             )  # fmt: skip
-    return open_end
-
-
-def handles(open_end: bool) -> list[Line2D]:
-    """Legend entries that say what bars and arrows are."""
-    bar = Line2D([], [], color="0.4", ls="", marker="|", ms=14, mew=1.2, label=BARS)
-    arrow = Line2D([], [], color="0.4", ls="", marker=r"$\uparrow$", ms=10, label=ARROWS)
-    return [bar, arrow] if open_end else [bar]
+            axes.plot([], [], color="0.4", ls="", marker=r"$\uparrow$", ms=10, label=ARROWS)

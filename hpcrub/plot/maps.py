@@ -42,8 +42,8 @@ def interaction_map(canvas: Canvas) -> None:
     """Spectra over the speeds with engine orders and natural frequencies, a panel for every disk.
 
     The two strongest interactions are framed. Their frequency lies above the first family, as
-    contact stiffens the blades: Δ1B is this distance from the top of the family. Squares on the
-    upper edge mark speeds whose motion does not repeat itself, and how well its amplitude is known.
+    contact stiffens the blades: the arrow is this distance from the top of the family (Δ1B of the
+    paper). Marks on the upper edge are speeds whose motion was not steady.
     """
     file = canvas.file
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
@@ -61,42 +61,43 @@ def interaction_map(canvas: Canvas) -> None:
         for speed, reason in zip(speeds, reasons[disk], strict=True):
             if status.are_fatal(reason):
                 panel.axvline(speed, color=PINK, lw=2, label=status.words(reason))
-        _mark_unknown(panel, file, disk)
         panel.margins(x=0)
         panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
         panel.set_title(DISKS[disk], pad=20)
         panel.grid(False)
         _draw_orders(panel, file)
         natural = file.read("natural_frequencies_hz", disk)
-        _draw_natural(panel, file, disk, natural[natural < frequencies[-1]])
-        strongest = interactions(speeds, frequencies, spectra[disk])
-        family = natural[: file.config.disk.n_blades].max()
-        if strongest and file.config.disk.model is not None:
+        curves = np.broadcast_to(natural, (len(speeds), len(natural)))
+        if file.config.disk.model is not None:  # whose stiffness depends on the speed
             curves = file.read("natural_frequencies_at_speed_hz", disk)
+        for curve in curves[:, natural < frequencies[-1]].T:
+            panel.plot(speeds, curve, color=BLUE, lw=0.7, label="natural frequencies")
+        strongest = interactions(speeds, frequencies, spectra[disk])
+        if strongest:
             highest = curves[:, : file.config.disk.n_blades].max(axis=1)
             family = np.interp(strongest[0].speed_hz, speeds, highest)
-        _draw_interactions(panel, strongest, family)
-    axes[0].set_ylabel("frequency [Hz]")
-    canvas.legend_of_all(axes)
-    canvas.colorbar(image, axes, label="tangential amplitude, largest of all tips [mm]")
-
-
-def _mark_unknown(panel: Axes, file: ResultFile, disk: int) -> None:
-    """Points whose amplitude is a mean with an error, or one draw, on the upper edge."""
-    speeds, found = file.read("speeds_hz"), file.read("point_status", disk)
-    error = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
-    for what, colour in ((AVERAGED, ORANGE), (NOT_STEADY, PINK)):
-        here = found == what
-        if not here.any():
-            continue
-        label = "not steady: one draw of many"
-        if what == AVERAGED:
-            interval = 100 * Z_95 * np.median(error[here])
-            label = f"averaged, {DISKS[disk]}: ±{interval:.0f} % (95 % interval)"
+            _draw_interactions(panel, strongest, family)
+        unsteady = speeds[file.read("point_status", disk) == NOT_STEADY]
         panel.plot(
-            speeds[here], np.full(here.sum(), 0.988), "s", ms=3.5, color=colour, label=label,
-            transform=panel.get_xaxis_transform(), clip_on=False, zorder=5,
+            unsteady, np.ones(len(unsteady)), "v", ms=5, mfc="w", mec=PINK, clip_on=False,
+            label="not steady: one draw of many", transform=panel.get_xaxis_transform(), zorder=5,
         )  # fmt: skip
+        _say_means(canvas, disk)
+    axes[0].set_ylabel("frequency [Hz]")
+    canvas.colorbar(image, axes, label="tangential amplitude of the tips, the largest [mm]")
+
+
+def _say_means(canvas: Canvas, disk: int) -> None:
+    """Note how many amplitudes are means of windows, and how well these are known."""
+    file = canvas.file
+    means = file.read("point_status", disk) == AVERAGED
+    if means.any():
+        error = file.read("mean_error_m", disk)[means] / file.read("mean_amplitude_m", disk)[means]
+        canvas.note(
+            f"{DISKS[disk]}: at {100 * means.mean():.0f} % of the speeds the motion does not repeat"
+            f" itself; its mean amplitude is known to ±{100 * Z_95 * np.median(error):.0f} % "
+            "(95 % interval, median)"
+        )
 
 
 def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interaction]:
@@ -125,18 +126,6 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
     return [one for one in regions[:N_INTERACTIONS] if one.amplitude > 0]
 
 
-def _draw_natural(panel: Axes, file: ResultFile, disk: int, natural: Any) -> None:
-    """Natural frequencies: lines, or curves where the stiffness depends on the speed."""
-    how: dict[str, Any] = {"color": BLUE, "lw": 0.7, "label": "natural frequencies"}
-    if file.config.disk.model is None:
-        for frequency in natural:
-            panel.axhline(frequency, **how)
-        return
-    curves = file.read("natural_frequencies_at_speed_hz", disk)
-    for curve in curves[:, : len(natural)].T:
-        panel.plot(file.read("speeds_hz"), curve, **how)
-
-
 def _draw_orders(axes: Axes, file: ResultFile) -> None:
     """Engine orders: lines that leave the ridges below them visible, and their numbers outside."""
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
@@ -147,39 +136,35 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
         axes.plot(
             speeds, order * speeds, color=ORANGE, lw=0.9, ls=(0, (2, 5)), label="engine orders"
         )
-        end = min(speeds[-1], frequencies[-1] / order)
         above = order * speeds[-1] > frequencies[-1]
+        place = (frequencies[-1] / order, 1.0) if above else (1.0, order * speeds[-1])
+        along = axes.get_xaxis_transform() if above else axes.get_yaxis_transform()
         axes.annotate(
-            f"{order}", (end, order * end), color=ORANGE, fontsize=10,
-            xytext=(0, 3) if above else (3, 0), textcoords="offset points",
-            ha="center" if above else "left", va="bottom" if above else "center",
+            f"{order}", place, (0, 6) if above else (4, 0), along, "offset points", color=ORANGE,
+            fontsize=10, ha="center" if above else "left", va="bottom" if above else "center",
         )  # fmt: skip
 
 
 def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) -> None:
+    """Frames of the areas, and how far above the first family [Hz] the strongest one lies."""
     for one in strongest:
         low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
         axes.add_patch(
             Rectangle(
                 (one.first_hz - 0.5, low), one.last_hz - one.first_hz + 1.0, high - low, fill=False,
-                ec=PINK, lw=1.8, label="interaction areas", zorder=4,
+                ec=PINK, lw=1.8, label="strongest interactions", zorder=4,
             )
         )  # fmt: skip
-    if not strongest:
+    main = strongest[0].frequency_hz
+    axes.axhline(main, color=GREEN, lw=1.2, ls="--", label="frequency of the strongest interaction")
+    if main <= family:
         return
-    main = strongest[0]
-    axes.axhline(
-        main.frequency_hz, color=GREEN, lw=1.2, ls="--", label="nonlinear frequency, strongest area"
-    )
-    if main.frequency_hz <= family:
-        return
-    at = axes.get_xlim()[0] + 0.1 * np.ptp(axes.get_xlim())
+    start, end = axes.get_xlim()
+    at = start + 0.1 * (end - start)
+    arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.5, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (at, main), (at, family), arrowprops=arrow)
     axes.annotate(
-        "", (at, main.frequency_hz), (at, family),
-        arrowprops={"arrowstyle": "<->", "color": GREEN, "lw": 1.5, "shrinkA": 0, "shrinkB": 0},
-    )  # fmt: skip
-    axes.annotate(
-        f"$\\Delta_{{1B}}$ = {main.frequency_hz - family:.0f} Hz",
-        (at, (main.frequency_hz + family) / 2), (6, 0), textcoords="offset points", va="center",
-        color=GREEN, fontsize=11, bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1},
+        f"contact: +{main - family:.0f} Hz", (at, (main + family) / 2), (6, 0),
+        textcoords="offset points", va="center", color=GREEN, fontsize=11,
+        bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1},
     )  # fmt: skip

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ def belonging(
 ) -> list[Drawing]:
     """Those of all figures that are drawn of one finished study, or of several together.
 
-    Raises InputError when a mode is given and none of them shows one.
+    With a mode, those that can show one. Raises InputError when there are none.
     """
     with open_result(paths[0]) as file:
         study, random = file.config.study, file.config.pattern_deviation is None
@@ -37,9 +36,10 @@ def belonging(
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
         if random or not figure.about.random
         if coated or not figure.about.coated
+        if mode is None or figure.about.mode
     ]
-    if mode is not None and not any(figure.about.mode for figure in found):
-        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode; shapes of modal do")
+    if mode is not None and not found:
+        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode")
     return found
 
 
@@ -48,12 +48,11 @@ def draw_all(
 ) -> Iterator[Path | HpcrubError]:
     """Draw several figures; of one that cannot be drawn the error comes instead of the picture.
 
-    how: as for `draw`; a mode is shown by those figures that can show one.
+    how: as for `draw`.
     """
-    mode = how.pop("mode", None)
     for figure in figures:
         try:
-            yield from draw(figure, paths, mode=mode if figure.about.mode else None, **how)
+            yield from draw(figure, paths, **how)
         except HpcrubError as error:
             yield error
 
@@ -65,57 +64,28 @@ def draw(
     """Draw one figure into picture files, of several result files together or of each.
 
     folder: beside the first file by default. kind: png, pdf or svg; an animation is a GIF.
-    mode: the one to show, counted from 1. Returns the pictures written.
+    mode: the one to show, counted from 1. Returns the pictures written. One is named STEM_NAME
+    after its file, the main one of a study STEM, and one that compares files NAME; files of one
+    name that are drawn into one folder are told apart by the folders they come from.
     Raises InputError when the figure needs another study, or shows no single mode.
     """
-    if mode is not None and not figure.about.mode:
-        name = figure.__name__
-        raise InputError(f"--mode {mode}: figure {name} does not show a mode; shapes of modal do")
+    alike = folder is not None and len({Path(path).name for path in paths}) < len(paths)
     together = figure.about.several and len(paths) > 1
-    groups = [list(paths)] if together else [[path] for path in paths]
-    targets = _targets(figure, groups, folder, mode)
-    return [
-        _draw_one(figure, group, target, kind, mode)
-        for group, target in zip(groups, targets, strict=True)
-    ]
-
-
-def _draw_one(
-    figure: Drawing, paths: list[Path_], target: Path, kind: str, mode: int | None
-) -> Path:
-    options = {} if mode is None else {"mode": mode}
-    with rc_context():
-        rcdefaults()  # a user's style, or LaTeX that is not there, is for the user's own drawings
-        paper = Figure(layout="constrained")
-        drawn = figure(paths if len(paths) > 1 else paths[0], paper, **options)
-        moving = isinstance(drawn, FuncAnimation)
-        target = target.with_name(f"{target.name}.{'gif' if moving else kind}")
-        _save(drawn if moving else paper, target)
-    return target
-
-
-def _targets(
-    figure: Drawing, groups: list[list[Path_]], folder: Path_ | None, mode: int | None
-) -> list[Path]:
-    """Pictures without their endings: STEM_NAME beside the file, the first figure just STEM.
-
-    The main figure of a study is just STEM, and one that compares files NAME. Files of one name
-    that are drawn into one folder are told apart by the folders they come from.
-    """
-    found: list[Path] = []
-    for group in groups:
-        path = Path(group[0])
-        name = figure.__name__
+    found = []
+    for group in [list(paths)] if together else [[path] for path in paths]:
+        path, name = Path(group[0]), figure.__name__
         if len(group) == 1:
             name = without_suffix(path).name + ("" if figure.about.main else f"_{name}")
+            name = f"{path.absolute().parent.name}_{name}" if alike else name
         name += f"_mode_{mode}" if mode is not None else ""
-        found.append((Path(folder) if folder else path.parent) / name)
-    twice = Counter(found)
-    for i, (target, group) in enumerate(zip(list(found), groups, strict=True)):
-        if twice[target] > 1:
-            parent = Path(group[0]).absolute().parent.name
-            named = target.with_name(f"{parent}_{target.name}")
-            found[i] = named if named not in found else target.with_name(f"{i + 1}_{target.name}")
+        with rc_context():
+            rcdefaults()  # a user's style, or LaTeX that is not there, is for the user's drawings
+            paper = Figure(layout="constrained")
+            drawn = figure(group if len(group) > 1 else path, paper, mode=mode)
+            moving = isinstance(drawn, FuncAnimation)
+            ending = "gif" if moving else kind
+            found.append((Path(folder) if folder else path.parent) / f"{name}.{ending}")
+            _save(drawn if moving else paper, found[-1])
     return found
 
 

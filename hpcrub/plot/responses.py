@@ -4,27 +4,22 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from hpcrub.config.text import counted
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
-from hpcrub.plot import intervals
-from hpcrub.plot.amplifications import CONTACT, LINEAR, draw_curves, draw_disks, draw_row, samples
+from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
+from hpcrub.plot.families import labels, ordered, reference
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE, say
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import layout, measured, trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
-BESIDE = 0.01  # of the range of levels: both amplifications to either side
 SPEED, AMPLITUDE = "speed of rotation [Hz]", "blade-tip amplitude [mm]"
-LOCALISATION = "localisation factor [%]"
 
 
 @figure("contact", paper="7", what="responses, amplifications", main=True)
@@ -35,7 +30,7 @@ def summary(canvas: Canvas) -> None:
     percentiles of both amplifications against the mistuning level. Of one explicit pattern:
     amplitude and localisation over the speeds.
     """
-    file = canvas.file
+    file, canvas.apart = canvas.file, True
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
         if measured.are_few(file) and len(file.config.samples) <= MOST_LINES:
@@ -44,20 +39,18 @@ def summary(canvas: Canvas) -> None:
         else:
             draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
-        _draw_amplifications(right, canvas)
+        _draw_amplifications(right, file)
         for line in trust.short(file):
             canvas.note(line)
     else:
-        _draw_pattern(left, file, layout.amplitude(file.config), 1e3)
-        _draw_pattern(right, file, "localisation", 100)
-        right.set(ylabel=LOCALISATION, title="Localisation of the blade-tip amplitudes")
+        for panel, name, scale in ((left, None, 1e3), (right, "localisation", 100)):
+            draw_pattern(panel, file, name, scale)
+        right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     word = "largest amplitude of any time [mm]"
     left.set(
         ylabel=word if file.config.contact.wears else AMPLITUDE,
         title=f"Response in contact, {file.config.casing.words}",
     )
-    canvas.legend_of(left)
-    canvas.legend_of(right, drop=42 if right.get_ylabel() == LOCALISATION else 58)
 
 
 def draw_response(
@@ -66,7 +59,8 @@ def draw_response(
 ) -> None:  # fmt: skip
     """One disk over the speeds, by default its amplitudes; points that were not steady are hollow.
 
-    On a coating amplitudes are the largest of any time, and hollow points had not ended.
+    On a coating amplitudes are the largest of any time, and hollow points had not ended. Crosses
+    are speeds without a result, with the reasons in words.
     """
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
@@ -77,35 +71,25 @@ def draw_response(
     (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
     axes.update_datalim([(speeds[0], 0.0)])
     drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above all that follows
-    unsteady = file.read(f"{group}/point_status", where) == NOT_STEADY
+    found = file.read(f"{group}/point_status", where)
+    unsteady, lost = found == NOT_STEADY, found == DIVERGED
+    look: dict[str, Any] = {"ls": "", "mec": colour, "clip_on": False, "label": "not steady"}
     if unsteady.any():
         axes.plot(
-            speeds[unsteady], values[unsteady], "o", mfc="w", mec=colour, ms=5, zorder=4,
-            label=label and f"{label}, not steady",
+            speeds[unsteady], values[unsteady], marker="o", mfc="w", ms=5, zorder=4, **look
         )  # fmt: skip
-    _draw_lost(axes, file, group, where, colour, label)
+    reasons = file.read(f"{group}/point_reason", where)
+    for n, code in enumerate(np.unique(reasons[lost])):
+        at = speeds[lost & (reasons == code)]
+        look |= {"marker": "xP*d"[n % 4], "label": status.words(code)}
+        axes.plot(at, 0 * at, mfc=colour, ms=7, zorder=5, **look)
     axes.autoscale_view()
     axes.set_xlabel(SPEED)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
-def _draw_lost(
-    axes: Axes, file: ResultFile, group: str, where: Any, colour: Any, label: str | None
-) -> None:
-    """Crosses at the speeds without a result, with the reasons in words."""
-    lost = file.read(f"{group}/point_status", where) == DIVERGED
-    if not lost.any():
-        return
-    speeds, reasons = file.read("speeds_hz"), file.read(f"{group}/point_reason", where)
-    for n, code in enumerate(np.unique(reasons[lost])):
-        at = speeds[lost & (reasons == code)]
-        axes.plot(
-            at, np.zeros(len(at)), "xP*d"[n % 4], color=colour, ms=7, clip_on=False, zorder=5,
-            label=label and f"{label}: {status.words(code)}",
-        )  # fmt: skip
-
-
-def _draw_pattern(axes: Axes, file: ResultFile, name: str, scale: float) -> None:
+def draw_pattern(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
+    """The mistuned disk of one explicit pattern beside the tuned one; arguments of a response."""
     draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
     draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
 
@@ -136,52 +120,33 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     axes.plot(speeds[known], band[1], color=BLUE, lw=1.6, label=f"{level}, median")
 
 
-def _draw_amplifications(axes: Axes, canvas: Canvas) -> None:
+def _draw_amplifications(axes: Axes, file: ResultFile) -> None:
     """Both amplifications: percentiles against the level, in a row when there is one level alone.
 
     Of a few measured disks each has a row, as their percentiles say nothing.
     """
-    file, open_end = canvas.file, False
     half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
     names = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
-    disks = list(measured.disks(file)) if measured.are_few(file) else []
-    axes.set_title(f"Amplification, {samples(file)} per level")
+    axes.set_title(f"Amplification, {samples([file])} per level")
     if len(names) > 1:
         axes.axhline(1.0, color="0.6", lw=1)
-        open_end = _draw_levels(axes, file, half_range)
+        draw_kinds(axes, file, half_range, from_one=False)
         axes.set(xlabel="mistuning: largest deviation of a blade's stiffness, and σ")
-        axes.set(ylabel="amplification [-]")
+        axes.set(ylabel=AMPLIFICATION)
         axes.set_xticks(half_range, names)
         axes.margins(x=0.08, y=0.12)
+        return
+    axes.axvline(1.0, color="0.6", lw=1)
+    if measured.are_few(file):
+        draw_disks(axes, list(measured.disks(file)))
+        axes.set_title("Amplification of measured disks")
     else:
-        axes.axvline(1.0, color="0.6", lw=1)
-        axes.set_xlabel("amplification [-]")
-        if disks:
-            draw_disks(axes, disks)
-            axes.set_title("Amplification of measured disks")
-        else:
-            open_end = draw_row(axes, 0.0, file)
-            axes.set_yticks([0.0], names)
-            axes.set_ylim(0.5, -0.5)
-    for handle in intervals.handles(open_end):
-        axes.add_line(handle)
-
-
-def _draw_levels(axes: Axes, file: ResultFile, half_range: Any) -> bool:
-    """Percentiles of both amplifications at every level (V,) [%]; whether an interval is open."""
-    at, open_end = file.config.convergence.percentiles, False
-    for (name, word, colour, style), side in zip((CONTACT, LINEAR), (-1, 1), strict=True):
-        values, shared = finished(file, name), uncertainty(file, name)
-        beside = half_range + side * BESIDE * np.ptp(half_range)  # their intervals hide no other
-        open_end |= draw_curves(
-            axes, beside, values, at, [colour], style, f"{word}, ", shared, from_one=False
-        )
-    return open_end
+        draw_rows(axes, [file], names)
 
 
 @figure("contact", paper="8, 9", what="responses, differences to the reference", several=True,
         alone=False)  # fmt: skip
-def family(canvas: Canvas) -> None:
+def compare(canvas: Canvas) -> None:
     """Frequency responses of several studies.
 
     Up to six that share their speeds lie in one panel, with the differences to a reference below,
@@ -201,68 +166,55 @@ def family(canvas: Canvas) -> None:
         _draw_apart(canvas, files, best)
 
 
-def _disks(file: ResultFile) -> list[tuple[str, str, Any]]:
-    """Title, group and place of the responses of a file."""
-    disks: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
-    if file.config.pattern_deviation is not None:
-        disks.append(("mistuned disk", "samples", (0, 0)))
-    return disks
-
-
 def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
-    disks = _disks(best)
+    disks: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
+    if best.config.pattern_deviation is not None:
+        disks.append(("mistuned disk", "samples", (0, 0)))
     n = len(disks)
     axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, sharey="row", height_ratios=(3, 2))
-    noise = np.zeros((n, len(best.read("speeds_hz"))))
-    colours = iter(COLOURS)
-    of_best = [_scatter(best, group) for _, group, _ in disks]
-    for file, label in zip(files, labels(files), strict=True):
-        first = file is best
-        colour = BLACK if first else next(colours)
-        for (title, group, where), top, bottom in zip(disks, *axes, strict=True):
-            name = f"{label} (reference)" if first else label
-            draw_response(
-                top, file, group, where, colour, name, zorder=4 if first else 3,
-                lw=2.2 if first else 1.3,
-            )  # fmt: skip
-            top.set(title=title, xlabel="")
-            if not first:
-                values, wanted = (
-                    f.read(f"{group}/{layout.amplitude(f.config)}", where) for f in (file, best)
-                )
-                disk = [g for _, g, _ in disks].index(group)
-                noise[disk] = np.fmax(
-                    noise[disk], 2e3 * np.hypot(of_best[disk], _scatter(file, group))
-                )
-                bottom.plot(
-                    file.read("speeds_hz"), 1e3 * (values - wanted), color=colour, lw=1.3,
-                    marker=".", ms=5,
+    others = [file for file in files if file is not best]
+    colours = dict(zip(map(id, others), COLOURS, strict=False))
+    speeds = best.read("speeds_hz")
+    for (title, group, where), top, bottom in zip(disks, *axes, strict=True):
+        wanted = best.read(f"{group}/{layout.amplitude(best.config)}", where)
+        for file, label in zip(files, labels(files), strict=True):
+            if file is best:
+                draw_response(
+                    top, file, group, where, BLACK, f"{label} (reference)", lw=2.2, zorder=4
                 )  # fmt: skip
-    for bottom, wide in zip(axes[1], noise, strict=True):
-        bottom.fill_between(best.read("speeds_hz"), -wide, wide, color="0.85", lw=0, zorder=0)
+                continue
+            colour = colours[id(file)]
+            draw_response(top, file, group, where, colour, label, lw=1.3)
+            values = file.read(f"{group}/{layout.amplitude(file.config)}", where)
+            bottom.plot(speeds, 1e3 * (values - wanted), color=colour, lw=1.3, marker=".", ms=5)
+        pairs = [np.hypot(_scatter(best, group), _scatter(file, group)) for file in others]
+        wide = 2e3 * np.max(pairs, axis=0)
+        if np.isfinite(wide).any():
+            bottom.fill_between(
+                speeds, -wide, wide, color="0.85", lw=0, zorder=0,
+                label="twice the scatter of both disks from run to run",
+            )  # fmt: skip
+        else:
+            say(bottom, "one run each: what another run would change is not known", 0.03)
         bottom.axhline(0.0, color=BLACK, lw=1.2)
         bottom.set_xlabel(SPEED)
+        top.set(title=title, xlabel="")
     axes[0, 0].set_ylabel(AMPLITUDE)
     axes[1, 0].set_ylabel("difference to\nthe reference [mm]")
-    hollow = Line2D([], [], marker="o", mfc="w", mec=BLACK, ls="", label="not steady")
-    grey = Patch(color="0.85", label="twice the scatter of both disks from run to run")
-    lines = axes[0, -1].get_legend_handles_labels()[0]
-    kept = [line for line in lines if "not steady" not in str(line.get_label())]
-    canvas.legend([*kept, hollow, grey])
 
 
 def _scatter(file: ResultFile, group: str) -> Any:
     """By how much an amplitude differs from run to run of the same disk, at every speed (S,) [m].
 
     The standard deviation of the perturbed runs, three at least; with fewer the standard error by
-    the windows of the one, which other motions at the same speed are not in.
+    the windows of the one, which other motions at the same speed are not in. NaN: not known.
     """
     n_speeds = len(file.read("speeds_hz"))
     name = f"{group}/{'run_amplitude_m' if group == 'tuned' else 'amplitude_m'}"
     runs = file.read(name).reshape(-1, n_speeds)
     if len(runs) > 2:
-        return np.nan_to_num(runs.std(axis=0, ddof=1))
-    return np.nan_to_num(file.read(f"{group}/amplitude_error_m").reshape(-1, n_speeds)[0])
+        return runs.std(axis=0, ddof=1)
+    return file.read(f"{group}/amplitude_error_m").reshape(-1, n_speeds)[0]
 
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
@@ -283,4 +235,3 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
         panel.set_xlabel(SPEED if panel in axes[-columns:] else "")
     for panel in axes[::columns]:
         panel.set_ylabel(AMPLITUDE)
-    canvas.legend_of_all(axes)

@@ -1,19 +1,26 @@
-"""Disks of model files in three dimensions: faces or nodes, contact nodes, a number a blade."""
+"""Disks of model files in three dimensions: faces, or the tips of a reduced model."""
 
+import os
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
+from matplotlib import rc_context
+from matplotlib.axes import Axes
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from hpcrub.errors import InputError
-from hpcrub.plot.style import BLUE, COLOURS
+from hpcrub.model.imported import assembly, neutral
+from hpcrub.plot.style import BLUE, ORANGE, STYLE
+from hpcrub.results import model_file
 from hpcrub.results.storage import ResultFile
 
 DEFORMED = 0.14  # largest displacement drawn, in tip radii
-NUMBERED, ALONE = 1.1, 1.3  # how large a disk is drawn, with numbers and axes, and without
+NUMBERED, ALONE = 1.15, 1.35  # how large a disk is drawn, with numbers and without
+ELEVATION = 50.0  # of the view [deg]
+NUMBERS = 1.17  # where the blades have their numbers, in radii of their contact nodes
 FACE = "0.85"
-THREE = {"projection": "3d"}
+THREE: dict[str, Any] = {"projection": "3d"}
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -26,84 +33,90 @@ class Solid(NamedTuple):
     contact_blade: Any  # (C,)
 
     @classmethod
-    def of(cls, disk: Any) -> "Solid":
-        """That of anything that has these members."""
-        return cls(*(getattr(disk, name) for name in cls._fields))
-
-    @classmethod
     def of_result(cls, file: ResultFile) -> "Solid":
         """That of a modal study of a model file."""
         return cls(*map(file.read, ("position_m", *cls._fields[1:])))
 
     @property
-    def tip_radius(self) -> float:
+    def cells(self) -> Any:
+        """Nodes of what is drawn: faces (F, 4), or the pieces (F, 2) of the tips of all blades."""
+        if len(self.surface):
+            return self.surface
+        pieces = np.stack([self.contact_node[:-1], self.contact_node[1:]], axis=1)
+        return pieces[self.contact_blade[1:] == self.contact_blade[:-1]]
+
+    @property
+    def radius(self) -> float:
         """Largest radius of a contact node [m]."""
         return float(np.hypot(*self.nodes[self.contact_node, :2].T).max())
 
-    def moved(self, shape: Array) -> Array:
-        """Nodes (n, 3) [mm] displaced by a shape (n, 3) whose largest displacement is 1."""
-        return 1e3 * (self.nodes + DEFORMED * self.tip_radius * shape)
+    def words(self, path: Path) -> str:
+        """What is shown, for a title."""
+        blades = len(np.unique(self.contact_blade))
+        return f"{path.name}: {blades} blades, tip radius {1e3 * self.radius:.4g} mm"
+
+    def corners(self, shape: Array | float = 0.0) -> Array:
+        """Corners (F, 4 or 2, 3) [mm] of all cells, displaced by a shape (n, 3), 1 at most."""
+        return 1e3 * (self.nodes + DEFORMED * self.radius * shape)[self.cells]
 
 
-def check(axes: Any) -> None:
-    """Raise InputError for axes that are flat."""
+def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
+    """The disk of a model file with its contact nodes; a modal study shows its modes.
+
+    - path: model file, as `hpcrub import` writes it.
+    - ax: axes with `projection="3d"` to draw into. By default a new figure is made.
+
+    Returns the axes drawn into.
+    Raises InputError: the file is no model file, or the axes are flat.
+    """
+    file = neutral.from_arrays(model_file.read(Path(path)))
+    disk: Any = file if file.kind == "reduced" else assembly.assemble(file)
+    solid = Solid(*(getattr(disk, name) for name in Solid._fields))
+    with rc_context(STYLE if ax is None else {}):
+        if ax is None:
+            from matplotlib import pyplot
+
+            ax = pyplot.figure(figsize=(8, 6)).add_subplot(**THREE)
+        draw(ax, solid)
+        ax.set_title(solid.words(Path(path)))
+        ax.legend(loc="lower right")
+    return ax
+
+
+def draw(axes: Any, solid: Solid, shape: Array | None = None) -> Poly3DCollection:
+    """Draw a disk at rest, with contact nodes and numbers of the blades; or a shape in colours.
+
+    shape: displacements (n, 3), the largest one is 1; colours are their size, from 0 to 1.
+    Returns the faces, or the tips of a reduced model. Raises InputError when the axes are flat.
+    """
     if not hasattr(axes, "get_zlim"):
         raise InputError('a disk in three dimensions needs axes with projection="3d"')
-
-
-def draw(axes: Any, solid: Solid, shape: Array | None = None, numbers: bool = True) -> Any:
-    """Draw a disk.
-
-    shape: displacements (n, 3), the largest one is 1; faces are coloured by their size.
-    numbers: whether every blade gets its number.
-    Returns faces, or the nodes where there are none, and the contact nodes of every blade.
-    Raises InputError when the axes are flat.
-    """
-    check(axes)
-    nodes = 1e3 * solid.nodes if shape is None else solid.moved(shape)
-    drawn: list[Any] = []
-    if len(solid.surface):
-        colours: Any = FACE if shape is None else _shades(shape, solid.surface)
-        faces = Poly3DCollection(nodes[solid.surface], facecolors=colours, edgecolors="0.5", lw=0.2)
-        drawn.append(axes.add_collection3d(faces))
+    faces = len(solid.surface) > 0
+    nodes, tips = 1e3 * solid.nodes, solid.contact_node
+    body = Poly3DCollection(
+        solid.corners(0.0 if shape is None else shape), facecolors=FACE,
+        edgecolors="0.5" if faces else BLUE, lw=0.2 if faces else 3.0, cmap="viridis",
+    )  # fmt: skip
+    axes.add_collection3d(body)
+    if shape is not None:
+        size = np.linalg.norm(shape, axis=1)[solid.cells].mean(axis=1)
+        body.set(array=size, clim=(0.0, 1.0), edgecolors="face")
     else:
-        drawn += axes.plot(*nodes.T, ".", color=BLUE, ms=2)
-    for blade in np.unique(solid.contact_blade):
-        mine = nodes[solid.contact_node[solid.contact_blade == blade]]
-        style = "o" if len(solid.surface) else "o-"
-        drawn += axes.plot(*mine.T, style, color=COLOURS[blade % len(COLOURS)], ms=3)
-        if numbers:
-            place = 1.15 * np.array([1.0, 1.0, 0.0]) * mine.mean(axis=0)
-            axes.text(*place, f"{blade + 1}")
-    _frame(axes, 1e3 * solid.nodes, NUMBERED if numbers else ALONE)
-    return drawn
-
-
-def move(drawn: list[Any], solid: Solid, shape: Array) -> list[Any]:
-    """Take what `draw` returned to another displacement; returns it."""
-    nodes, (body, *tips) = solid.moved(shape), drawn
-    if len(solid.surface):
-        body.set_verts(nodes[solid.surface])
-    else:
-        body.set_data_3d(*nodes.T)
-    for blade, tip in zip(np.unique(solid.contact_blade), tips, strict=True):
-        tip.set_data_3d(*nodes[solid.contact_node[solid.contact_blade == blade]].T)
-    return drawn
-
-
-def _shades(shape: Array, surface: Any) -> Any:
-    size = np.linalg.norm(shape, axis=1)[surface].mean(axis=1)
-    return colormaps["viridis"](size / max(size.max(), 1e-300))
+        axes.plot(*nodes[tips].T, "o", color=ORANGE, ms=3, label="contact nodes")
+        for blade in np.unique(solid.contact_blade):
+            place = nodes[tips[solid.contact_blade == blade]].mean(axis=0)
+            axes.text(*(place * [NUMBERS, NUMBERS, 1.0]), f"{blade + 1}", ha="center", va="center")
+    _frame(axes, nodes, NUMBERED if shape is None else ALONE)
+    return body
 
 
 def _frame(axes: Any, nodes: Array, zoom: float) -> None:
-    """Axes as long as the undeformed disk, so that shapes beside each other have one scale."""
-    sides = []
+    """Room for the undeformed disk, so that shapes beside each other have one scale; no walls."""
     known = nodes[np.isfinite(nodes).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
     least = 0.02 * (high - low).max()  # contact nodes of a planar disk lie in one plane
     for side, a, b in zip("xyz", low - least, high + least, strict=True):
-        axes.set(**{f"{side}lim": (a, b), f"{side}label": f"{side} [mm]"})
-        sides.append(b - a)
-    axes.set_box_aspect(sides, zoom=zoom)
-    axes.locator_params(axis="z", nbins=3)
+        axes.set(**{f"{side}lim": (a, b)})
+    axes.set_box_aspect(high - low + 2 * least, zoom=zoom)
+    axes.view_init(elev=ELEVATION)
+    axes.set_axis_off()

@@ -10,7 +10,7 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished
-from hpcrub.plot.responses import SPEED, draw_range, draw_response
+from hpcrub.plot.responses import SPEED, draw_pattern, draw_range, draw_response
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
@@ -27,8 +27,8 @@ def wear(canvas: Canvas) -> None:
     of the widest level at every speed, and which share of the disks cuts at most so deep, with
     percentiles and their intervals. Of an explicit pattern: its depths and largest amplitudes.
     """
-    file = canvas.file
-    around, over, depths, disks = canvas.mosaic("AB;CD", (13.5, 10.6))
+    file, canvas.apart = canvas.file, True
+    around, over, depths, disks = canvas.panels(2, 2, (13.5, 10.6)).flat
     worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
@@ -45,16 +45,13 @@ def wear(canvas: Canvas) -> None:
     canvas.colorbar(image, [over], label=DEPTH)
     if file.config.pattern_deviation is None:
         draw_range(depths, file, "worn_depth_m")
+        draw_response(depths, file, "tuned", (), BLACK, "tuned disk", "worn_depth_m")
         _draw_disks(disks, file)
-        canvas.legend_of(disks)
     else:
-        draw_response(depths, file, "samples", (0, 0), BLUE, "mistuned disk", "worn_depth_m")
-        for group, where, colour in (("samples", (0, 0), BLUE), ("tuned", (), BLACK)):
-            draw_response(disks, file, group, where, colour, None, "largest_amplitude_m")
+        draw_pattern(depths, file, "worn_depth_m")
+        draw_pattern(disks, file)
         disks.set(ylabel="largest amplitude at any time [mm]")
-    draw_response(depths, file, "tuned", (), BLACK, "tuned disk", "worn_depth_m")
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
-    canvas.legend_of(depths)
     for line in trust.short(file):
         canvas.note(line)
 
@@ -98,7 +95,6 @@ def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
 def _draw_disks(axes: Axes, file: ResultFile) -> None:
     """Share of the disks of every level that cut at most so deep, and percentiles of the depth."""
     at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
-    open_end = False
     colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
     for values, level, colour in zip(finished(file, "deepest_m"), half_range, colours, strict=True):
         depth = 1e3 * np.sort(values)
@@ -107,13 +103,11 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
         share = 100 * np.arange(1, len(depth) + 1) / len(depth)
         axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %")
         middle, (low, high) = np.percentile(depth, at), intervals.interval(depth, at)
-        open_end |= intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
+        intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
         for p, value in enumerate(middle):
             axes.plot(value, at[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
     axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk")
-    for handle in intervals.handles(open_end):
-        axes.add_line(handle)
     axes.set(
         xlabel=f"largest {DEPTH}", ylabel="disks that cut at most so deep [%]", ylim=(0, 102),
         title=f"{len(finished(file, 'deepest_m')[-1])} disks per level",

@@ -50,7 +50,7 @@ def test_runs_of_one_pattern_have_no_statistics(folder):
     Path("a.yaml").write_text(TINY[: TINY.index("mistuning")] + pattern + DAMPINGS)
     assert cli.main(["a.yaml"]) == 0
     pictures = sorted(p.name for p in Path("results/a").glob("*.png"))
-    assert pictures == ["damping_ratio=0.005.png", "family.png"]
+    assert pictures == ["damping_ratio=0.005.png", "compare.png"]
 
 
 def test_a_run_may_start_from_the_one_before(folder):

@@ -11,6 +11,7 @@ from hpcrub import plot
 from hpcrub.contact.status import AVERAGED, NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot import densities
+from hpcrub.plot.amplifications import BESIDE
 from hpcrub.plot.families import finished
 from hpcrub.results.layout import DONE
 from hpcrub.studies.contact import measured
@@ -18,66 +19,43 @@ from tests.plot.drawn import (
     arrows,
     assert_drawn,
     assert_intervals,
+    assert_percentiles,
     done,
     edges,
-    interval_rows,
     lines,
-    percentiles,
+    words,
 )
 from tests.plot.stored import PATTERN, contact_file
 from tests.program import TINY
 
 N = 40  # samples of every level
+NAMES = "amplification", "linear_amplification"
 
 
-def test_summary(random):
-    file = contact_file(random)
+@pytest.mark.parametrize("n", [N, 300])
+def test_summary(random, n):
+    """With too few samples for percentiles 1 and 99 the band is their range."""
+    file = contact_file(random, shape=(2, n))
     left, right = plot.summary(file)
     speeds = file.read("speeds_hz")
     samples = 1e3 * done(file, "samples/amplitude_m", 1)
-    low, middle, high = np.percentile(samples, [0, 50, 100], axis=0)  # too few for 1 and 99
-    tuned = 1e3 * file.read("tuned/amplitude_m")
-    assert_drawn(left, (speeds, middle), (speeds, tuned))
-    assert "range of 39 samples" in str([t.get_text() for t in left.get_legend().get_texts()])
-    band = edges(left)
-    for x, ends in zip(speeds, np.transpose([low, high]), strict=True):
-        found = band[band[:, 0] == x, 1]
-        np.testing.assert_allclose([found.min(), found.max()], ends)
-    names = "samples/amplification", "samples/linear_amplification"
-    sides = dict(zip(names, (-0.02, 0.02), strict=True))  # of two levels 2 % apart
-    assert_drawn(
-        right,
-        *(([2 + sides[n], 4 + sides[n]], curve) for n in names for curve in percentiles(file, n)),
-    )
-    rows = [
-        row
-        for name in names
-        for level, x in enumerate((2.0, 4.0))
-        for row in interval_rows(x + sides[name], done(file, name, level), [1, 50, 99])
-    ]
-    assert any(np.isnan(row).any() for row in rows)
-    assert_intervals(right, *rows)
-    assert len(arrows(right)) == sum(np.isnan(row).sum() for row in rows)
+    low, middle, high = np.percentile(samples, [0, 50, 100] if n == N else [1, 50, 99], axis=0)
+    assert_drawn(left, (speeds, middle), (speeds, 1e3 * file.read("tuned/amplitude_m")))
+    assert any(("range of 39 samples" if n == N else "1 to 99") in word for word in words(left))
+    np.testing.assert_allclose([edges(left, x) for x in speeds], np.transpose([low, high]))
+    for name, side in zip(NAMES, (-1, 1), strict=True):
+        levels = finished(file, name)
+        assert_percentiles(right, np.array([2.0, 4.0]) + side * BESIDE * 2.0, levels)
     assert [t.get_text() for t in right.get_xticklabels()] == [
         "±2 %\nσ = 1.2 %", "±4 %\nσ = 2.3 %",
     ]  # fmt: skip
-
-
-def test_a_band_of_many_samples_is_of_percentiles(random):
-    file = contact_file(random, shape=(2, 300))
-    axes = plot.summary(file)[0]
-    samples = 1e3 * done(file, "samples/amplitude_m", 1)
-    wanted = np.percentile(samples[:, 0], [1, 99])
-    band = edges(axes)
-    found = band[band[:, 0] == 34.0, 1]
-    np.testing.assert_allclose([found.min(), found.max()], wanted)
 
 
 def test_summary_of_one_level_is_a_row(random):
     """Percentiles side by side, contact above linear; they lay on each other at one x."""
     file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, N))
     right = plot.summary(file)[1]
-    for name, height in (("amplification", -0.12), ("linear_amplification", 0.12)):
+    for name, height in zip(NAMES, (-0.12, 0.12), strict=True):
         values = np.percentile(done(file, f"samples/{name}", 0), [1, 50, 99])
         assert_drawn(right, *(([value], [height]) for value in values))
     assert [t.get_text() for t in right.get_yticklabels()] == ["±2 %\nσ = 1.2 %"]
@@ -122,26 +100,24 @@ def test_responses_of_a_family_and_their_differences(random):
     files = [
         contact_file(random, f"{text}reduction: {{n_modes: {n}}}\n", (1, 1)) for n in (36, 84, 60)
     ]
-    panels = np.reshape(plot.family(files), (2, 2))
+    panels = np.reshape(plot.compare(files), (2, 2))
     speeds = files[0].read("speeds_hz")
     for column, (group, where) in enumerate((("tuned", ()), ("samples", (0, 0)))):
         first, best, middle = (1e3 * f.read(f"{group}/amplitude_m", where) for f in files)
         assert_drawn(panels[0, column], (speeds, first), (speeds, middle), (speeds, best))
         assert_drawn(panels[1, column], (speeds, first - best), (speeds, middle - best))
-        (band,) = panels[1, column].collections
-        widest = band.get_paths()[0].vertices[:, 1].max()
-        if group == "tuned":  # of nine runs of each; of the single run of the pattern it is unknown
-            scatter = [1e3 * f.read("tuned/run_amplitude_m").std(axis=0, ddof=1) for f in files]
-            pairs = [np.hypot(scatter[1], scatter[other]) for other in (0, 2)]
-            assert widest == pytest.approx(2 * np.max(pairs))
-        else:
-            assert widest == 0.0
+    scatter = [1e3 * f.read("tuned/run_amplitude_m").std(axis=0, ddof=1) for f in files]
+    wide = 2 * np.max([np.hypot(scatter[1], scatter[other]) for other in (0, 2)], axis=0)
+    found = [edges(panels[1, 0], x) for x in speeds]
+    np.testing.assert_allclose(found, np.transpose([-wide, wide]))
+    assert not panels[1, 1].collections  # of the single run of the pattern it is unknown
+    assert "not known" in panels[1, 1].texts[0].get_text()
 
 
 def test_a_family_of_other_speeds_has_a_panel_for_each(random):
     files = [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in (5, 3)]
     files[0].values["speeds_hz"] = np.array([27.0, 27.2, 27.4])
-    panels = plot.family(files)
+    panels = plot.compare(files)
     assert [panel.get_title() for panel in panels] == ["$n_d$ = 3", "$n_d$ = 5"]
     for panel, file in zip(panels, files[::-1], strict=True):
         assert_drawn(panel, (file.read("speeds_hz"), 1e3 * file.read("tuned/amplitude_m")))
@@ -149,18 +125,12 @@ def test_a_family_of_other_speeds_has_a_panel_for_each(random):
 
 def test_percentiles_over_sigma(random):
     file = contact_file(random)
-    names = "samples/amplification", "samples/linear_amplification"
-    x = [0.0, *100 * file.read("sigma")]
-    axes = plot.percentiles(file)
-    assert_drawn(axes, *((x, [1.0, *curve]) for n in names for curve in percentiles(file, n)))
-    rows = [
-        row
-        for name in names
-        for level in range(2)
-        for row in interval_rows(x[level + 1], done(file, name, level), [1, 50, 99])
-    ]
-    assert_intervals(axes, *rows)
+    x, axes = 100 * file.read("sigma"), plot.percentiles(file)
+    for name, side in zip(NAMES, (-1, 1), strict=True):
+        levels = finished(file, name)
+        assert_percentiles(axes, x + side * BESIDE * x.max(), levels, (0.0, 1.0))
     assert "39 samples" in axes.get_title()
+    assert "open end: too few samples" in words(axes)
 
 
 def test_percentiles_of_one_level_are_rows(random):
@@ -171,7 +141,7 @@ def test_percentiles_of_one_level_are_rows(random):
     ]
     axes = plot.percentiles(files)
     for row, file in enumerate(files[::-1]):
-        for name, height in (("amplification", row - 0.12), ("linear_amplification", row + 0.12)):
+        for name, height in zip(NAMES, (row - 0.12, row + 0.12), strict=True):
             found = np.percentile(done(file, f"samples/{name}", 0), [1, 50, 99])
             assert_drawn(axes, *((value, height) for value in found))
     reference = np.percentile(done(files[1], "samples/amplification", 0), 50)
@@ -184,8 +154,9 @@ def test_convergence_has_a_panel_for_each_file_and_percentile(random):
     files = [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in (3, 4)]
     seen = files[0].read("statistics/contact/samples_seen")
     for draw, name, scale in (
-        (plot.running, "mean_of_percentile", 1.0), (plot.errors, "convergence_error", 100.0),
-    ):  # fmt: skip
+        (plot.running_means, "mean_of_percentile", 1.0),
+        (plot.convergence_errors, "convergence_error", 100.0),
+    ):
         panels = np.reshape(draw(files), (2, 3))
         for row, file in zip(panels, files, strict=True):
             values = scale * file.read(f"statistics/contact/{name}")
@@ -199,46 +170,27 @@ def test_amplitudes_over_the_bumps(random):
     axes = plot.amplitudes(files)
     files = files[::-1]
     tuned = [1e3 * file.read("tuned/reference_amplitude_m") for file in files]
-    peaks = [[1e3 * done(file, "samples/peak_amplitude_m", v) for file in files] for v in range(2)]
-    curves = [
-        (np.arange(2) + 0.06 * (v + 1), [np.percentile(p, 99) for p in peaks[v]]) for v in range(2)
-    ]
-    assert_drawn(axes, (np.arange(2), tuned), *curves)
+    assert_drawn(axes, (np.arange(2), tuned))
+    for v in range(2):
+        x = np.arange(2) + 0.06 * (v + 1)
+        peaks = [1e3 * done(file, "samples/peak_amplitude_m", v) for file in files]
+        assert_drawn(axes, (x, [np.percentile(p, 99) for p in peaks]))
+        for at, values in zip(x, peaks, strict=True):
+            assert_intervals(axes, at, values, [99])
     spread = np.array(axes.collections[0].get_segments())[:, :, 1]
     np.testing.assert_allclose(spread, np.full((2, 2), [12.0, 15.0]))
-    for v, (x, _) in enumerate(curves):
-        for i in range(2):
-            assert_intervals(axes, *interval_rows(x[i], peaks[v][i], [99]))
-    assert all(up == 1 for *_, up in arrows(axes))
     assert len(arrows(axes)) == 4  # percentile 99 of 39 samples has no upper end
-    assert axes.get_lines()[0].get_linestyle() == "-"
-
-
-def test_cases_without_an_order_are_not_joined(random):
-    files = [
-        contact_file(random, f"{TINY}contact: {{friction: 0.2}}\n"),
-        contact_file(random, f"{TINY}casing: {{clearance_mm: 0.2}}\n"),
-    ]
-    assert {line.get_linestyle() for line in plot.amplitudes(files).get_lines()} == {"None"}
 
 
 def test_damping(random):
     """Percentiles and intervals of both files in the panel of each amplification."""
     ratios = 0.005, 0.004
     files = [contact_file(random, f"{TINY}material: {{damping_ratio: {x}}}\n") for x in ratios]
-    x = [0.0, *100 * files[0].read("sigma")]
-    names = "amplification", "linear_amplification"
-    for name, panel in zip(names, plot.damping(files[::-1]), strict=True):
-        found = [finished(file, name) for file in files]
-        curves = [np.percentile(f, [1, 50, 99], axis=1) for f in found]
-        assert_drawn(panel, *((x, [1.0, *curve]) for both in curves for curve in both))
-        rows = [
-            row
-            for both in found
-            for at, values in zip(x[1:], both, strict=True)
-            for row in interval_rows(at, values, [1, 50, 99])
-        ]
-        assert_intervals(panel, *rows)
+    x = 100 * files[0].read("sigma")
+    for name, panel in zip(NAMES, plot.damping(files[::-1]), strict=True):
+        for file, place in zip(files, (0, 2), strict=True):
+            at = x + place * BESIDE * x.max()
+            assert_percentiles(panel, at, finished(file, name), (0.0, 1.0))
 
 
 @pytest.mark.parametrize(
@@ -258,7 +210,7 @@ def test_dampings_are_compared_of_the_same_disks_only(random, keys):
 
 
 @pytest.mark.parametrize("n", [40, 2000])
-def test_cross(random, n):
+def test_contact_over_linear(random, n):
     """A hundred samples or fewer are dots, without density or percentile 99.
 
     The density of many normal pairs is the normal one, wider by the kernel.
@@ -267,8 +219,7 @@ def test_cross(random, n):
     file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, n))
     values = {"linear_amplification": linear, "amplification": contact, "status": [[DONE] * n]}
     file.values |= {f"samples/{name}": np.array(value) for name, value in values.items()}
-    axes = plot.cross(file)
-    assert f"{n} samples" in axes.get_title()
+    axes = plot.contact_over_linear(file)
     above = int(np.count_nonzero(contact > linear))
     low, high = 100 * np.array(stats.binomtest(above, n).proportion_ci(method="wilson"))
     assert f"for {100 * above / n:.0f} % [{low:.0f}, {high:.0f}]" in axes.get_title()
@@ -289,9 +240,21 @@ def test_cross(random, n):
     assert densest.mean(axis=0) == pytest.approx([1.1, 1.5], abs=0.02)
 
 
-def test_share_of_a_normal_density_inside_a_contour():
-    """1 − exp(−r²/2) of it lies within r standard deviations."""
-    x = np.linspace(-6, 6, 601)
-    square = x[:, None] ** 2 + x**2
-    share = densities.cumulative(np.exp(-square / 2))
-    np.testing.assert_allclose(share, 1 - np.exp(-square / 2), atol=2e-3)
+def test_a_normal_density_and_its_rare_samples():
+    """1 − exp(−r²/2) of it lies within r standard deviations; outside 95 % samples are rare."""
+    x, y = np.linspace(0.8, 2.2, 201), np.linspace(0.5, 2.5, 301)
+    means, spread = (1.5, 1.6), (0.1, 0.2)
+    marginals = [stats.norm(m, s).pdf(at) for m, s, at in zip(means, spread, (x, y), strict=True)]
+    density = np.outer(*marginals)
+    np.testing.assert_allclose(
+        densities.cumulative(density), 1 - density / density.max(), atol=5e-3
+    )
+    samples = np.random.default_rng(0).normal(means, spread, (4000, 2)).T
+    samples[:, 0] = 3.0, 1.6  # off the grid
+    samples[0, 1] = np.nan
+    found = densities.outside(*samples, x, y, density)
+    distance = (((samples.T - means) / spread) ** 2).sum(axis=1)
+    edge = stats.chi2(2).ppf(0.95)
+    assert found[:2].all()
+    np.testing.assert_array_equal(found[distance > 1.02 * edge], True)
+    np.testing.assert_array_equal(found[distance < 0.98 * edge], False)

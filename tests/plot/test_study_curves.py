@@ -5,17 +5,12 @@ import pytest
 
 from hpcrub import plot
 from hpcrub.config.schema import Config
-from hpcrub.contact.status import STEADY
+from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.plot import histories, maps
 from hpcrub.plot.casings import EXAGGERATED
 from hpcrub.plot.disks import families
-from tests.plot.drawn import (
-    assert_drawn,
-    assert_intervals,
-    edges,
-    interval_rows,
-    lines,
-)
+from hpcrub.plot.strain_energy import BESIDE
+from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines
 from tests.plot.stored import File, modal_file
 from tests.program import TINY
 
@@ -27,31 +22,26 @@ def test_linear_percentiles(random):
     file = File("study: linear", n_diameters=[2, 5], sigma=[0.01, 0.02])
     file.values["amplification"] = amplification
     for d, panel in enumerate(plot.linear(file)):
-        curves = np.percentile(amplification[:, d], [1, 50, 99], axis=1)
-        assert_drawn(panel, *(([0.0, 1.0, 2.0], [1.0, *curve]) for curve in curves))
-        for x, values in zip((1.0, 2.0), amplification[:, d], strict=True):
-            assert_intervals(panel, *interval_rows(x, values, [1, 50, 99]))
+        assert_percentiles(panel, (1.0, 2.0), amplification[:, d], (0.0, 1.0))
 
 
 @pytest.mark.parametrize("each", [8, 30])
 def test_energy(random, each):
-    """All samples at their own σ; a range only of levels with enough of them."""
+    """All samples at their own σ, files beside each other; a range only of levels with enough."""
     file = File(
         f"study: energy\nsources: [a.h5]\nenergy: {{samples: {2 * each}}}",
         sigma=np.repeat([0.01, 0.02], each), amplification=random.uniform(1, 2, 2 * each),
         energy_j=random.uniform(1, 9, (2 * each, 3, 12)),
         tuned__energy_j=random.uniform(1, 4, (3, 12)),
     )  # fmt: skip
-    panels = np.reshape(plot.energy([file, file]), (2, 2))
-    x, by_size = np.repeat([1.0, 2.0], each), file.read("amplification")
     by_energy = file.read("energy_j").max(axis=(1, 2)) / file.read("tuned/energy_j").max()
-    for row in panels:
-        for panel, y in zip(row, (by_size, by_energy), strict=True):
-            parts = y.reshape(2, each)
-            edge = [([1, 2], parts.min(axis=1)), ([1, 2], parts.max(axis=1))]
-            assert_drawn(panel, (x, y), *(edge if each == 30 else ()))
-            drawn = [line for line in lines(panel) if len(line)]
-            assert len(drawn) == (3 if each == 30 else 1)
+    panels = plot.energy([file, file])
+    for panel, y in zip(panels, (file.read("amplification"), by_energy), strict=True):
+        for beside in (0.0, BESIDE):
+            x, parts = np.array([1.0, 2.0]) + beside, y.reshape(2, each)
+            edge = [(x, parts.min(axis=1)), (x, parts.max(axis=1))]
+            assert_drawn(panel, (np.repeat(x, each), y), *(edge if each == 30 else ()))
+        assert len(lines(panel)) == (6 if each == 30 else 2)
 
 
 def test_time_response(random):
@@ -67,17 +57,16 @@ def test_time_response(random):
         amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
     )  # fmt: skip
     file.values["tangential_m"][1, -1, 4] = -0.02
-    panels = np.reshape(plot.time(file)[:8], (4, 2))
+    panels = np.reshape(plot.time_response(file), (4, 2))
     close = time > 0.5 - 3 / 30
     rows = ("tangential_m", 1e3), ("radial_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
     for (name, scale), (left, right) in zip(rows, panels, strict=True):
         values = scale * file.read(name, 1)
         assert_drawn(left, (time, values[:, 4]))
         assert_drawn(right, (time[close], values[close, 4]))
-        band = edges(right)
-        for t, now in zip(time[close], values[close], strict=True):
-            found = band[band[:, 0] == t, 1]
-            np.testing.assert_allclose([found.min(), found.max()], [now.min(), now.max()])
+        found = [edges(right, t) for t in time[close]]
+        ends = [values[close].min(axis=1), values[close].max(axis=1)]
+        np.testing.assert_allclose(found, np.transpose(ends))
     spans = [patch.get_extents().transformed(panels[0, 0].transData.inverted())
              for patch in panels[0, 0].patches]  # fmt: skip
     found = np.sort([[span.x0, span.x1] for span in spans], axis=0)
@@ -117,7 +106,7 @@ def test_interaction_map():
     )  # fmt: skip
     axes = plot.interaction_map(file)
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum.T)
-    assert_drawn(axes, (speeds, speeds), (speeds, 4 * speeds), ([0, 1], [90, 90]))
+    assert_drawn(axes, (speeds, speeds), (speeds, 4 * speeds), (speeds, 0 * speeds + 90))
     assert not any((line[:, 1] == 540).all() for line in lines(axes) if len(line))
     strongest, other = maps.interactions(speeds, frequencies, spectrum)
     assert (strongest.order, strongest.speed_hz, strongest.frequency_hz) == (4, 35.0, 140.0)
@@ -130,35 +119,35 @@ def test_interaction_map():
     assert [box.contains(*at) for box, at in zip(boxes, ((35, 140), (68, 136)), strict=True)] == [
         True, True,
     ]  # fmt: skip
-    assert "$\\Delta_{1B}$ = 47 Hz" in [note.get_text() for note in axes.texts]
+    assert "contact: +47 Hz" in [note.get_text() for note in axes.texts]  # above the family's 93
 
 
 def test_branches(random):
-    n_starts = 4
-    amplitude = np.full((n_starts, 3), 0.01) + random.uniform(0, 1e-5, (n_starts, 3))
+    """Means of windows, their scatter and localisation; where two motions differ, it is grey."""
+    mean = np.array([[10.0, 10.0, 10.0], [10.0, 10.0, 5.0], [10.0] * 3, [10.0] * 3])
+    local = random.uniform(0.1, 0.1001, (4, 3, 1)) + [-1e-5, 1e-5] * 30
     file = File(
         f"study: branches\nbranches: {{perturbed: 1}}\n{TINY}",
-        speeds_hz=np.array([34.0, 34.2, 34.4]), amplitude_m=amplitude,
-        window_amplitude_m=amplitude[..., None] * (0.9 + 0.01 / np.sqrt(2) * np.array([-1.0, 1.0])),
-        localisation=random.uniform(0.1, 0.2, (n_starts, 3)),
-        window_localisation=np.full((n_starts, 3, 2), 0.15) + [-0.1, 0.1],
-        point_status=np.full((n_starts, 3), STEADY),
+        speeds_hz=np.array([34.0, 34.2, 34.4]), amplitude_m=1e-3 * mean,
+        window_amplitude_m=1e-3 * mean[..., None] + [-1e-5, 1e-5] * 30,
+        window_localisation=local, point_status=np.full((4, 3), STEADY),
     )  # fmt: skip
-    top, bottom = plot.branches(file)
+    file.values["point_status"][2, 0] = NOT_STEADY
+    axes = plot.branches(file)
     speeds = file.read("speeds_hz")
-    for start, points in enumerate(top.collections):
+    drawn = [one for one in axes.collections if len(one.get_offsets()) > 1]
+    for start, points in enumerate(drawn):
+        steady = file.read("point_status", start) == STEADY
         np.testing.assert_allclose(
-            points.get_offsets(), np.column_stack([speeds, 1e3 * amplitude[start]])
+            points.get_offsets(), np.column_stack([speeds, mean[start]])[steady]
         )
-        np.testing.assert_allclose(points.get_array(), 100 * file.read("localisation", start))
-    scatter, points = bottom.collections
-    np.testing.assert_allclose(
-        points.get_offsets(), np.column_stack([np.tile(speeds, n_starts), 900 * amplitude.ravel()])
-    )
-    np.testing.assert_allclose(points.get_array(), 15.0)  # colours are the localisation
-    assert points.norm.vmin == top.collections[0].norm.vmin  # on one scale
-    ends = np.array(scatter.get_segments())[:, :, 1]
-    np.testing.assert_allclose(ends, 1e3 * amplitude.reshape(-1, 1) * [0.89, 0.91])
+        np.testing.assert_allclose(points.get_array(), 100 * local[start, steady].mean(axis=-1))
+    assert_drawn(axes, ([34.0], [10.0]))  # not steady
+    bars = np.array(axes.collections[0].get_segments())[:, :, 1]
+    scatter = 0.01 * np.sqrt(60 / 59)
+    np.testing.assert_allclose(bars, mean[:1].T + [[-scatter, scatter]])
+    (grey,) = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
+    assert (grey.x0, grey.x1) == pytest.approx((34.3, 34.5))
 
 
 def test_casing():
@@ -182,5 +171,5 @@ def test_safe():
     modes = [file.read(f"full/{name}") for name in ("nodal_diameters", "frequencies_hz")]
     expected = [base + 2.0 * np.arange(7) for base in (85.0, 500.0, 1500.0)]
     np.testing.assert_allclose(families(*modes), expected)
-    for panel in plot.safe(file):
+    for panel in plot.safe_diagram(file):
         assert_drawn(panel, *((np.arange(7), family) for family in expected), modes, modes)
