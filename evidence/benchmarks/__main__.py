@@ -18,7 +18,6 @@ from evidence.benchmarks import (
 )
 
 REPORT = Path(__file__).with_name("report.md")
-PERIODIC = "inputs/earlier_disk.yaml"  # its first disk has periodic motions at these speeds
 
 
 def laws():
@@ -28,12 +27,9 @@ def laws():
 
 def precision():
     """Run time against error of the planar disk."""
-    with work_precision.pool_of_two(None) as pool:
-        measured = work_precision.measure(pool)
-    with work_precision.pool_of_two(PERIODIC) as pool:
-        periodic = work_precision.periodic_errors(pool)
-    report.precision_figure(measured, periodic, REPORT.with_name("work_precision.png"))
-    return report.precision(measured, periodic)
+    measured = work_precision.measure()
+    report.precision_figure(measured, REPORT.with_name("work_precision.png"))
+    return report.precision(measured)
 
 
 SECTIONS = {

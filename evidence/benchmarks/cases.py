@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hpcrub.config.schema import Config, load_runs
+from hpcrub.config.schema import Config
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.setup.problem import build_problem
@@ -11,21 +11,10 @@ SPEEDS = np.round(np.arange(33.5, 35.501, 0.05), 10)  # [Hz], as in the paper
 HALF_RANGE = 0.03  # mistuning level 1.7 %
 
 
-_disk = {}  # keys of the section `disk` that are not the reference's
-
-
-def take_disk_of(path):
-    """Use the disk of an input file in every case of this process; None: the reference disk."""
-    if path is not None:
-        config, *_ = load_runs(path)
-        _disk.update(config.disk.model_dump(mode="json"))
-
-
-def problem(n_modes=60, scheme="exact_modal", step=3.3e-5, **disk):
-    """Reduced model and scene of the reference disk, with changes."""
+def problem(n_modes=60, scheme="exact_modal", step=3.3e-5):
+    """Reduced model and scene of the reference disk."""
     config = Config.model_validate(
         {
-            "disk": _disk | disk,
             "reduction": {"n_modes": n_modes},
             "time": {"scheme": scheme, "step_s": step},
         }

@@ -13,8 +13,8 @@ from evidence.page import table
 COLOURS = {"exact_modal": "#0072B2", "central_difference": "#D55E00"}
 
 
-def precision(results, periodic):
-    """Parts of the page: all settings, what rounding alone changes, and periodic motions."""
+def precision(results):
+    """Parts of the page: all settings, and what rounding alone changes."""
     rows = [
         (setting.label + (" (default)" if setting == wp.DEFAULT else ""), f"{r['seconds']:.3f}",
          f"{100 * r['not_steady']:.0f}", f"{100 * wp.score(results, setting):.1f}",
@@ -27,27 +27,15 @@ def precision(results, periodic):
          f"{100 * wp.share_periodic(results):.0f} %"],
         ["floor of the deciles", f"{100 * wp.floor(results):.1f} %"],
     ]  # fmt: skip
-    found, n_here, n_all = periodic
-    alike = [
-        (scheme,
-         ", ".join(f"{h:g}: {100 * e:.2f}" for h, e in zip(steps, median, strict=True)),
-         f"{order:.2f}",
-         ", ".join(f"{100 * x:.0f}" for x in other))
-        for scheme, (steps, median, other, order) in found.items()
-    ]  # fmt: skip
-    said = f"{n_here} of {n_all} points are periodic with either scheme:"
-    columns = "scheme", "step [s]: median error [%]", "fitted order", "other motion [%]"
     return {
         "settings": table(heads, rows),
         "chance": table(["what rounding alone changes", "value"], facts),
-        "periodic": f"{said}\n\n{table(columns, alike)}",
     }
 
 
-def precision_figure(results, periodic, path):
-    """Cost against the error of deciles and of single peaks; error against step where motions are
-    periodic."""
-    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(16, 5.5), layout="constrained")
+def precision_figure(results, path):
+    """Cost against the error of deciles and of single peaks."""
+    figure, (left, middle) = plt.subplots(1, 2, figsize=(11, 5.5), layout="constrained")
     for axis, error in ((left, wp.score), (middle, wp.sample_error)):
         for scheme, style in zip(wp.SCHEMES, ("o-", "s-"), strict=True):
             chosen = [s for s in results if s.scheme == scheme and not s.nudge]
@@ -65,12 +53,5 @@ def precision_figure(results, periodic, path):
     left.set(ylabel="mean error of the deciles 10 … 90 of A_nl [%]")
     middle.set(ylabel="median error of the peak of a sample [%]")
     left.legend(frameon=False, fontsize=9)
-    for scheme, (steps, median, _, order) in periodic[0].items():
-        style = "o-" if scheme == "exact_modal" else "s-"
-        right.loglog(1e6 * np.array(steps), 100 * median, style, color=COLOURS[scheme],
-                     label=f"{scheme}, order {order:.2f}")  # fmt: skip
-    right.set(xlabel="step [µs]", ylabel="median error of the amplitude where periodic [%]")
-    right.legend(frameon=False, fontsize=9)
-    right.grid(alpha=0.3)
     figure.savefig(path, dpi=120)
     plt.close(figure)

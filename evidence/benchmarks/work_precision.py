@@ -25,11 +25,7 @@ DECILES = tuple(range(10, 100, 10))
 STEPS = (4e-5, 3.3e-5, 2e-5, 1e-5, 5e-6, 1e-6)
 NUDGE = 1e-12  # relative change of the blades' stiffness, as small as rounding
 PERIODIC = 1e-4  # amplitudes that a nudge changes by less do not depend on rounding
-OTHER = 0.05  # amplitudes that differ by more belong to another of several motions
 SCHEMES = ("exact_modal", "central_difference")
-SETTLED = 4.0  # [s] until transients are over, and amplitudes of periodic motions are compared
-SETTLED_SPEEDS = np.arange(36.3, 37.301, 0.0625)  # [Hz] where some motions are periodic
-SETTLED_SAMPLES = range(2)
 FINEST = 1e-6  # [s]
 
 
@@ -79,21 +75,22 @@ def run_one(task):
     return result.amplitude, time.perf_counter() - start, result.point_status
 
 
-def measure(pool):
+def measure():
     """{setting: amplitudes of tuned runs (N_TUNED, S) and samples (N_SAMPLES, S), seconds, ...}."""
-    pool.map(run_one, [(DEFAULT, 0)] * 2)  # compile
     out = {}
-    for setting in (*settings(), NUDGED):
-        tasks = [(setting, sample) for sample in range(-N_TUNED, N_SAMPLES)]
-        answers = pool.map(run_one, tasks, chunksize=1)
-        samples = answers[N_TUNED:]
-        out[setting] = {
-            "tuned": np.array([a[0] for a in answers[:N_TUNED]]),
-            "amplitude": np.array([a[0] for a in samples]),
-            "seconds": float(np.mean([a[1] for a in samples])),
-            "not_steady": float(np.mean([np.mean(a[2] == NOT_STEADY) for a in samples])),
-        }
-        print(f"  {setting.label}: {out[setting]['seconds']:.3f} s a sample", flush=True)
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        pool.map(run_one, [(DEFAULT, 0)] * 2)  # compile
+        for setting in (*settings(), NUDGED):
+            tasks = [(setting, sample) for sample in range(-N_TUNED, N_SAMPLES)]
+            answers = pool.map(run_one, tasks, chunksize=1)
+            samples = answers[N_TUNED:]
+            out[setting] = {
+                "tuned": np.array([a[0] for a in answers[:N_TUNED]]),
+                "amplitude": np.array([a[0] for a in samples]),
+                "seconds": float(np.mean([a[1] for a in samples])),
+                "not_steady": float(np.mean([np.mean(a[2] == NOT_STEADY) for a in samples])),
+            }
+            print(f"  {setting.label}: {out[setting]['seconds']:.3f} s a sample", flush=True)
     return out
 
 
@@ -130,52 +127,3 @@ def share_periodic(results):
     both = NUDGED._replace(nudge=0.0), NUDGED
     a, b = (results[setting]["amplitude"] for setting in both)
     return np.mean(np.abs(a / b - 1.0) < PERIODIC)
-
-
-def settled(task):
-    """Amplitudes (S,) of one sample after SETTLED seconds, steady or not."""
-    scheme, step, sample, nudge = task
-    model = cases.problem(60, scheme, step)
-    steady = model.scene.steady._replace(first_check=SETTLED, max_time=SETTLED)
-    modes = cases.modes_of(model.reduced, sample, nudge)
-    return sweep.run_sweep(modes, model.scene._replace(steady=steady), SETTLED_SPEEDS).amplitude
-
-
-def periodic_errors(pool):
-    """Errors of the amplitude on points that are periodic, against the finest step of exact_modal.
-
-    Periodic: with either scheme and a step of 5 µs, a nudge has changed the amplitude by less than
-    a tenth of PERIODIC after SETTLED seconds.
-
-    Returns:
-        {scheme: (steps, median errors, shares of points that are off by more than OTHER, fitted
-        order of the medians)}, number of periodic points, and of all.
-    """
-    runs = [
-        (scheme, step, nudge)
-        for scheme in SCHEMES
-        for step, nudge in (*((step, 0.0) for step in STEPS), (5e-6, NUDGE))
-    ]
-    stable = pool.map(is_stable, [Setting(scheme, step) for scheme, step, _ in runs])
-    runs = list(itertools.compress(runs, stable))
-    tasks = [(s, h, sample, nudge) for s, h, nudge in runs for sample in SETTLED_SAMPLES]
-    found = np.reshape(pool.map(settled, tasks, chunksize=1), (len(runs), -1))
-    amplitude = dict(zip(runs, found, strict=True))
-    pairs = [(amplitude[s, 5e-6, 0.0], amplitude[s, 5e-6, NUDGE]) for s in SCHEMES]
-    here = np.all([np.abs(a / b - 1.0) < 0.1 * PERIODIC for a, b in pairs], axis=0)
-    exact, out = amplitude["exact_modal", FINEST, 0.0], {}
-    for scheme in SCHEMES:
-        steps = [h for s, h, nudge in runs if s == scheme and not nudge]
-        steps = [h for h in steps if (scheme, h) != ("exact_modal", FINEST)]
-        errors = np.array([np.abs(amplitude[scheme, h, 0.0] / exact - 1.0)[here] for h in steps])
-        median, other = np.median(errors, axis=1), np.mean(errors > OTHER, axis=1)
-        # another disk may have no periodic point at these speeds
-        order = float(np.polyfit(np.log(steps), np.log(median), 1)[0]) if here.any() else np.nan
-        out[scheme] = steps, median, other, order
-    return out, int(here.sum()), here.size
-
-
-def pool_of_two(disk):
-    """Two processes; disk: an input file with another disk than the reference, or None."""
-    spawn = multiprocessing.get_context("spawn")
-    return spawn.Pool(2, cases.take_disk_of, (disk,))

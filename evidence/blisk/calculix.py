@@ -13,7 +13,6 @@ N_MODES = 60  # frequencies that are compared
 PER_DIAMETER = 4
 MATRICES = (
     "sector",
-    "sector_blade",
     "disk_0",
     *(f"disk_{s}" for s in (*SPEEDS, CHECKED)),
     "blades",
@@ -28,7 +27,6 @@ def write_decks(folder: Path) -> None:
     disk = whole_disk(one, n)
     bore = ccx.held(disk.sets["bore"])
     _write(folder / "sector.inp", one, ccx.STEP + ccx.STORE)
-    _write(folder / "sector_blade.inp", one, ccx.STEP + ccx.STORE, one.blade_elements)
     _write(folder / "blades.inp", disk, ccx.STEP + ccx.STORE, disk.blade_elements)
     for speed in (0, *SPEEDS, CHECKED):
         _write(folder / f"disk_{speed}.inp", disk, bore + _about(speed) + ccx.STORE)
