@@ -29,35 +29,25 @@ def test_a_study_from_python(folder, capfd):
 
 
 def test_input_files_are_configurations_too(folder):
-    made = hpcrub.run(ROOT / "inputs/modal.yaml", output="four.h5", quiet=True, figures=True)
+    keys = "disk: {n_blades: 3, blade: {n_elements: 1}}\nreduction: {n_modes: 6}\n"
+    (folder / "a.yaml").write_text("study: modal\n" + keys)
+    made = hpcrub.run("a.yaml", output="four.h5", quiet=True, figures=True)
     assert made.with_suffix(".png").exists()
     with pytest.raises(InputError, match="resume=True goes on with it, overwrite=True replaces it"):
-        hpcrub.run(ROOT / "inputs/modal.yaml", output="four.h5", quiet=True)
+        hpcrub.run("a.yaml", output="four.h5", quiet=True)
 
 
+@pytest.mark.parametrize("make", [hpcrub.run, lambda keys: hpcrub.Config().replace(keys)])
 @pytest.mark.parametrize(
     ("keys_of_input", "message"),
     [
         ({"study": "modl"}, "study: 'modl' is not one of contact, .*did you mean modal"),
         ({"casing": {"n_bump": 3}}, "casing.n_bump: unknown key; did you mean casing.n_bumps"),
-        ({"casing": {"growth_time_s": 20}}, "the bumps still grow at"),
     ],
 )
-def test_wrong_input_is_an_exception_before_any_work(keys_of_input, message):
+def test_wrong_input_is_an_exception_before_any_work(make, keys_of_input, message):
     with pytest.raises(InputError, match=message):
-        hpcrub.run(keys_of_input)
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: hpcrub.Config(study="contakt"),
-        lambda: hpcrub.Config().replace({"study": "contakt"}),
-    ],
-)
-def test_a_wrong_key_is_one_error_in_whatever_way_it_is_given(make):
-    with pytest.raises(InputError, match=r"study: 'contakt' is not one of .*did you mean contact"):
-        make()
+        make(keys_of_input)
 
 
 def test_a_configuration_is_replaced_and_never_changed():

@@ -7,7 +7,6 @@ import pytest
 
 from evidence.scaling import simulate
 from evidence.scaling.costs import Costs
-from hpcrub.commands import run as cli
 from hpcrub.ranks import runlog
 from hpcrub.ranks.schedule import Assignments, Tasks
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
@@ -113,17 +112,6 @@ def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
     _, summary = runs(tmp_path / "x.runs.jsonl")
     assert summary["steps"] is None
     assert summary["steps_per_second_and_core"] is None
-
-
-def test_laying_out_and_checking_a_file_are_phases_of_the_log(folder):
-    (folder / "x.yaml").write_text("study: modal\noutput: x.h5\n")
-    for options in ([], ["--resume"]):
-        assert cli.main(["x.yaml", "--no-figures", *options]) == 0
-    first, second = runs(folder / "x.runs.jsonl")[1::2]
-    assert next(iter(first["phases"])) == "lay-out"
-    assert next(iter(second["phases"])) == "check"
-    for found in (first, second):
-        assert found["phases"]["close"] >= 0.0
 
 
 def test_a_log_that_cannot_be_written_stops_nothing(tmp_path, capfd):

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from evidence.truth.disk import earlier_reduced, reference_reduced, reference_scene
-from evidence.truth.events import Reference, Wall
-from evidence.truth.motion import Structure
 from hpcrub.contact import integrate, status
 from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
@@ -269,39 +267,6 @@ def test_tuned_amplitudes_are_the_reference_values():
     assert np.all(result.point_status == STEADY)
     assert result.amplitude * 1e3 == pytest.approx([10.8, 14.4], abs=0.06)
     assert np.all(result.localisation < 1e-3)  # all blades of the tuned disk move alike
-
-
-def passing_bump(scene, speed_hz):
-    """Place of the casing over a tip that starts opposite to the only bump, and its derivatives."""
-    width, rate = 0.1 * 2.0 * np.pi, 2.0 * np.pi * speed_hz
-
-    def x(t):
-        return (np.mod(rate * t, 2.0 * np.pi) - np.pi) / width
-
-    def bump(t):
-        return scene.bump_height * np.exp(-(x(t) ** 2))
-
-    return Wall(
-        lambda t: scene.clearance - bump(t),
-        lambda t: 2.0 * x(t) * rate / width * bump(t),
-        lambda t: (2.0 - 4.0 * x(t) ** 2) * (rate / width) ** 2 * bump(t),
-    )
-
-
-def test_one_blade_moves_as_between_exact_events():
-    """The amplitude is that of the event-driven motion over the same three revolutions."""
-    speed, dt = 15.0, 1e-4
-    modes, scene = one_blade(
-        interface=planar_interface(np.full(1, np.pi), 1.0), ramp_time=0.0, step=1e-5
-    )
-    result = run_sweep(modes, scene._replace(steady=SHORT), np.array([speed]))
-    assert result.point_status[0] == STEADY
-    blade = Structure(modes.omega, np.ones(1), np.ones(1), scene.damping_ratio, 0.0)
-    n_steps = round(result.time[0] / dt)
-    motion = Reference(blade, passing_bump(scene, speed), dt).run(np.zeros(1), np.zeros(1), n_steps)
-    assert len(motion.impacts) >= 3
-    amplitude = np.abs(motion.position[-round(3 / speed / dt) :]).max()
-    assert result.amplitude[0] == pytest.approx(amplitude, rel=1e-4)
 
 
 def test_amplitudes_do_not_depend_on_how_often_displacements_are_recorded(modes):

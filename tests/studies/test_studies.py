@@ -72,12 +72,6 @@ def test_modes_of_the_tuned_disk_come_in_pairs(modal, kind):
     assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
 
 
-def test_a_reduced_model_is_never_softer(modal):
-    """Rayleigh."""
-    full, reduced = (modal.read(f"{kind}/frequencies_hz") for kind in ("full", "reduced"))
-    assert (reduced >= full[: len(reduced)] * (1 - 1e-9)).all()
-
-
 def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):
     shapes = modal.read("shapes")
     assert np.hypot(shapes[..., 0], shapes[..., 1]).max(axis=1) == pytest.approx(1.0)
@@ -103,25 +97,6 @@ def test_linear_amplification_is_that_of_a_fine_search(folder):
             for blades in (np.zeros(12), deviation)
         ]  # fmt: skip
         assert amplification[1, d, 55] == pytest.approx(peak[1] / peak[0], rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("name", "integrates"),
-    [
-        ("linear", False),
-        ("time_response", True),
-    ],
-)
-def test_dry_run_tells_of_the_model(folder, capfd, name, integrates):
-    keys = "time.step_s=2e-5", "steady_state.first_check_s=0.2", "steady_state.max_time_s=0.2"
-    options = [word for key in keys for word in ("--set", key)]
-    assert cli.main([str(ROOT / "inputs" / f"{name}.yaml"), "--dry-run", *options]) == 0
-    out = capfd.readouterr().out
-    assert "first frequencies:    90.10" in out  # [Hz], the paper
-    assert ("stability limit:" in out) == integrates
-    assert "computes:" in out
-    assert "output:" in out
-    assert not any(folder.iterdir())
 
 
 @pytest.mark.mpi

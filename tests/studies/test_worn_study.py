@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray
 
 from hpcrub import plot
 from hpcrub.commands import inspect
@@ -54,13 +53,6 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(file, kind):
         for key in set(expected) - {"samples_seen"}:
             stored = file.read(f"statistics/{kind.name}/{key}", level)
             np.testing.assert_array_equal(stored, expected[key])
-
-
-def test_xarray_knows_names_and_units(folder):
-    path = folder / "coated.h5"
-    with xarray.open_dataset(path, group="statistics/worn_depth", engine="h5netcdf") as group:
-        assert group["percentile"].shape == (2, 3, 2)
-        assert group["percentile"].attrs["units"] == "m"
 
 
 def test_the_worst_disk_is_compared_with_the_tuned_one(folder, file):
