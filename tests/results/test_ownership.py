@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import pytest
@@ -18,33 +19,31 @@ def check(path):
     studies.open_result(path).close()
 
 
-FOREIGN = ["text", "HDF5", "folder", "fifo", "device", "dangling"]
-
-
-@pytest.mark.parametrize("kind", FOREIGN)
-def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, kind):
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda path: path.write_text("export PATH"),
+        lambda path: h5py.File(path, "w").close(),
+        Path.mkdir,
+        os.mkfifo,
+        lambda path: path.symlink_to("/dev/null"),
+    ],
+    ids=["text", "HDF5", "folder", "fifo", "device"],
+)
+def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, make):
     path = tmp_path / "precious"
-    if kind == "text":
-        path.write_text("export PATH")
-    if kind == "HDF5":
-        h5py.File(path, "w").close()
-    if kind == "folder":
-        path.mkdir()
-    if kind == "fifo":
-        os.mkfifo(path)
-    if kind == "device":
-        path.symlink_to("/dev/null")
-    if kind == "dangling":
-        path.symlink_to("nowhere/result.h5")
+    make(path)
     before = path.lstat()
-    if kind == "dangling":  # a link is followed, and what it names can be made
+    with pytest.raises(InputError, match="is not a result file of hpcrub"):
         result_files.lay_out(path, studies.run_of(tiny_config))
-        check(tmp_path / "nowhere" / "result.h5")
-    else:
-        with pytest.raises(InputError, match="is not a result file of hpcrub"):
-            result_files.lay_out(path, studies.run_of(tiny_config))
-    assert [p.name for p in tmp_path.iterdir() if p.name != "nowhere"] == ["precious"]
+    assert [found.name for found in tmp_path.iterdir()] == ["precious"]
     assert os.path.samestat(path.lstat(), before)
+
+
+def test_a_link_to_nothing_is_followed(tmp_path, tiny_config):
+    (tmp_path / "link.h5").symlink_to("nowhere/result.h5")
+    result_files.lay_out(tmp_path / "link.h5", studies.run_of(tiny_config))
+    check(tmp_path / "nowhere" / "result.h5")
 
 
 def test_our_own_and_empty_files_are_replaced(path, tiny_config):

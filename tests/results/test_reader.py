@@ -60,7 +60,7 @@ def groups(path):
     return found
 
 
-def test_xarray_opens_the_file_of_every_study(any_study):
+def test_xarray_and_netcdf_open_the_file_of_every_study(any_study):
     expected = groups(any_study)
     with xarray.open_datatree(any_study, engine="h5netcdf") as tree:
         for group, datasets in expected.items():
@@ -73,11 +73,8 @@ def test_xarray_opens_the_file_of_every_study(any_study):
     for group, datasets in expected.items():
         with xarray.open_dataset(any_study, group=group, engine="h5netcdf") as dataset:
             assert set(datasets) <= set(dataset.variables)
-
-
-def test_netcdf_opens_the_file_of_every_study(any_study):
     with netCDF4.Dataset(any_study) as file:
-        for group, datasets in groups(any_study).items():
+        for group, datasets in expected.items():
             for name, shape in datasets.items():
                 variable = file[f"{group}/{name}"]
                 assert variable.shape == shape

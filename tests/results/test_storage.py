@@ -4,6 +4,7 @@ import errno
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -143,54 +144,49 @@ def test_more_samples_than_a_percentile_needs(tmp_path):
     file.close()
 
 
-def spoil(path, action):
-    content = path.read_bytes()
-    path.unlink()
-    if action == "folder":
-        path.mkdir()
-    elif action == "not HDF5":
-        path.write_text("hello")
-    elif action == "truncated":
-        path.write_bytes(content[:-1000])
-    elif action == "foreign":
-        h5py.File(path, "w").close()
-    elif action != "missing":
-        path.write_bytes(content)
-        spoil_contents(path, action)
+def inside(change):
+    """Function that changes the content of a result file."""
+
+    def spoil(path):
+        with h5py.File(path, "r+", locking=False) as file:
+            change(file)
+
+    return spoil
 
 
-def spoil_contents(path, action):
-    with h5py.File(path, "r+", locking=False) as file:
-        if action == "layout":
-            file.attrs["layout"] = 99
-            return
-        if action == "configuration":
-            file.attrs["config"] = "n_blades: [1"
-            return
-        del file["samples/time_s"]
-        if action == "shape":
-            file["samples/time_s"] = np.zeros((2, 2, 4000))
-        if action == "type":
-            file["samples/time_s"] = np.zeros((2, 2, 3), "f4")
+def times(values):
+    """Function that puts other times in place of those of the samples."""
+    return inside(
+        lambda file: (file.pop("samples/time_s"), file.update({"samples/time_s": values}))
+    )
 
 
 @pytest.mark.parametrize(
-    ("action", "message"),
+    ("spoil", "message"),
     [
-        ("missing", "does not exist"),
-        ("folder", "is no file"),
-        ("not HDF5", "is not an HDF5 file"),
-        ("truncated", "is truncated"),
-        ("foreign", "is not a result file of hpcrub"),
-        ("layout", "has layout 99 (hpcrub"),
-        ("configuration", "its configuration cannot be read"),
-        ("shape", "samples/time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
-        ("type", "samples/time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
-        ("hole", "has no dataset samples/time_s"),
+        (Path.unlink, "does not exist"),
+        (lambda path: (path.unlink(), path.mkdir()), "is no file"),
+        (lambda path: path.write_text("hello"), "is not an HDF5 file"),
+        (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "is truncated"),
+        (lambda path: h5py.File(path, "w").close(), "is not a result file of hpcrub"),
+        (inside(lambda file: file.attrs.update(layout=99)), "has layout 99 (hpcrub"),
+        (
+            inside(lambda file: file.attrs.update(config="n_blades: [1")),
+            "its configuration cannot be read",
+        ),
+        (
+            times(np.zeros((2, 2, 4000))),
+            "samples/time_s is float64[2, 2, 4000], not float64[2, 2, 3]",
+        ),
+        (
+            times(np.zeros((2, 2, 3), "f4")),
+            "samples/time_s is float32[2, 2, 3], not float64[2, 2, 3]",
+        ),
+        (inside(lambda file: file.pop("samples/time_s")), "has no dataset samples/time_s"),
     ],
 )
-def test_unsound_files_are_refused(path, tiny_config, action, message):
-    spoil(path, action)
+def test_unsound_files_are_refused(path, tiny_config, spoil, message):
+    spoil(path)
     with pytest.raises(InputError) as caught:
         studies.open_result(path, tiny_config)
     assert message in str(caught.value)

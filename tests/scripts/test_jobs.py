@@ -95,13 +95,6 @@ def test_a_job_stopped_before_its_limit_queues_itself_again(job, variables, sign
     assert ("scontrol requeue 7" in log.read_text()) == queued_again
 
 
-def test_what_is_finished_is_not_started(job):
-    process, log = job("array.sbatch", "a.yaml", STATUS="0", PARTS="3", SLURM_ARRAY_TASK_ID="2")
-    assert process.wait(timeout=30) == 0
-    (line,) = log.read_text().splitlines()
-    assert line.endswith("main.py a.yaml --part 2/3 --status")
-
-
 @pytest.mark.parametrize(
     ("task", "words"),
     [(1, "a.yaml --part 1/3"), (3, "a.yaml --part 3/3"), (4, "b c.yaml --part 1/3"), (7, None)],

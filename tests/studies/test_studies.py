@@ -13,7 +13,6 @@ import pytest
 from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
-from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
@@ -40,14 +39,6 @@ def test_every_study_of_the_paper_has_an_input_and_a_figure():
     for name in (study.name for study in studies.STUDIES.values() if study.figures):
         assert name in inputs
         assert any(name in figure.about.studies for figure in plot.FIGURES)
-
-
-def test_every_section_for_few_studies_is_read_by_one():
-    sections = {
-        name for name, field in Config.model_fields.items()
-        if getattr(field.annotation, "__module__", "") == "hpcrub.config.study_keys"
-    }  # fmt: skip
-    assert sections == {name for study in studies.STUDIES.values() for name in study.sections}
 
 
 @pytest.fixture(scope="module")

@@ -86,19 +86,24 @@ def test_calculix(tmp_path, exact):
     assert len(hidden) == len(model.surface) == len(skin.skin(list(mesh.elements)))
 
 
+def write_matrix_market(folder, number):
+    """The sector as MatrixMarket files with CSV lists; number: of every node."""
+    arrays, mesh = sector_arrays(), sector(SMALL)
+    for name in ("K", "M", "K_blade"):
+        scipy.io.mmwrite(
+            folder / f"{name}.mtx", matrix_of(arrays, name), symmetry="symmetric", precision=17
+        )
+    np.savetxt(folder / "nodes.csv", np.column_stack([number, arrays["nodes"]]), delimiter=",")
+    rows = np.column_stack([number[arrays["dof"][:, 0]], arrays["dof"][:, 1]])
+    np.savetxt(folder / "dof.csv", rows, "%d", ",", header="node,direction", comments="")
+    for name, nodes in (("low", "low"), ("high", "high"), ("contact", "tip"), ("fixed", "bore")):
+        np.savetxt(folder / f"{name}.csv", number[mesh.sets[nodes]], "%d")
+
+
 def test_matrix_market(tmp_path, exact):
     """Symmetric MatrixMarket files, node numbers that are not in order, headed CSV lists."""
-    arrays, number = sector_arrays(), 7 + 3 * np.arange(len(exact.nodes))[::-1]
-    for name in ("K", "M", "K_blade"):
-        scipy.io.mmwrite(tmp_path / f"{name}.mtx", matrix_of(arrays, name), symmetry="symmetric",
-                         precision=17)  # fmt: skip
-    np.savetxt(tmp_path / "nodes.csv", np.column_stack([number, arrays["nodes"]]), delimiter=",")
-    rows = np.column_stack([number[arrays["dof"][:, 0]], arrays["dof"][:, 1]])
-    np.savetxt(tmp_path / "dof.csv", rows, "%d", ",", header="node,direction", comments="")
-    for name, nodes in (("low", exact.low), ("high", exact.high), ("contact", exact.contact_node)):
-        np.savetxt(tmp_path / f"{name}.csv", number[nodes], "%d")
-    held = sorted({int(number[exact.dof[row, 0]]) for row in exact.fixed})
-    np.savetxt(tmp_path / "fixed.csv", held, "%d")
+    number = 7 + 3 * np.arange(len(exact.nodes))[::-1]
+    write_matrix_market(tmp_path, number)
     read = matrix_market.read(tmp_path, SMALL.n_sectors)
     read["nodes"] = read["nodes"][::-1]  # numbers fall here where those of the truth rise
     for name in ("contact_node", "low", "high"):

@@ -8,10 +8,10 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from evidence.truth.hexahedra import SMALL, sector, sector_arrays
+from evidence.truth.hexahedra import SMALL, sector_arrays
 from hpcrub.model.imported.readers import matrix_market
 from hpcrub.results import model_file
-from tests.model.imported.test_readers import command, matrix_of
+from tests.model.imported.test_readers import command, write_matrix_market
 
 
 def one_line(capsys, words):
@@ -44,22 +44,6 @@ def test_a_name_that_is_taken_is_kept(tmp_path, capsys):
         assert foreign.read_bytes() == before
 
 
-def market_folder(folder):
-    """The sector as MatrixMarket files with CSV lists; returns the options that import it."""
-    arrays, mesh = sector_arrays(), sector(SMALL)
-    number = np.arange(1, len(arrays["nodes"]) + 1)
-    for name in ("K", "M", "K_blade"):
-        scipy.io.mmwrite(
-            folder / f"{name}.mtx", matrix_of(arrays, name), symmetry="symmetric", precision=17
-        )
-    np.savetxt(folder / "nodes.csv", np.column_stack([number, arrays["nodes"]]), delimiter=",")
-    rows = np.column_stack([number[arrays["dof"][:, 0]], arrays["dof"][:, 1]])
-    np.savetxt(folder / "dof.csv", rows, "%d", ",")
-    for name, nodes in (("low", "low"), ("high", "high"), ("contact", "tip"), ("fixed", "bore")):
-        np.savetxt(folder / f"{name}.csv", number[mesh.sets[nodes]], "%d")
-    return ("matrixmarket", folder, "--sectors", SMALL.n_sectors, "--units", "m kg s")
-
-
 def _huge_head(text):
     """It announces more rows than there is memory for."""
     lines = text.splitlines(keepends=True)
@@ -80,12 +64,14 @@ def _huge_head(text):
     ],
 )
 def test_spoilt_matrix_market_folders_are_refused(tmp_path, capsys, name, spoil, words):
-    options, path = market_folder(tmp_path), tmp_path / name
+    write_matrix_market(tmp_path, np.arange(1, 39))
+    path = tmp_path / name
     text = path.read_text()
     path.unlink()
     if spoil:
         path.write_text(spoil(text))
-    assert command(*options) == 2
+    options = "--sectors", SMALL.n_sectors, "--units", "m kg s"
+    assert command("matrixmarket", tmp_path, *options) == 2
     one_line(capsys, words)
 
 
