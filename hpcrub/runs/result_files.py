@@ -1,7 +1,7 @@
 """Result files of runs: laid out, checked, and gone on with, by what their study says it needs."""
 
-import itertools
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +39,6 @@ def lay_out(
     attributes = dict(attributes or {})
     if run.study.integrates:
         attributes["time_step_s"] = run.config.step
-    if found := run.fingerprints():
-        attributes["sources_sha256"] = " ".join(found.values())
     plan = Plan(run.config, _lines(run), lengths, run.scales(), values, attributes)
     storage.lay_out(path, plan)
 
@@ -68,6 +66,19 @@ def _rows(programs):
 def file_size(run: Run) -> int:
     """Bytes that the result file of a run takes."""
     return storage.file_size(_lines(run), run.sizes())
+
+
+def open_checked(
+    path: str | os.PathLike[str], check: Callable[[ResultFile], None], mode: str = "r"
+) -> ResultFile:
+    """Open a result file that passes a check; what this raises closes it."""
+    file = ResultFile(Path(path), mode=mode)
+    try:
+        check(file)
+    except BaseException:
+        file.close()
+        raise
+    return file
 
 
 def check(file: ResultFile, run: Run) -> None:
@@ -108,12 +119,11 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
         check(file, run)
         if not allow_mixed and (file.status() == PENDING).any():
             _require_this_program(file)
-        stored = str(file.attributes().get("sources_sha256", "")).split()
-    found = run.fingerprints()
-    for source, before in itertools.zip_longest(found, stored):
-        if before != found.get(source):
+        known = run.study.constants(run.config) if run.study.n_sources else {}
+        if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
+            sources = ", ".join(run.config.sources)
             raise InputError(
-                f"sources: {source} has changed since {path} was begun; --overwrite begins anew"
+                f"sources: {sources} has changed since {path} was begun; --overwrite begins anew"
             )
 
 

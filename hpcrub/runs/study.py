@@ -86,7 +86,6 @@ class Study:
     # whether a file that lacks some of its parts is complete nevertheless
     is_enough: Callable[[ResultFile], bool] = lambda file: False
     n_sources: int = 0  # result files of contact studies that it starts from
-    fingerprint: Callable[[str], str] = lambda path: ""  # of what it has from one of them
     integrates: bool = False  # in time, with the contact kernel
     # of a study that integrates: the Problem in what `prepare` returned
     problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
@@ -153,11 +152,6 @@ class Run(NamedTuple):
         """What every rank needs (rank 0). Raises InputError."""
         imported.require_blade_stiffness(self.config, self.study.mistunes)
         return self.study.prepare(self.config)
-
-    def fingerprints(self) -> dict[str, str]:
-        """{path: hexadecimal digits} of what the study has from its sources."""
-        paths = self.config.sources if self.study.n_sources else ()
-        return {path: self.study.fingerprint(path) for path in paths}
 
     def amount(self) -> str:
         """How much there is to compute, in words."""

@@ -5,7 +5,6 @@ result file holds. `docs/developing_a_study.md` shows how to add a study.
 """
 
 import os
-from pathlib import Path
 
 from hpcrub.config.schema import Config
 from hpcrub.results.storage import ResultFile
@@ -48,12 +47,10 @@ def open_result(
     config: the configuration that it must have; None for any. mode: "r" to read, "r+" to write too.
     Raises InputError, which says what is wrong with the file.
     """
-    file = ResultFile(Path(path), mode=mode)
-    try:
+
+    def check(file):
         if config is not None:
             result_files.check_config(file, config)
         result_files.check(file, run_of(file.config))
-    except BaseException:
-        file.close()
-        raise
-    return file
+
+    return result_files.open_checked(path, check, mode)

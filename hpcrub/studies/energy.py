@@ -25,7 +25,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.studies.contact.source import complete, fingerprint
+from hpcrub.studies.contact.source import open_contact, require_complete
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
@@ -75,25 +75,25 @@ def constants(config: Config) -> dict[str, Any]:
 
     Raises InputError when it has too few finished samples or other physics.
     """
-    file, n_wanted = complete(config.sources[0], config), config.energy.samples
-    values, done = file.read("samples/amplification"), file.status() == DONE
-    if np.count_nonzero(done) < n_wanted:
-        raise InputError(
-            f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} finished "
-            f"samples of {file.path}"
-        )
-    largest = np.argsort(-values[done], kind="stable")[:n_wanted]
-    level, number = (places[largest] for places in np.nonzero(done))
-    found = {
-        "speeds_hz": config.speeds.values_hz,
-        "level": level,
-        "number": number,
-        "sigma": file.read("sigma")[level],
-        "deviation": file.read("samples/deviation")[level, number],
-        "amplification": values[level, number],
-    }
-    file.close()
-    return found
+    n_wanted = config.energy.samples
+    with open_contact(config.sources[0]) as file:
+        require_complete(file, config)
+        values, done = file.read("samples/amplification"), file.status() == DONE
+        if np.count_nonzero(done) < n_wanted:
+            raise InputError(
+                f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} "
+                f"finished samples of {file.path}"
+            )
+        largest = np.argsort(-values[done], kind="stable")[:n_wanted]
+        level, number = (places[largest] for places in np.nonzero(done))
+        return {
+            "speeds_hz": config.speeds.values_hz,
+            "level": level,
+            "number": number,
+            "sigma": file.read("sigma")[level],
+            "deviation": file.read("samples/deviation")[level, number],
+            "amplification": values[level, number],
+        }
 
 
 def n_tasks(config: Config) -> int:
@@ -219,7 +219,6 @@ STUDY = Study(
     cost=cost,
     problems=steady_problems,
     n_sources=1,
-    fingerprint=fingerprint,
     integrates=True,
     histories=True,
     compute=compute,

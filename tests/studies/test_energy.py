@@ -190,7 +190,8 @@ def test_a_result_file_alone_is_enough(folder, capfd):
 
     Path("elsewhere.h5").rename("source.h5")
     assert run("--resume", "--no-figures") == 0
-    change("source.h5", "samples/linear_amplification", (1, 2), 1.25)
+    level, number = (int(open_result("energy.h5").read(name)[0]) for name in ("level", "number"))
+    change("source.h5", "samples/deviation", (level, number, 3), 0.01)
     capfd.readouterr()
     assert run("--resume") == 2
     assert "sources: source.h5 has changed since" in capfd.readouterr().err
