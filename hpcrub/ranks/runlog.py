@@ -12,7 +12,7 @@ import socket
 import sys
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from hpcrub import __version__
 from hpcrub.config.types import without_suffix
@@ -39,12 +39,22 @@ class Work(NamedTuple):
 
 
 class RunLog:
-    """The log of one run, on rank 0."""
+    """The log of one run, which ends with the `with` block around it, however that ends."""
 
     def __init__(
-        self, output: str | Path, n_ranks: int, earlier: str = "set-up", seconds: float = 0.0
+        self,
+        output: str | Path,
+        n_ranks: int,
+        earlier: str = "set-up",
+        seconds: float = 0.0,
+        writes: bool = True,
     ) -> None:
-        """Write the first line; earlier: phase that is over, of so many `seconds`."""
+        """Write the first line.
+
+        earlier: phase that is over, of so many `seconds`; writes: on rank 0 alone.
+        """
+        self.writes = writes
+        self.job: Any = None  # a `runs.study.Job`, once there is one
         self.path = Path(f"{without_suffix(os.path.abspath(output))}.runs.jsonl")
         self.n_ranks = n_ranks
         self.started, self.began = _now(), time.monotonic() - seconds
@@ -61,6 +71,14 @@ class RunLog:
         }
         self._append({"event": "start", **self.about})
         self.phase("set-up")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        code = getattr(error, "exit_code", 1) if error else 0
+        done = self.job.work if self.job else Work()
+        self.end(done, code, str(error or "").partition("\n")[0])
 
     def phase(self, name: str | None) -> None:
         """The phase `name` begins, the last one ends; None: nothing begins."""
@@ -97,6 +115,8 @@ class RunLog:
         )
 
     def _append(self, line: dict[str, Any]) -> None:
+        if not self.writes:
+            return
         try:
             with open(self.path, "a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")

@@ -13,11 +13,11 @@ from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
-from hpcrub.ranks.runlog import RunLog, Work
+from hpcrub.ranks.runlog import RunLog
 from hpcrub.results import ownership, storage, trouble
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
-from hpcrub.runs.study import Job, Run
+from hpcrub.runs.study import Run
 from hpcrub.setup import plausibility
 
 
@@ -116,36 +116,13 @@ def execute(
     examined = team.on_root(lambda: examine(run, existing))
     team.stop_if_asked(path)
     with contextlib.ExitStack() as stack:
-        earlier = team.on_root(lambda: claim(run, existing, examined.warnings, stack))
-        with Accounting(path, team, earlier) as log:
+        earlier, seconds = team.on_root(lambda: claim(run, existing, examined.warnings, stack))
+        with RunLog(path, team.size, earlier, seconds, writes=team.rank == 0) as log:
             _compute(team, run, examined, log)
             if draw and not run.config.is_part:
                 log.phase("figures")
                 team.on_root(partial(draw, [path]))
     return Finished(time.monotonic() - began, team.size)
-
-
-class Accounting:
-    """Writes the log of a run on rank 0, however the run ends."""
-
-    def __init__(self, path: str, team: Team, earlier: tuple[str, float]) -> None:
-        """earlier: name and seconds of what came before the log could be written."""
-        self.job: Job | None = None
-        self.log = RunLog(path, team.size, *earlier) if team.rank == 0 else None
-
-    def phase(self, name: str) -> None:
-        """The phase `name` begins."""
-        if self.log:
-            self.log.phase(name)
-
-    def __enter__(self) -> "Accounting":
-        return self
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        if self.log:
-            code = getattr(error, "exit_code", 1) if error else 0
-            done = self.job.work if self.job else Work()
-            self.log.end(done, code, str(error or "").partition("\n")[0])
 
 
 def _compute(team, run, examined, log):

@@ -6,7 +6,7 @@ A study is a module that ends with `STUDY = Study(...)`, and one line in `hpcrub
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,25 +27,6 @@ STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
 Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
-
-
-class Job(Protocol):
-    """A run on its way: some results may already be in its file."""
-
-    what: str  # it is made of
-    work: Work  # done so far, on rank 0
-
-    def run(self) -> None:
-        """Compute what is missing and write it; on all ranks."""
-
-    def n_done(self) -> tuple[int, int]:
-        """Finished parts of the job, and all (rank 0)."""
-
-    def require_results(self) -> None:
-        """Raise HpcrubError when all of the job has failed (rank 0)."""
-
-    def summary(self, seconds: float) -> None:
-        """Print what was found (rank 0)."""
 
 
 def _nothing(config: Config) -> dict[str, Any]:
@@ -91,7 +72,7 @@ class Study:
     problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
     histories: bool = False  # keeps the motion itself, and not only its amplitudes
     has_parts: bool = False  # can be computed in parts, each in a file of its own
-    job: Callable[..., Job] = field(default=lambda *arguments: Tasks(*arguments))
+    job: Callable[..., "Job"] = field(default=lambda *arguments: Job(*arguments))
 
     def one_line(self, file: ResultFile) -> str:
         """The result in one line, for a table of several runs."""
@@ -165,10 +146,10 @@ class Run(NamedTuple):
         return f"{self.study.name}, {what}"
 
 
-class Tasks:
-    """The job of independent tasks."""
+class Job:
+    """A run on its way: some results may already be in its file; here of independent tasks."""
 
-    what = "tasks"
+    what = "tasks"  # it is made of
 
     def __init__(
         self,
@@ -187,11 +168,11 @@ class Tasks:
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file
         self.progress, self.phase = progress, phase
-        self.work = Work()  # rank 0
-        self.status = np.zeros(0, dtype=np.uint8)  # (T,) on rank 0
+        self.work = Work()  # done so far, on rank 0
+        self.status = np.zeros(0, dtype=np.uint8)  # of every task, (T,) on rank 0
 
     def run(self) -> None:
-        """Compute what is missing and write it.
+        """Compute what is missing and write it; on all ranks.
 
         Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
         """
@@ -205,11 +186,11 @@ class Tasks:
         self.team.run_tasks(tasks, self._compute, self._collect)
 
     def n_done(self) -> tuple[int, int]:
-        """Finished tasks and all (rank 0)."""
+        """Finished parts of the job, and all (rank 0)."""
         return int(np.count_nonzero(self.status == DONE)), len(self.status)
 
     def require_results(self) -> None:
-        """A task cannot fail: what it finds may be that all has diverged."""
+        """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
 
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""

@@ -8,7 +8,6 @@ one before waits, with the sample in its memory, until rank 0 shares the referen
 """
 
 import time
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,12 +15,10 @@ import numpy as np
 
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.ranks.parallel import PAUSE, Team
-from hpcrub.ranks.progress import Progress
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
-from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Run
+from hpcrub.runs.study import Job, Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
@@ -54,32 +51,21 @@ class Outcome(NamedTuple):
     message: str = ""
 
 
-class MonteCarlo:
+class MonteCarlo(Job):
     """The job of a contact study."""
 
     what = "samples"
 
-    def __init__(
-        self,
-        run: Run,
-        team: Team,
-        prepared: Problem | None,
-        file: ResultFile,
-        progress: Progress | None = None,
-        phase: Callable[[str], None] = lambda name: None,
-    ) -> None:
-        """A job that has not begun; arguments as for `study.Tasks`."""
-        config = self.config = run.config
-        self.team, self.problem, self.file = team, prepared, file
-        self.progress, self.phase = progress, phase
+    def __init__(self, run: Run, team: Team, prepared: Problem | None, *others: Any) -> None:
+        """A job that has not begun; arguments as for `Job`, no Problem where parts are merged."""
+        super().__init__(run, team, prepared, *others)
+        config, self.problem = run.config, prepared
         self.speeds_hz = config.speeds.values_hz
         self.shape = len(config.levels), len(config.samples)
-        self.tuned = TunedDisk(config, prepared, file)
+        self.tuned = TunedDisk(config, prepared, self.file)
         self.reference = None  # Reference, once known to this rank
-        self.work = Work()  # rank 0
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
-        self.status: Any = None  # (V, n) on rank 0
         self.kinds = kinds(config)
         self.numbers: Any = None  # of all kinds, (kinds, V, n) on rank 0
         self.tasks: Any = ()  # on rank 0
