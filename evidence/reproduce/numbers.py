@@ -102,7 +102,7 @@ def ranges(results):
 def steady_time(results):
     """6: mean simulated time."""
     files = [results.contact(n_d) for n_d in (3, 4, 5, 6)]
-    times = [file.read("samples/time_s")[file.status() == DONE].mean(axis=1) for file in files]
+    times = [file.read("samples/time_s")[file.status == DONE].mean(axis=1) for file in files]
     means = np.concatenate(times)
     half = Z_95 * means.std(ddof=1) / np.sqrt(len(means))
     limit = files[0].config.steady_state.max_time_s
@@ -167,7 +167,7 @@ def shares(results):
     """12: share of the samples above the diagonal."""
     file, rows = results.contact(4), []
     for sigma, paper, level in ((0.6, 82, 0), (2.3, 96, 3)):
-        done = file.status()[level] == DONE
+        done = file.status[level] == DONE
         contact, linear = (
             file.read(f"samples/{name}", level)[done]
             for name in ("amplification", "linear_amplification")
@@ -243,7 +243,7 @@ def samples_needed(results):
 def cost(results):
     """16: cost of one sample."""
     file = results.contact(4)
-    done_ = file.status() == DONE
+    done_ = file.status == DONE
     simulated = file.read("samples/time_s")[done_].sum(axis=1).mean()
     share = np.mean(file.read("samples/point_status")[done_] == STEADY)
     cfg = Config()

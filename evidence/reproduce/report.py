@@ -69,7 +69,7 @@ def write(folder, scale, target):
     target.parent.mkdir(parents=True, exist_ok=True)
     results = rows.Results(folder)
     of_case = [
-        f"{(results.contact(n).status() == DONE).sum(axis=1).min()} samples for n_d = {n}"
+        f"{(results.contact(n).status == DONE).sum(axis=1).min()} samples for n_d = {n}"
         for n in plan.CASES
     ]
     found = numbers.rows(results)

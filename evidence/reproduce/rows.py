@@ -109,7 +109,7 @@ def order_row(number, quantity, paper, ours, smaller, larger, **more):
 
 def done(file, name, level):
     """Values of the finished samples of a level."""
-    return file.read(f"samples/{name}", level)[file.status()[level] == DONE]
+    return file.read(f"samples/{name}", level)[file.status[level] == DONE]
 
 
 def percentile(file, level, at, name="amplification"):

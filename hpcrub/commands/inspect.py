@@ -40,7 +40,7 @@ def description(path: str) -> Iterator[str]:
         config = file.config
         megabytes = file.path.stat().st_size / 1e6
         yield f"{printable(path)}: sound, study {config.study}, {megabytes:.4g} MB"
-        for name, value in sorted(file.attributes().items()):
+        for name, value in sorted(file.attributes.items()):
             if name != "config":
                 yield f"  {printable(name)}: {printable(value)}"
         yield "  keys that differ from their defaults:"
@@ -49,14 +49,14 @@ def description(path: str) -> Iterator[str]:
         )
         changed = (key for key in here if here[key] != default[key])
         yield from (f"    {key}: {printable(show(here[key]))}" for key in changed)
-        status = file.status()
+        status = file.status
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
         run = run_of(config)
         what = run.study.unit
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {what}{failed}"
         yield "  computed by:"
-        yield from (f"    {printable(program)}" for program in file.programs())
+        yield from (f"    {printable(program)}" for program in file.programs)
         if wear := list(depths.lines(file)):
             yield "  wear of the coating:"
             yield from (f"    {line}" for line in wear)

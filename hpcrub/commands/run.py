@@ -199,7 +199,7 @@ def status(runs: list[Run]) -> int:
             complete = False
             continue
         with studies.open_result(cfg.output, cfg) as file:
-            done = file.status() != PENDING
+            done = file.status != PENDING
             enough = bool(done.all())
             text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {study.unit}"
             if not enough and study.is_enough(file):

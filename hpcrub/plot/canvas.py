@@ -229,7 +229,7 @@ def _fitting(
 
 def warnings(file: ResultFile) -> list[str]:
     """What a result file warns of, a line each."""
-    lines = str(file.attributes().get("warnings", "")).splitlines()
+    lines = str(file.attributes.get("warnings", "")).splitlines()
     return [line for line in lines if line.strip()]
 
 

@@ -23,7 +23,7 @@ FEW = 3  # keys that are all named; with more, only those with an unusual value
 
 def finished(file: ResultFile, name: str) -> list[Any]:
     """Values of the finished samples of every level, those that failed left out."""
-    status, values = file.status(), file.read(f"samples/{name}")
+    status, values = file.status, file.read(f"samples/{name}")
     return [values[level][status[level] == DONE] for level in range(len(status))]
 
 
@@ -105,7 +105,7 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
     if len({row["time.step_s"] for row in rows}) > 1:  # it is only a bound
         for row, file in zip(rows, files, strict=True):
-            row["time.step_s"] = float(file.attributes()["time_step_s"])
+            row["time.step_s"] = float(file.attributes["time_step_s"])
     return rows
 
 

@@ -101,7 +101,7 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     that one of these lies beyond them, from the smallest to the largest sample. name: other values
     in metres than the amplitudes.
     """
-    done = file.status()[-1, :MOST] == DONE
+    done = file.status[-1, :MOST] == DONE
     name = name or layout.amplitude(file.config)
     amplitude = 1e3 * file.read(f"samples/{name}", (-1, slice(MOST)))[done]
     speeds, percentiles = file.read("speeds_hz"), file.config.convergence.percentiles

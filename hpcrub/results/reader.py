@@ -6,11 +6,10 @@ Needs neither MPI nor the models; pandas only where it is asked for. xarray open
 import difflib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.results.storage import ResultFile
 
@@ -36,7 +35,7 @@ def open_file(path: str | Path) -> "Results":
     return Results(path)
 
 
-class Results:
+class Results(ResultFile):
     """A result file that is open to be read: a mapping of dataset names to arrays.
 
     Attributes
@@ -47,70 +46,33 @@ class Results:
         The effective configuration of its study, every key.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.file = ResultFile(path)  # what the figures read
-        self.path: Path = self.file.path
-        self.config: Config = self.file.config
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the file; what has been read stays."""
-        self.file.close()
-
     def __getitem__(self, name: str) -> Any:
         """Values of a dataset, in SI units: an array, or a number when it has no axes."""
         try:
-            return self.file.read(name)
+            return self.read(name)
         except InputError as error:
-            if name in self.file.names():
+            if name in self.names():
                 raise
             near = difflib.get_close_matches(name, self, 3, 0.4) or [*self]
             raise KeyError(f"{error}; there are {', '.join(near)}") from None
 
-    def __contains__(self, name: str) -> bool:
-        return name in self.file
-
     def __iter__(self) -> Iterator[str]:
-        return iter(self.file.names())
+        return iter(self.names())
 
     def __len__(self) -> int:
-        return len(self.file.names())
+        return len(self.names())
 
     def __repr__(self) -> str:
         return f"<hpcrub {self.config.study} study {str(self.path)!r}>"
 
-    @property
-    def status(self) -> np.ndarray:
-        """Of every sample (V, n), of other studies every task (T,), 0 pending, 1 done, 2 failed."""
-        return self.file.status()
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """Attributes of the file, such as versions of program and libraries, the seed, the time."""
-        return self.file.attributes()
-
-    @property
-    def programs(self) -> list[str]:
-        """The programs that have computed this file, one unless it was told to mix them."""
-        return self.file.programs()
-
     def units(self, name: str) -> str:
         """Unit of a dataset, "1" when it has none."""
-        return str(self.file.attributes(name).get("units", "1"))
+        return str(self.attributes_of(name).get("units", "1"))
 
     def description(self, name: str) -> str:
         """What a dataset holds."""
-        attributes = self.file.attributes(name)
+        attributes = self.attributes_of(name)
         return str(attributes.get("long_name", attributes.get("description", "")))
-
-    def dimensions(self, name: str) -> tuple[str, ...]:
-        """Name of each axis of a dataset, that of the dataset with the values along it."""
-        return self.file.dimensions(name)
 
     def tables(self) -> dict[str, tuple[str, ...]]:
         """{name: dimensions} of the tables that `to_dataframe` makes of this file.
@@ -164,5 +126,5 @@ class Results:
 
     def _axis(self, name, dimension, axis):
         """Values along one axis of a dataset."""
-        here = dimension in self and self.file.shape(dimension) == (self.file.shape(name)[axis],)
-        return self[dimension] if here else np.arange(self.file.shape(name)[axis])
+        here = dimension in self and self.shape(dimension) == (self.shape(name)[axis],)
+        return self[dimension] if here else np.arange(self.shape(name)[axis])

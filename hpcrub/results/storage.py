@@ -221,7 +221,7 @@ class ResultFile:
         self.close()
 
     def _check_layout(self):
-        attributes = self.attributes()
+        attributes = self.attributes
         if str(attributes.get("program")) != "hpcrub":
             raise InputError(f"{self.path} is not a result file of hpcrub")
         number = attributes.get("layout", 1)
@@ -234,7 +234,7 @@ class ResultFile:
 
     def _config(self):
         try:
-            return Config.from_yaml(str(self.attributes()["config"]))
+            return Config.from_yaml(str(self.attributes["config"]))
         except (InputError, KeyError) as error:
             raise InputError(
                 f"{self.path} was written by {self.written_by()}: its configuration cannot be "
@@ -243,7 +243,7 @@ class ResultFile:
 
     def written_by(self) -> str:
         """Version and revision of the program that laid the file out, for messages."""
-        attributes = self.attributes()
+        attributes = self.attributes
         version, revision = (
             attributes.get(name, "?") for name in ("program_version", "git_revision")
         )
@@ -308,19 +308,26 @@ class ResultFile:
                 for number, (scale, axis) in enumerate(zip(scales, dataset.dims, strict=True))
             )
 
-    def attributes(self, name: str = "/") -> dict[str, Any]:
-        """Attributes of the root (configuration, versions, time), or of a dataset."""
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of the file: configuration, versions of program and libraries, seed, time."""
+        return self.attributes_of("/")
+
+    def attributes_of(self, name: str) -> dict[str, Any]:
+        """Attributes of a dataset."""
         item = self._file if name == "/" else self._dataset(name)
         with self._damage():
             hidden = "DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"
             return {key: _words(item.attrs[key]) for key in item.attrs if key not in hidden}
 
+    @property
     def status(self) -> np.ndarray:
-        """Status of every sample, (V, n) uint8, or of every task, (T,)."""
+        """Of every sample (V, n), of other studies every task (T,), 0 pending, 1 done, 2 failed."""
         return self.read("status" if "status" in self else "samples/status")
 
+    @property
     def programs(self) -> list[str]:
-        """Programs that have computed this file, as `provenance.program`."""
+        """The programs that have computed this file, one unless it was told to mix them."""
         return [row.decode(errors="replace") for row in self.read("programs") if row]
 
     def write(self, values: dict[str, Any], where: Any) -> None:

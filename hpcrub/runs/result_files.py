@@ -117,7 +117,7 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
     with ResultFile(path) as file:
         check_config(file, run.config)
         check(file, run)
-        if not allow_mixed and (file.status() == PENDING).any():
+        if not allow_mixed and (file.status == PENDING).any():
             _require_this_program(file)
         known = run.study.constants(run.config) if run.study.n_sources else {}
         if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
@@ -129,7 +129,7 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
 
 def _require_this_program(file):
     if not _knows_this_program(file):
-        last = file.programs()[-1]
+        last = file.programs[-1]
         raise InputError(
             f"{file.path} was computed by another program ({last}); this is {provenance.program()}:"
             " --allow-mixed goes on and names both in the file, --overwrite begins anew"
@@ -138,7 +138,7 @@ def _require_this_program(file):
 
 def _knows_this_program(file):
     """Whether the program text that runs is among a file's `programs`."""
-    return provenance.program_text() in [program.split()[0] for program in file.programs()]
+    return provenance.program_text() in [program.split()[0] for program in file.programs]
 
 
 def register(file: ResultFile) -> None:
@@ -147,4 +147,4 @@ def register(file: ResultFile) -> None:
     Raises InputError when too many programs have done so.
     """
     if not _knows_this_program(file):
-        file.write({"programs": _rows([*file.programs(), provenance.program()])}, ())
+        file.write({"programs": _rows([*file.programs, provenance.program()])}, ())

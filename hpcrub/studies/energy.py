@@ -78,7 +78,7 @@ def constants(config: Config) -> dict[str, Any]:
     n_wanted = config.energy.samples
     with open_contact(config.sources[0]) as file:
         require_complete(file, config)
-        values, done = file.read("samples/amplification"), file.status() == DONE
+        values, done = file.read("samples/amplification"), file.status == DONE
         if np.count_nonzero(done) < n_wanted:
             raise InputError(
                 f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} "

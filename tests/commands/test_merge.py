@@ -91,7 +91,7 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
     assert "6 of 10 samples" in capsys.readouterr().out
     file = open_result("whole.h5")
-    np.testing.assert_array_equal(file.status() == PENDING, [[False, True, True, False, False]] * 2)
+    np.testing.assert_array_equal(file.status == PENDING, [[False, True, True, False, False]] * 2)
     known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
     np.testing.assert_array_equal(known, [True, False, False, False, False])
     file.close()
@@ -168,8 +168,8 @@ def test_what_other_programs_have_computed_is_mixed_only_when_told(folder, capsy
     assert not (folder / "whole.h5").exists()
     assert merge.main(["whole.h5", *THREE, "--allow-mixed"]) == 0
     with open_result("whole.h5") as file:
-        assert len(file.programs()) == 2
-        assert file.programs()[1].startswith("f" * 16)
+        assert len(file.programs) == 2
+        assert file.programs[1].startswith("f" * 16)
     assert datasets("whole.h5") == datasets("single.h5")
     assert f"    {'f' * 16} hpcrub 9.9 revision other" in list(inspect.description("whole.h5"))
 
@@ -183,7 +183,7 @@ def test_resume_refuses_what_another_program_has_begun(folder, capfd, another_pr
     assert run_here("study.yaml", "--status") == 75  # reading never refuses
     assert run_here("study.yaml", "--resume", "--allow-mixed") == 0
     with open_result("whole.h5") as file:
-        assert [program[:4] == "ffff" for program in file.programs()] == [False, True]
+        assert [program[:4] == "ffff" for program in file.programs] == [False, True]
     assert run_here("study.yaml", "--resume") == 0  # complete: nothing is computed
 
 

@@ -36,7 +36,7 @@ def edges(axes, x):
 
 
 def done(file, name, level):
-    return file.read(name, level)[file.status()[level] == DONE]
+    return file.read(name, level)[file.status[level] == DONE]
 
 
 def words(axes):

@@ -51,7 +51,7 @@ def test_the_groove_is_drawn_around_the_casing_and_over_the_speeds(file):
 def test_every_level_has_the_share_of_disks_that_cut_at_most_so_deep(file):
     disks = plot.wear(file)[3]
     for level in range(2):
-        done = file.status()[level] == 1
+        done = file.status[level] == 1
         depth = 1e3 * np.sort(file.read("samples/deepest_m", level)[done])
         share = 100.0 * np.arange(1, len(depth) + 1) / len(depth)
         assert_drawn(disks, (depth, share))

@@ -94,7 +94,7 @@ def test_written_values_come_back(path, tiny_config):
     contact_file.write_statistics(file, "linear", 1, running, intervals)
     file.close()
     file = studies.open_result(path, tiny_config)
-    np.testing.assert_array_equal(file.status(), [[0, 0], [1, 0]])
+    np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
     assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
     np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
     assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
@@ -126,9 +126,9 @@ def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
         with pytest.raises(HpcrubError, match="No space left"):
             contact_file.write_sample(file, 1, 0, values)
         monkeypatch.setattr(file, "_dataset", dataset)
-        assert file.status()[1, 0] == 0, last
+        assert file.status[1, 0] == 0, last
     contact_file.write_sample(file, 1, 0, values)
-    assert file.status()[1, 0] == layout.DONE
+    assert file.status[1, 0] == layout.DONE
     file.close()
 
 
@@ -204,7 +204,7 @@ def test_what_people_add_to_a_file_harms_nothing(path, tiny_config):
         contact_file.write_sample(
             file, 1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE}
         )
-        assert file.attributes()["note"] == "mine"
+        assert file.attributes["note"] == "mine"
         assert "my/own" in file.names()
     result_files.check_resumable(path, studies.run_of(tiny_config))
 
@@ -219,7 +219,7 @@ def everything(path, names):
     """All that a reader of hpcrub may take from a file."""
     with studies.open_result(path) as file:
         found = {name: np.asarray(file.read(name)).tobytes() for name in names}
-        return found | {"attributes": file.attributes()}
+        return found | {"attributes": file.attributes}
 
 
 def test_damaged_metadata_is_found(path):

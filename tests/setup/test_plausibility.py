@@ -166,7 +166,7 @@ def test_what_is_not_resolved_is_marked_in_file_and_output(folder, capfd):
     assert cli.main(["a.yaml", *coarse, "--set=mistuning.samples=1", "--no-figures"]) == 0
     assert "warning: not resolved: 2 time steps per bump width" in capfd.readouterr().out
     with open_result("results/a.h5") as file:
-        assert "not resolved: 2 time steps per bump width" in file.attributes()["warnings"]
+        assert "not resolved: 2 time steps per bump width" in file.attributes["warnings"]
 
 
 def test_a_tuned_disk_without_result_says_why(folder, capfd):

@@ -52,7 +52,7 @@ def test_a_study_leaves_its_file_figure_and_log(finished):
 
 
 def test_amplifications_are_peaks_over_the_reference(file):
-    assert (file.status() == DONE).all()
+    assert (file.status == DONE).all()
     peaks = file.read("samples/amplitude_m").max(axis=2)
     np.testing.assert_array_equal(file.read("samples/peak_amplitude_m"), peaks)
     reference = contact_file.read_tuned(file)["reference_amplitude_m"]
@@ -143,7 +143,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     assert "level 1, sample 0 failed: " in out
     assert "1 (+1 failed)" in out
     file = open_result("results/tiny.h5")
-    np.testing.assert_array_equal(file.status(), [[DONE, DONE], [FAILED, DONE]])
+    np.testing.assert_array_equal(file.status, [[DONE, DONE], [FAILED, DONE]])
     np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
     percentile = file.read("statistics/contact/percentile", 1)
     assert np.isnan(percentile[:, 0]).all()
@@ -168,7 +168,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     monkeypatch.setattr("hpcrub.statistics.percentiles.MIN_VALUES", 3)
     assert run_here(tiny, *few) == 0
     file = open_result("results/tiny.h5")
-    np.testing.assert_array_equal(file.status(), [[DONE] * n + [0] * (12 - n)])
+    np.testing.assert_array_equal(file.status, [[DONE] * n + [0] * (12 - n)])
     known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
     np.testing.assert_array_equal(known, np.arange(12) < n)
     file.close()
@@ -194,7 +194,7 @@ def test_a_study_without_a_result_does_not_end_as_if_it_had_one(tiny, folder, ca
     (line,) = error_lines(capfd.readouterr().err)
     assert line.startswith("hpcrub: error: all 4 samples have failed")
     with open_result("results/tiny.h5") as file:
-        assert (file.status() == FAILED).all()
+        assert (file.status == FAILED).all()
 
 
 def test_a_study_shorter_than_a_step_of_the_convergence_ends_well(tiny, folder):

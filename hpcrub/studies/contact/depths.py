@@ -62,7 +62,7 @@ def lines(file: ResultFile) -> Iterator[str]:
     through = n_disks = 0
     for level, part in trust.pieces(file):
         depth = file.read("samples/worn_depth_m", (level, part))
-        n_disks += int(np.count_nonzero(file.status()[level, part] == DONE))
+        n_disks += int(np.count_nonzero(file.status[level, part] == DONE))
         cut = (depth >= REACHED * depth_of_all).any(axis=1)
         through += int(np.count_nonzero(cut))
     if through:
@@ -75,7 +75,7 @@ def lines(file: ResultFile) -> Iterator[str]:
 def _finished(file, level, name):
     """Numbers of the disks of a level that are finished, of those that count."""
     n = trust.n_counted(file)
-    values = file.read(f"samples/{name}", level)[:n][file.status()[level, :n] == DONE]
+    values = file.read(f"samples/{name}", level)[:n][file.status[level, :n] == DONE]
     return values[np.isfinite(values)]
 
 

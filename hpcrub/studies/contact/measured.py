@@ -39,7 +39,7 @@ def are_few(file: ResultFile) -> bool:
 
 def disks(file: ResultFile) -> Iterator[Disk]:
     """All measured disks of a file that have a result."""
-    shared, status = trust.shared_uncertainty(file), file.status()[0]
+    shared, status = trust.shared_uncertainty(file), file.status[0]
     for i in np.flatnonzero(status == DONE):
         where = 0, int(i)
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)

@@ -95,14 +95,14 @@ def _survey(out, paths, samples):
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
-            for program in part.programs():
+            for program in part.programs:
                 programs.setdefault(program.split()[0], program)
             if found and tuned:
                 _same_tuned(tuned, tuned_path, found, path)
             elif found:
                 tuned, tuned_path = found, path
-            warned |= dict.fromkeys(str(part.attributes().get("warnings", "")).splitlines())
-            for name, value in part.attributes().items():
+            warned |= dict.fromkeys(str(part.attributes.get("warnings", "")).splitlines())
+            for name, value in part.attributes.items():
                 if name.endswith(("_version", "_revision")) and name != "program_version":
                     origin[name].update(str(value).split(", "))
     attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
@@ -138,7 +138,7 @@ def _fill(path, parts_paths, found):
             with open_contact(part_path) as part:
                 _copy(part, whole)
         MonteCarlo(Run(STUDY, found.config), Team(), None, whole).update_statistics()
-        return whole.status()
+        return whole.status
 
 
 def _copy(part, whole):

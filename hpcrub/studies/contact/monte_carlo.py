@@ -98,7 +98,7 @@ class MonteCarlo(Job):
 
     def n_done(self) -> tuple[int, int]:
         """Finished samples and all (rank 0)."""
-        status = self.file.status()
+        status = self.file.status
         return int(np.count_nonzero(status != PENDING)), status.size
 
     def require_results(self) -> None:
@@ -116,7 +116,7 @@ class MonteCarlo(Job):
 
         Returns the Reference, None when missing, and the number of tasks.
         """
-        self.status = self.file.status()
+        self.status = self.file.status
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         self.tuned.take_stock()

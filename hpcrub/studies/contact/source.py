@@ -34,7 +34,7 @@ def require_complete(file: ResultFile, config: Config) -> None:
     path = file.path
     if file.config.is_part:
         raise InputError(f"sources: {path} is a part; merge all parts (hpcrub merge)")
-    n_pending = int(np.count_nonzero(file.status() == PENDING))
+    n_pending = int(np.count_nonzero(file.status == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
     other = [d for d in differences(file.config, config) if d.startswith(PHYSICS)]

@@ -69,7 +69,7 @@ def problems(config: Config) -> Iterator[str]:
 def headline(file: ResultFile) -> str:
     """Peak of the tuned disk, and the amplifications at the widest level."""
     text = f"tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
-    done = file.status()[-1] == DONE
+    done = file.status[-1] == DONE
     values = file.read("samples/amplification", -1)[done]
     if not len(values):
         return f"{text}, no sample has a result"

@@ -81,7 +81,7 @@ def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> 
         if not (narrow and heading == "sigma"):
             table.add_column(heading, justify="right", no_wrap=True)
     digits, n = 2 if narrow else 3, trust.n_counted(file)
-    status = file.status()[:, :n]
+    status = file.status[:, :n]
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
         done = status[level] == DONE
@@ -115,7 +115,7 @@ def interval_table(file: ResultFile) -> Table:
     for heading in ("level", "percentile", "A_nl", "interval", "A_lin", "interval"):
         table.add_column(heading, justify="right", no_wrap=True)
     n = trust.n_counted(file)
-    status = file.status()[:, :n]
+    status = file.status[:, :n]
     names = "samples/amplification", "samples/linear_amplification"
     shared = trust.shared_uncertainty(file)
     for level, half_range in enumerate(file.read("half_range")):

@@ -55,7 +55,7 @@ def survey(file: ResultFile) -> Survey:
         points[level] += np.bincount(states.ravel(), minlength=5)[:5]
         reasons = reasons + status.count(file.read("samples/point_reason", where))
         sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
-        done = file.status()[where] == DONE
+        done = file.status[where] == DONE
         amplitude = np.nan_to_num(file.read(f"samples/{name}", where)[done])
         if not len(amplitude):
             continue
@@ -263,7 +263,7 @@ def _limit_lines(file: ResultFile) -> Iterator[str]:
         allowed.append((config.limits.stress / per_metre, f"{config.limits.stress_mpa:g} MPa"))
     for limit, words in allowed:
         for level, half_range in enumerate(file.read("half_range")):
-            done = file.status()[level, :n] == DONE
+            done = file.status[level, :n] == DONE
             peaks = file.read("samples/peak_amplitude_m", level)[:n][done]
             above = int(np.count_nonzero(peaks > limit))
             low, high = probability_interval(above, len(peaks), Z_95)
