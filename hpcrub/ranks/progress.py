@@ -3,12 +3,15 @@
 import io
 import sys
 import time
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
 from rich.progress import Progress as Bar
+from rich.table import Table
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
@@ -36,6 +39,14 @@ def console() -> Console:
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
     return out
+
+
+def table(title: str, headings: Iterable[str], **how: Any) -> Table:
+    """A table without rows, a column of numbers for each heading; how: as of `Table`."""
+    found = Table(box=box.SIMPLE_HEAD, title=title, **how)
+    for heading in headings:
+        found.add_column(heading, justify="right", no_wrap=True)
+    return found
 
 
 def print_line(out: Console, text: str) -> None:

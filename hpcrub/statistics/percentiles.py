@@ -51,10 +51,9 @@ def widened(
     )
 
 
-def interval_in_words(low: float, high: float) -> str:
+def interval_in_words(*ends: float, form: str = ".3f") -> str:
     """Both ends of an interval; one that is open, NaN, for too few samples is "-"."""
-    ends = (f"{end:.3f}" if np.isfinite(end) else "-" for end in (low, high))
-    return " to ".join(ends)
+    return " to ".join(f"{end:{form}}" if np.isfinite(end) else "-" for end in ends)
 
 
 class Intervals(NamedTuple):

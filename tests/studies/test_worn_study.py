@@ -8,7 +8,7 @@ from hpcrub.commands import inspect
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.statistics.percentiles import running_intervals, running_percentiles
 from hpcrub.studies import energy, open_result
-from hpcrub.studies.contact import depths, trust
+from hpcrub.studies.contact import depths, summary, trust
 from hpcrub.studies.contact.layout import KINDS
 from tests.program import TINY, run_here
 
@@ -66,7 +66,7 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, file):
         assert f"below {100 * (1 - np.sqrt(0.025)):.2g} %" in line
     printed = list(inspect.description(str(folder / "coated.h5")))
     assert [line.strip() for line in printed if line.strip() in found] == found
-    assert depths.table(file).row_count == 6
+    assert summary.coating_table(file).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(file, monkeypatch):

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from rich import box
 from rich.table import Table
 
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
+from hpcrub.ranks import progress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, widened
@@ -56,12 +56,10 @@ def disks(file: ResultFile) -> Iterator[Disk]:
 
 def table(file: ResultFile) -> Table:
     """A row for each disk."""
-    found = Table(
-        box=box.SIMPLE_HEAD,
-        title=f"Measured disks, {100 * confidence(Z_95):.4g} % intervals",
+    found = progress.table(
+        f"Measured disks, {100 * confidence(Z_95):.4g} % intervals",
+        ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "not\nsteady", "diverged"),
     )
-    for heading in ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "not\nsteady", "diverged"):
-        found.add_column(heading, justify="right", no_wrap=True)
     for disk in disks(file):
         found.add_row(
             f"{disk.number}",

@@ -5,12 +5,12 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.table import Table
 
 from hpcrub.config.text import counted
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
+from hpcrub.ranks import progress
 from hpcrub.ranks.progress import WIDTH, console, duration, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
@@ -41,7 +41,7 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
         if len(file.config.samples) > 1:
             out.print(interval_table(file))
             if "samples/deepest_m" in file:
-                out.print(depths.table(file))
+                out.print(coating_table(file))
     print_line(out, tuned_line(file))
     for line in (*depths.lines(file), *point_lines(found)):
         print_line(out, line)
@@ -71,31 +71,26 @@ def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> 
     """One row per mistuning level; narrow: without sigma, and with fewer digits."""
     percentiles = file.config.convergence.percentiles
     names = "/".join(f"{p:g}" for p in percentiles)
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        title=f"Amplifications, percentiles {names}, convergence error",
+    headings = ["level", "sigma", "samples", "A_nl", "A_lin", "error", "not\nsteady", "diverged"]
+    table = progress.table(
+        f"Amplifications, percentiles {names}, convergence error",
+        [heading for heading in headings if not (narrow and heading == "sigma")],
         padding=(0, 0) if narrow else (0, 1),
     )
-    headings = ["level", "sigma", "samples", "A_nl", "A_lin", "error", "not\nsteady", "diverged"]
-    for heading in headings:
-        if not (narrow and heading == "sigma"):
-            table.add_column(heading, justify="right", no_wrap=True)
-    digits, n = 2 if narrow else 3, trust.n_counted(file)
-    status = file.status[:, :n]
+    digits, status = 2 if narrow else 3, file.status[:, : trust.n_counted(file)]
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
-        done = status[level] == DONE
-        n_failed = np.count_nonzero(status[level] == FAILED)
+        n_done, n_failed = (np.count_nonzero(status[level] == s) for s in (DONE, FAILED))
         points = found.points[level]
         not_steady, diverged = points[[NOT_STEADY, DIVERGED]] / max(1, points[1:].sum())
         contact, linear = (
-            _percentile_text(file.read(f"samples/{name}", level)[:n][done], percentiles, digits)
+            _percentile_text(trust.finished(file, level, name), percentiles, digits)
             for name in ("amplification", "linear_amplification")
         )
         table.add_row(
             f"±{100 * half_range[level]:.3g} %",
             *(() if narrow else (f"{100 * sigma[level]:.2f} %",)),
-            f"{np.count_nonzero(done)}" + (f" (+{n_failed} failed)" if n_failed else ""),
+            f"{n_done}" + (f" (+{n_failed} failed)" if n_failed else ""),
             contact,
             linear,
             _last_error(file.read("statistics/contact/convergence_error", level)),
@@ -107,34 +102,37 @@ def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> 
 
 def interval_table(file: ResultFile) -> Table:
     """One row per level and percentile: amplifications with their confidence intervals."""
-    c = file.config.convergence
-    table = Table(
-        box=box.SIMPLE_HEAD,
-        title=f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)",
-    )
-    for heading in ("level", "percentile", "A_nl", "interval", "A_lin", "interval"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    n = trust.n_counted(file)
-    status = file.status[:, :n]
-    names = "samples/amplification", "samples/linear_amplification"
-    shared = trust.shared_uncertainty(file)
+    title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
+    names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
+    return _intervals(file, title, names, ".3f", trust.shared_uncertainty(file))
+
+
+def coating_table(file: ResultFile) -> Table:
+    """One row per level and percentile: largest amplitudes and worn depths with their intervals."""
+    names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
+    title = "Coating: percentiles and their intervals (95 %) [mm]"
+    return _intervals(file, title, names, ".4g", np.zeros(2), 1e3)
+
+
+def _intervals(file, title, names, form, shared, factor=1.0):
+    """Percentiles of the numbers {heading: name}; shared: uncertainty of the first of them."""
+    at = file.config.convergence.percentiles
+    headings = (word for heading in names for word in (heading, "interval"))
+    table = progress.table(title, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
-        done = status[level] == DONE
         columns = []
-        for name in names:
-            values = file.read(name, level)[:n][done]
-            low, high = percentile_interval(values, c.percentiles, Z_95)
-            middle = np.percentile(values, c.percentiles) if len(values) else np.full_like(low, nan)
-            if name == names[0]:
-                low, high = widened(middle, low, high, shared)
-            columns += [[_number(x) for x in middle], list(map(interval_in_words, low, high))]
-        for percentile, *cells in zip(c.percentiles, *columns, strict=True):
+        for name in names.values():
+            values = factor * trust.finished(file, level, name)
+            low, high = percentile_interval(values, at, Z_95)
+            middle = np.percentile(values, at) if len(values) else np.full_like(low, nan)
+            low, high = (low, high) if columns else widened(middle, low, high, shared)
+            columns += [
+                [interval_in_words(x, form=form) for x in middle],
+                [interval_in_words(*ends, form=form) for ends in zip(low, high, strict=True)],
+            ]
+        for percentile, *cells in zip(at, *columns, strict=True):
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
     return table
-
-
-def _number(x):
-    return f"{x:.3f}" if np.isfinite(x) else "-"
 
 
 def point_lines(found: trust.Survey) -> Iterator[str]:
@@ -157,9 +155,9 @@ def _last_error(error):
 
 def pattern_table(file: ResultFile) -> Table:
     """Largest amplitude and localisation of the tuned disk and of an explicit pattern."""
-    table = Table(box=box.SIMPLE_HEAD, title="Amplitude, speed, localisation factor")
-    for heading in ("", "[mm]", "[Hz]", "LF [%]"):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    headings = "", "[mm]", "[Hz]", "LF [%]"
+    table = progress.table("Amplitude, speed, localisation factor", headings)
+    table.columns[0].justify = "left"
     speeds = file.read("speeds_hz")
     for name, group, where, by in (
         ("tuned, largest amplitude", "tuned", (), "amplitude_m"),

@@ -102,6 +102,13 @@ def n_counted(file: ResultFile) -> int:
     return int(file.read("statistics/contact/samples_seen", blocks[-1])) if len(blocks) else n_all
 
 
+def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
+    """Known numbers of the disks of a level that are finished, of those that count."""
+    n = n_counted(file)
+    values = file.read(f"samples/{name}", level)[:n][file.status[level, :n] == DONE]
+    return values[np.isfinite(values)]
+
+
 def shared_uncertainty(file: ResultFile) -> np.ndarray:
     """By how much all amplifications may be lower, and higher, with another reference (2,) [-].
 
@@ -254,8 +261,7 @@ def stress_per_metre(config: Config) -> float | None:
 
 def _limit_lines(file: ResultFile) -> Iterator[str]:
     """Probability of exceeding the limits, by level."""
-    config, n = file.config, n_counted(file)
-    allowed = []
+    config, allowed = file.config, []
     if config.limits.amplitude_mm is not None:
         allowed.append((config.limits.amplitude, f"{config.limits.amplitude_mm:g} mm"))
     if config.limits.stress_mpa is not None:
@@ -263,8 +269,7 @@ def _limit_lines(file: ResultFile) -> Iterator[str]:
         allowed.append((config.limits.stress / per_metre, f"{config.limits.stress_mpa:g} MPa"))
     for limit, words in allowed:
         for level, half_range in enumerate(file.read("half_range")):
-            done = file.status[level, :n] == DONE
-            peaks = file.read("samples/peak_amplitude_m", level)[:n][done]
+            peaks = finished(file, level, "peak_amplitude_m")
             above = int(np.count_nonzero(peaks > limit))
             low, high = probability_interval(above, len(peaks), Z_95)
             yield (
