@@ -260,21 +260,18 @@ def _blade_stiffness(left, kind, n, scale, work):
         return None
     if kind != "reduced":
         return _scaled(left.matrix("K_blade", n), scale, work)
-    blades = left.stack("K_blade", n)
-    return np.stack([_scaled(k, scale, work) for k in blades])
+    blades = left.floats("K_blade", n, n)
+    return np.stack([_scaled(symmetric("K_blade", k), scale, work) for k in blades])
 
 
 def _blade_modes(left, n, scale):
     """Blade-alone frequencies and participations of a reduced model; empty without them."""
     if not left.has("blade_frequencies_hz"):
         return {"blade_frequencies": np.zeros((0, 0)), "participation": np.zeros((0, 0, n))}
-    frequencies = left.table("blade_frequencies_hz", 2)
-    participation = left.table("blade_participation", 3)
-    if participation.shape != (*frequencies.shape, n):
-        raise InputError(
-            f"blade_participation: shape {participation.shape}, {(*frequencies.shape, n)} is "
-            "expected: blades, modes of blade_frequencies_hz, rows"
-        )
+    frequencies = left.floats("blade_frequencies_hz", None)
+    participation = left.floats("blade_participation", frequencies.shape[1], n)
+    if len(participation) != len(frequencies):
+        raise InputError("blade_participation: another number of blades than blade_frequencies_hz")
     return {"blade_frequencies": frequencies, "participation": participation * scale}
 
 
@@ -350,31 +347,29 @@ class _Arrays:
             raise InputError(f"{name}: one whole number is expected")
         return int(value.item())
 
-    def _shaped(self, name, columns, default, kinds, what):
-        value = self._take(name, default)
-        wanted = (columns,) if columns else ()
-        if value.dtype.kind not in kinds or value.ndim != 1 + len(wanted):
-            raise InputError(f"{name}: {what} with {columns or 1} per row are expected")
-        if value.shape[1:] != wanted:
-            raise InputError(f"{name}: shape {value.shape}, {columns} per row are expected")
+    def _checked(self, name, value, kinds, what, shape):
+        """The values, if they are of these kinds and this shape, None for any length."""
+        fits = value.ndim == len(shape) and all(
+            wanted in (None, length) for wanted, length in zip(shape, value.shape, strict=True)
+        )
+        if not fits or value.dtype.kind not in kinds:
+            lengths = " x ".join("any" if n is None else str(n) for n in shape)
+            found = f"shape {value.shape}, {value.dtype}"
+            raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
         return value
 
     def integers(self, name, columns=0, default=None):
-        return self._shaped(name, columns, default, "iu", "whole numbers").astype(np.int64)
+        shape = (None, columns) if columns else (None,)
+        value = self._checked(name, self._take(name, default), "iu", "whole numbers", shape)
+        return value.astype(np.int64)
 
-    def floats(self, name, columns=0, default=None):
-        value = self._shaped(name, columns, default, "fiu", "numbers").astype(float)
+    def floats(self, name, *shape, default=None):
+        """Numbers of a shape whose first length is any."""
+        value = self._take(name, default)
+        value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
         if name != "nodes" and not np.isfinite(value).all():
             raise InputError(f"{name}: holds numbers that are not finite")
         return value
-
-    def table(self, name, dimensions):
-        value = self._take(name, None)
-        if value.ndim != dimensions or value.dtype.kind not in "fiu":
-            raise InputError(f"{name}: {dimensions} dimensions of numbers are expected")
-        if not np.isfinite(value).all():
-            raise InputError(f"{name}: holds numbers that are not finite")
-        return value.astype(float)
 
     def matrix(self, name, n):
         if f"{name}/{_PARTS[0]}" in self.left:
@@ -386,14 +381,5 @@ class _Arrays:
                 raise InputError(f"{name}: not {n} x {n} in compressed rows ({error})") from None
         else:
             matrix = self._take(name, None)
-        if matrix.shape != (n, n) or matrix.dtype.kind not in "fiu":
-            what = f"shape {matrix.shape}, {matrix.dtype}"
-            raise InputError(f"{name}: {what}; real numbers for the {n} rows of dof are expected")
+        matrix = self._checked(name, matrix, "fiu", "real numbers for the rows of dof", (n, n))
         return symmetric(name, matrix.astype(float))
-
-    def stack(self, name, n):
-        blades = self._take(name, None)
-        if blades.ndim != 3 or blades.shape[1:] != (n, n) or blades.dtype.kind not in "fiu":
-            what = f"shape {blades.shape}, {blades.dtype}"
-            raise InputError(f"{name}: {what}; real numbers (blades, {n}, {n}) are expected")
-        return [symmetric(name, blade.astype(float)) for blade in blades]
