@@ -102,9 +102,9 @@ class Forcing(Section):
 class Speeds(Section):
     """Speeds of rotation that are looked at."""
 
-    from_hz: Number = Field(33.5, gt=0, le=1e5)
+    from_hz: Number = Field(33.5, ge=1e-6, le=1e5)
     """lowest speed of rotation [Hz]"""
-    to_hz: Number = Field(35.5, gt=0, le=1e5)
+    to_hz: Number = Field(35.5, ge=1e-6, le=1e5)
     """highest speed of rotation [Hz]"""
     step_hz: Number = Field(0.05, ge=1e-6, le=1e5)
     """step of the speeds [Hz]"""
@@ -127,7 +127,7 @@ class Time(Section):
 
     scheme: Literal["central_difference", "exact_modal"] = "exact_modal"
     """time integration between contacts"""
-    step_s: Number = Field(3.3e-5, gt=0, le=1e-2)
+    step_s: Number = Field(3.3e-5, ge=1e-12, le=1e-2)
     """longest time step; a revolution gets a whole number; 2e-6 unless given where the casing gives
     or wears (contact.law), from which a tip springs back [s]"""
     steps_per_bump_width: Number = Field(32.0, ge=1, le=1e4)

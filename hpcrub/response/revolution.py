@@ -13,7 +13,6 @@ import numpy as np
 
 BAND = 1.08  # ratio of the fastest to the slowest speed of a rung
 ANCHOR = 36.0  # a rung ends here [Hz]: the interval 33.5 to 35.5 Hz of the paper lies within one
-TINY = 1e-12  # [Hz]
 MIN_BLOCK = 64  # steps
 
 
@@ -32,7 +31,6 @@ class Grid(NamedTuple):
 
 def rung(speed_hz: float) -> int:
     """Number of the rung of a speed [Hz], which begins at `slowest`."""
-    speed_hz = max(speed_hz, TINY)  # decimals that are rounded may leave nothing of a speed
     return math.floor(math.log(speed_hz / ANCHOR) / math.log(BAND))
 
 

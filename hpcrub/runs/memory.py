@@ -22,36 +22,7 @@ INTERPRETER, COMPILING = 160_000_000, 400_000_000
 
 
 def estimate(run: Run) -> int:
-    """Memory of the rank that needs most [bytes], estimated without any work.
-
-    Raises InputError for numbers of steps that overflow.
-    """
-    try:
-        return _estimate(run)
-    except OverflowError:
-        config = run.config
-        raise InputError(
-            f"time.step_s: {config.time.step_s:g} is too short for a revolution at "
-            f"{config.speeds.from_hz:g} Hz: no memory would suffice"
-        ) from None
-
-
-def check(run: Run) -> None:
-    """Refuse a run that this machine's memory cannot hold. Raises InputError."""
-    needed = estimate(run)
-    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if needed > there:
-        raise InputError(
-            f"not enough memory: this study needs {_amount(needed / 1e9)} GB "
-            f"({_amount(there / 1e9)} GB are there)"
-        )
-
-
-def _amount(x):
-    return f"{x:,.0f}" if 100 <= x < 1e15 else f"{x:.3g}"
-
-
-def _estimate(run):
+    """Memory of the rank that needs most [bytes], estimated without any work."""
     study, config = run
     model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
     n_samples = len(config.levels) * len(config.samples)
@@ -73,6 +44,17 @@ def _estimate(run):
         )
         integration += NUMBER * records * config.n_coordinates * len(history.LANES)
     return max(INTERPRETER + model + rows + integration, COMPILING * study.integrates)
+
+
+def check(run: Run) -> None:
+    """Refuse a run that this machine's memory cannot hold. Raises InputError."""
+    needed = estimate(run)
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > there:
+        raise InputError(
+            f"not enough memory: this study needs {needed / 1e9:,.1f} GB "
+            f"({there / 1e9:,.1f} GB are there)"
+        )
 
 
 def _worn(config, grid):
