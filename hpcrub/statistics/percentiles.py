@@ -11,7 +11,7 @@ the number of percentile values (i = step, 2 step, ..., k step). The error is ab
 unit of the amplification and is not divided by the mean.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -56,18 +56,13 @@ def interval_in_words(*ends: float, form: str = ".3f") -> str:
     return " to ".join(f"{end:{form}}" if np.isfinite(end) else "-" for end in ends)
 
 
-class Intervals(NamedTuple):
-    """Confidence intervals of percentiles; NaN where there are too few samples for an end."""
-
-    percentile_low: np.ndarray  # (P, K)
-    percentile_high: np.ndarray  # (P, K)
-
-
 class RunningPercentiles(NamedTuple):
     """Percentiles of the first samples_seen samples, and how far they have converged."""
 
     samples_seen: np.ndarray  # (K,) int64
     percentile: np.ndarray  # (P, K)
+    percentile_low: np.ndarray  # (P, K), confidence interval; NaN: too few samples for an end
+    percentile_high: np.ndarray  # (P, K)
     mean_of_percentile: np.ndarray  # (P, K), figure 10 of the paper
     convergence_error: np.ndarray  # (P, K), equation (6)
 
@@ -80,24 +75,19 @@ def running_percentiles(
     values (n,): in sample order; NaN (a failed sample) counts as seen and is left out of the
     percentiles. percentiles (P,): in [0, 100], by linear interpolation as numpy does. step: samples
     between two percentile values. z: confidence coefficient Z.
-    Returns RunningPercentiles with K = n // step; NaN where nothing can be said.
+    Returns RunningPercentiles with K = n // step; NaN where nothing can be said. Of the intervals
+    nothing is assumed but independent samples: of n of them, the number below the percentile q of
+    the population is binomial (n, q), hence the interval between two order statistics holds it with
+    the confidence 2 Phi(z) - 1 or more.
+    Source of the intervals: David, Nagaraja, Order Statistics (2003), section 7.1.
     """
-    rank = _percentile_ranks(_n_valid(values, step), percentiles)
-    return _with_errors(_order_statistics(values, step, rank), step, z)
-
-
-def running_intervals(
-    values: np.ndarray, percentiles: Sequence[float], step: int, z: float
-) -> Intervals:
-    """Confidence intervals of the percentiles of the first step, 2 step, ... samples.
-
-    Arguments as `running_percentiles`. Nothing is assumed but independent samples: of n of them,
-    the number below the percentile q of the population is binomial (n, q), hence the interval
-    between two order statistics holds it with the confidence 2 Phi(z) - 1 or more.
-    Returns Intervals. Source: David, Nagaraja, Order Statistics (2003), section 7.1.
-    """
-    rank = _interval_ranks(_n_valid(values, step), percentiles, z)
-    return Intervals(*np.split(_order_statistics(values, step, rank), 2))
+    q = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
+    n = _n_valid(values, step)
+    rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # the first as numpy has them
+    percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
+    mean, error = _mean_and_error(percentile, z)
+    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
+    return RunningPercentiles(seen, percentile, low, high, mean, error)
 
 
 def confidence(z: float) -> float:
@@ -105,32 +95,25 @@ def confidence(z: float) -> float:
     return 1.0 - 2.0 * ndtr(-z)
 
 
-def percentile_interval(values: np.ndarray, percentiles: Sequence[float], z: float) -> Intervals:
+def percentile_interval(
+    values: np.ndarray, percentiles: Sequence[float], z: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Ends (P,) of the confidence intervals of percentiles of all `values`."""
-    ends = running_intervals(values, percentiles, max(len(values), 1), z)
-    return Intervals(*(end[:, -1] if len(values) else np.full(len(end), np.nan) for end in ends))
+    if not len(values):
+        return np.full(len(percentiles), np.nan), np.full(len(percentiles), np.nan)
+    found = running_percentiles(values, percentiles, len(values), z)
+    return found.percentile_low[:, -1], found.percentile_high[:, -1]
 
 
-def _with_errors(percentile, step, z):
-    mean, error = _mean_and_error(percentile, z)
-    seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
-    return RunningPercentiles(seen, percentile, mean, error)
-
-
-def _percentile_ranks(n, percentiles):
-    """Positions (P, K) of percentiles among n (K,) sorted values, as numpy has them."""
-    return (n - 1) * (np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0)
-
-
-def _interval_ranks(n, percentiles, z):
-    """Positions (2 P, K) of the intervals' lower, then upper ends among n (K,) sorted values.
+def _interval_ranks(n, q, z):
+    """Positions (P, K) of the intervals' lower and upper ends among n (K,) sorted values.
 
     NaN for none. Both are quantiles of the binomial distribution, each by its own small tail: 1
     - tail would be 1 for large z.
     """
-    q, tail = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0, ndtr(-z)
+    tail = ndtr(-z)
     low, high = _binomial_quantile(tail, n, q), n - _binomial_quantile(tail, n, 1.0 - q)
-    return np.concatenate([np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)])
+    return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
 
 
 def _binomial_quantile(tail, n, q):
@@ -173,15 +156,15 @@ def _at(ordered, rank):
     return np.where(t >= 0.5, b - (b - a) * (1.0 - t), a + (b - a) * t)
 
 
-def judged_error(criterion: str, read: Callable[[str], np.ndarray]) -> np.ndarray:
+def judged_error(criterion: str, found: Mapping[str, np.ndarray]) -> np.ndarray:
     """The error by which convergence is judged (..., P, K).
 
     criterion: "standard_error", equation (6), or "interval", half of the confidence interval.
-    read: function of a name in RunningPercentiles or Intervals that returns the values.
+    found: values by their names in RunningPercentiles.
     """
     if criterion == "standard_error":
-        return read("convergence_error")
-    return (read("percentile_high") - read("percentile_low")) / 2.0
+        return found["convergence_error"]
+    return (found["percentile_high"] - found["percentile_low"]) / 2.0
 
 
 def first_converged(error: np.ndarray, target: float) -> int | None:

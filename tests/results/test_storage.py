@@ -15,7 +15,7 @@ from hpcrub.config import schema as config
 from hpcrub.errors import HpcrubError, InputError, WriteError
 from hpcrub.results import layout, storage, trouble
 from hpcrub.runs import result_files
-from hpcrub.statistics.percentiles import running_intervals, running_percentiles
+from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import layout as contact_layout
 from tests.program import ROOT
@@ -85,13 +85,12 @@ def test_written_values_come_back(path, tiny_config):
     values = {name: np.float64(i + 1) for i, name in enumerate(contact_layout.SAMPLE)}
     values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
     tuned = {name: np.float64(i + 1) for i, name in enumerate(contact_layout.TUNED)}
-    running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 2.81)
+    running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
     file = studies.open_result(path, tiny_config, mode="r+")
     assert contact_file.read_tuned(file) is None
     contact_file.write_sample(file, 1, 0, values)
     contact_file.write_tuned(file, tuned)
-    intervals = running_intervals(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
-    contact_file.write_statistics(file, "linear", 1, running, intervals)
+    contact_file.write_statistics(file, "linear", 1, running)
     file.close()
     file = studies.open_result(path, tiny_config)
     np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
@@ -102,7 +101,7 @@ def test_written_values_come_back(path, tiny_config):
     read = file.read("statistics/linear/percentile", 1)
     np.testing.assert_array_equal(read, running.percentile)
     read = file.read("statistics/linear/percentile_high", 1)
-    np.testing.assert_array_equal(read, intervals.percentile_high)
+    np.testing.assert_array_equal(read, running.percentile_high)
     file.close()
 
 
@@ -138,9 +137,7 @@ def test_more_samples_than_a_percentile_needs(tmp_path):
     file = storage.ResultFile(tmp_path / "short.h5", mode="r+")
     assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
     arguments = np.ones(5), [1, 50, 99], 10, 2.81
-    contact_file.write_statistics(
-        file, "contact", 0, running_percentiles(*arguments), running_intervals(*arguments)
-    )
+    contact_file.write_statistics(file, "contact", 0, running_percentiles(*arguments))
     file.close()
 
 

@@ -12,7 +12,6 @@ from hpcrub.statistics.percentiles import (
     first_converged,
     judged_error,
     percentile_interval,
-    running_intervals,
     running_percentiles,
 )
 
@@ -95,8 +94,8 @@ def test_first_converged_needs_every_level_and_percentile():
 def test_half_the_interval_of_a_median_narrows_as_it_should():
     """It is about Z / (2 f √n), f the density, here 1 (the median's normal limit)."""
     values = np.random.default_rng(5).random(20_000)
-    found = running_intervals(values, [50], 10, 2.81)
-    error = judged_error("interval", lambda name: getattr(found, name))
+    found = running_percentiles(values, [50], 10, 2.81)
+    error = judged_error("interval", found._asdict())
     n = np.array([1000, 5000, 20_000])
     np.testing.assert_allclose(error[0, n // 10 - 1], 2.81 / 2 / np.sqrt(n), rtol=0.25)
 
@@ -114,12 +113,12 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 def test_running_intervals_are_those_of_the_first_samples():
     values = np.random.default_rng(8).gamma(4.0, 0.1, 97)
     values[::9] = np.nan
-    running = running_intervals(values, PERCENTILES, 10, 1.0)
+    running = running_percentiles(values, PERCENTILES, 10, 1.0)
     for k in range(9):
         first = values[: 10 * (k + 1)]
-        alone = percentile_interval(first[~np.isnan(first)], PERCENTILES, 1.0)
-        np.testing.assert_array_equal(running.percentile_low[:, k], alone.percentile_low)
-        np.testing.assert_array_equal(running.percentile_high[:, k], alone.percentile_high)
+        low, high = percentile_interval(first[~np.isnan(first)], PERCENTILES, 1.0)
+        np.testing.assert_array_equal(running.percentile_low[:, k], low)
+        np.testing.assert_array_equal(running.percentile_high[:, k], high)
 
 
 @pytest.mark.parametrize(

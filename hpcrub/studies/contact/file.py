@@ -33,12 +33,12 @@ def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, An
     file.write(status, (level, sample))
 
 
-def write_statistics(file: ResultFile, kind: str, level: int, running: Any, intervals: Any) -> None:
-    """Write RunningPercentiles and Intervals of one level; one rank.
+def write_statistics(file: ResultFile, kind: str, level: int, running: Any) -> None:
+    """Write the RunningPercentiles of one level; one rank.
 
     Blocks beyond its last become NaN.
     """
-    lines = running._asdict() | intervals._asdict()
+    lines = running._asdict()
     lines.pop("samples_seen")  # known since the file was laid out
     for name, values in lines.items():
         dataset = f"statistics/{kind}/{name}"

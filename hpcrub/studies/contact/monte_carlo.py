@@ -8,7 +8,6 @@ one before waits, with the sample in its memory, until rank 0 shares the referen
 """
 
 import time
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,9 +22,9 @@ from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics.percentiles import (
+    RunningPercentiles,
     first_converged,
     judged_error,
-    running_intervals,
     running_percentiles,
 )
 from hpcrub.studies.contact import file as contact_file
@@ -264,21 +263,20 @@ class MonteCarlo(Job):
         self.looked_at = self.finished
         return self._converged_at() is not None
 
-    def _running(self, values, compute):
-        """What `compute` finds of numbers (V, n) for every level over its leading samples."""
+    def _running(self, values):
+        """RunningPercentiles of numbers (V, n) for every level over its leading samples."""
         c = self.config.convergence
-        n_finished = [_leading(status != PENDING) for status in self.status]
-        return [
-            compute(values[level, :n], c.percentiles, c.step, c.z)
-            for level, n in enumerate(n_finished)
+        leading = [
+            numbers[: _leading(status != PENDING)]
+            for numbers, status in zip(values, self.status, strict=True)
         ]
+        return [running_percentiles(found, c.percentiles, c.step, c.z) for found in leading]
 
     def _converged_at(self):
         """First number of percentile values at which all levels are converged, or None."""
         c = self.config.convergence
-        compute = running_percentiles if c.criterion == "standard_error" else running_intervals
-        running = self._running(self.numbers[0], compute)
-        errors = [judged_error(c.criterion, partial(getattr, found)) for found in running]
+        running = self._running(self.numbers[0])
+        errors = [judged_error(c.criterion, found._asdict()) for found in running]
         shortest = min(error.shape[-1] for error in errors)
         return first_converged(np.stack([e[:, :shortest] for e in errors]), c.target_error)
 
@@ -293,10 +291,9 @@ class MonteCarlo(Job):
         if self.config.convergence.stop_when_converged:
             length = self._converged_at()
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
-            both = (self._running(numbers, f) for f in (running_percentiles, running_intervals))
-            for level, parts in enumerate(zip(*both, strict=True)):
-                cut = (type(part)(*(values[..., :length] for values in part)) for part in parts)
-                contact_file.write_statistics(self.file, kind.name, level, *cut)
+            for level, found in enumerate(self._running(numbers)):
+                cut = RunningPercentiles(*(values[..., :length] for values in found))
+                contact_file.write_statistics(self.file, kind.name, level, cut)
         if self.tuned.reference and self.tuned.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))
 

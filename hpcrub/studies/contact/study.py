@@ -87,7 +87,7 @@ def is_enough(file: ResultFile) -> bool:
         return False
     names = "convergence_error", "percentile_low", "percentile_high"
     known = {name: file.read(f"statistics/contact/{name}") for name in names}
-    error = judged_error(convergence.criterion, known.__getitem__)
+    error = judged_error(convergence.criterion, known)
     return first_converged(error, convergence.target_error) is not None
 
 
