@@ -36,6 +36,7 @@ class Plan(NamedTuple):
     attributes: dict[str, Any]  # of the root, beside those that every file has
 
 
+SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")
 PROGRAMS = Dataset(
     "programs",
     ("program",),

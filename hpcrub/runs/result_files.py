@@ -34,7 +34,7 @@ def lay_out(
         values["blade"] += 1  # as figures and tables count them
     if "percentile" in values:
         values["percentile"] = run.config.convergence.percentiles
-    values |= run.study.constants(run.config)
+    values |= run.constants()
     values["programs"] = _rows(programs or [provenance.program()])
     attributes = dict(attributes or {})
     if run.study.integrates:
@@ -119,7 +119,7 @@ def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> No
         check(file, run)
         if not allow_mixed and (file.status == PENDING).any():
             _require_this_program(file)
-        known = run.study.constants(run.config) if run.study.n_sources else {}
+        known = run.constants() if run.study.n_sources else {}
         if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
             sources = ", ".join(run.config.sources)
             raise InputError(

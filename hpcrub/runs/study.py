@@ -16,7 +16,7 @@ from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
 from hpcrub.ranks.runlog import Work
-from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, Dataset
+from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.warmup import warm_up
@@ -45,9 +45,11 @@ class Study:
     name: str
     what: str
     layout: Callable[[Config], tuple[Dataset, ...]]
-    scales: dict[str, str]  # dimension: the dataset with the values along it
-    sizes: Callable[[Config], Counts]  # of every dimension, as far as the input tells it
     prepare: Callable[[Config], Any]  # what every rank needs; raises InputError (rank 0)
+    # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
+    scales: dict[str, str] = field(default_factory=dict)
+    # of dimensions that `Run.known_sizes` does not know, as far as the input tells them
+    sizes: Callable[[Config], Counts] = _nothing
     figures: str = ""  # of the paper
     sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
     mistunes: bool = True  # draws the blades of its disks; one that does not takes a pattern alone
@@ -100,12 +102,28 @@ class Run(NamedTuple):
     def scales(self) -> dict[str, str]:
         """{dimension: name of its scale}; {group}: a scale of its own in every group."""
         found = {d for line in self.datasets() for d in line.dimensions}
-        return {d: self.study.scales.get(d, d) for d in found}
+        named = {"speed": SPEEDS.name} | self.study.scales
+        return {d: named.get(d, d) for d in found}
 
     def known_sizes(self) -> Counts:
         """Length of every dimension that the configuration alone tells."""
-        tasks = {"task": self.n_tasks} if self.study.compute else {}
-        return self.study.sizes(self.config) | tasks | {"program": MOST_PROGRAMS}
+        config = self.config
+        of_all = {
+            "speed": config.speeds.n_values,
+            "blade": config.disk.n_blades,
+            "mode": config.n_coordinates,
+            "strip": config.disk.n_strips,
+            "task": self.n_tasks,
+            "program": MOST_PROGRAMS,
+        }
+        return of_all | self.study.sizes(config)
+
+    def constants(self) -> dict[str, Any]:
+        """Datasets that are known without computing. Raises InputError for a source."""
+        speeds = {SPEEDS.name: self.config.speeds.values_hz}
+        there = {line.name for line in self.datasets()} | set(self.scales().values())
+        found = speeds | self.study.constants(self.config)
+        return {name: values for name, values in found.items() if name in there}
 
     def sizes(self) -> Counts:
         """Length of every dimension; for this it may have to look into other files."""

@@ -22,7 +22,7 @@ from hpcrub.model.reduction import Modes
 from hpcrub.response import history, steady
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
@@ -33,7 +33,7 @@ from hpcrub.statistics import coexistence
 
 _SS = ("start", "speed")
 LAYOUT = (
-    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    SPEEDS,
     Dataset("deviation", ("blade",), "1", "stiffness deviations of the disk"),
     Dataset("amplitude_m", _SS, "m", "largest tangential displacement of any tip"),
     Dataset("localisation", _SS, "1", "localisation factor of the blade-tip amplitudes"),
@@ -43,7 +43,6 @@ LAYOUT = (
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
-SCALES = {"speed": "speeds_hz"}
 N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
 
 
@@ -53,18 +52,13 @@ def starts(config: Config) -> list[str]:
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
-    return {
-        "start": len(starts(config)),
-        "speed": config.speeds.n_values,
-        "window": N_WINDOWS,
-        "blade": config.disk.n_blades,
-    }
+    """Length of every dimension of its own."""
+    return {"start": len(starts(config)), "window": N_WINDOWS}
 
 
 def constants(config: Config) -> dict[str, Any]:
-    """Speeds and disk."""
-    return {"speeds_hz": config.speeds.values_hz, "deviation": disks(config)[-1]}
+    """The disk."""
+    return {"deviation": disks(config)[-1]}
 
 
 def n_tasks(config: Config) -> int:
@@ -210,7 +204,6 @@ STUDY = Study(
     sections=("branches",),
     what="coexisting stable motions, from several initial states",
     layout=lambda config: LAYOUT,
-    scales=SCALES,
     sizes=sizes,
     constants=constants,
     prepare=prepare,

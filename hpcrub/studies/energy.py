@@ -18,7 +18,7 @@ from hpcrub.model.reduction import Modes, blade_stiffness
 from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
-from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
@@ -29,7 +29,7 @@ from hpcrub.studies.contact.source import open_contact, require_complete
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (
-    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    SPEEDS,
     Dataset("level", _SAMPLE, "1", "mistuning level of a sample in the source", "i8"),
     Dataset("number", _SAMPLE, "1", "its number in the source", "i8"),
     Dataset("sigma", _SAMPLE, "1", "standard deviation of a blade's stiffness at its level"),
@@ -46,7 +46,6 @@ _COATING = (
     Dataset("tuned/wear_energy_j", ("speed",), "J", "energy that the wear by the tuned disk took"),
     Dataset("wear_energy_j", _SS, "J", "energy that has gone into the wear of the coating"),
 )
-SCALES = {"speed": "speeds_hz"}
 
 
 class Chosen(NamedTuple):
@@ -59,15 +58,6 @@ class Chosen(NamedTuple):
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets."""
     return LAYOUT + (_COATING if config.contact.wears else ())
-
-
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
-    return {
-        "speed": config.speeds.n_values,
-        "sample": config.energy.samples,
-        "blade": config.disk.n_blades,
-    }
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -87,7 +77,6 @@ def constants(config: Config) -> dict[str, Any]:
         largest = np.argsort(-values[done], kind="stable")[:n_wanted]
         level, number = (places[largest] for places in np.nonzero(done))
         return {
-            "speeds_hz": config.speeds.values_hz,
             "level": level,
             "number": number,
             "sigma": file.read("sigma")[level],
@@ -211,8 +200,7 @@ STUDY = Study(
     sections=("energy",),
     what="amplification of the blades' strain energy",
     layout=layout,
-    scales=SCALES,
-    sizes=sizes,
+    sizes=lambda config: {"sample": config.energy.samples},
     constants=constants,
     prepare=prepare,
     n_tasks=n_tasks,

@@ -10,7 +10,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response import history
 from hpcrub.response.sliding import permanent_contact
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
@@ -20,7 +20,7 @@ from hpcrub.studies import worn
 
 _DS = ("disk", "speed")
 LAYOUT = (
-    Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation"),
+    SPEEDS,
     Dataset("frequencies_hz", ("frequency",), "Hz", "frequencies of the spectra"),
     Dataset("deviation", ("disk", "blade"), "1", "stiffness deviations: tuned disk, then pattern"),
     Dataset("natural_frequencies_hz", ("disk", "mode"), "Hz", "frequencies without contact"),
@@ -37,7 +37,7 @@ AT_SPEED = Dataset(
     "Hz",
     "the same at each speed; of a model file, whose stiffness depends on it",
 )
-SCALES = {"speed": "speeds_hz", "frequency": "frequencies_hz", **worn.SCALES}
+SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
@@ -47,23 +47,17 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
-    return {
-        "speed": config.speeds.n_values,
-        "frequency": config.spectrum.n_frequencies,
-        "disk": len(disks(config)),
-        "blade": config.disk.n_blades,
-        "mode": config.n_coordinates,
-    } | worn.sizes(config)
+    """Length of every dimension of its own."""
+    own = {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+    return own | worn.SIZES
 
 
 def constants(config: Config) -> dict[str, Any]:
     """The scales."""
     return {
-        "speeds_hz": config.speeds.values_hz,
         "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
         "deviation": disks(config),
-    } | worn.constants(config)
+    } | worn.CONSTANTS
 
 
 def n_tasks(config: Config) -> int:

@@ -31,7 +31,6 @@ LAYOUT = (
     Dataset("tuned/speed_hz", ("n_diameters",), "Hz", "speed at which it is reached"),
     Dataset("amplification", _VDN, "1", "linear amplitude over the tuned disk's"),
 )
-SCALES = {"level": "half_range", "n_diameters": "n_diameters"}
 
 
 class Prepared(NamedTuple):
@@ -42,7 +41,7 @@ class Prepared(NamedTuple):
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
+    """Length of every dimension of its own."""
     return {
         "level": len(config.mistuning.half_range),
         "n_diameters": len(config.linear.n_diameters),
@@ -140,7 +139,7 @@ STUDY = Study(
     loads=lambda config: config.linear.n_diameters,
     what="linear amplification, percentiles over σ and n_d",
     layout=lambda config: LAYOUT,
-    scales=SCALES,
+    scales={"level": "half_range"},
     sizes=sizes,
     constants=constants,
     prepare=prepare,

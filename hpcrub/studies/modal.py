@@ -46,17 +46,15 @@ OF_FILE = (  # of a model file
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension that does not need a look into a model file."""
-    n_modes = config.n_coordinates
-    found = {"mode": n_modes, "shape": min(MOST_SHAPES, n_modes)}
+    """Length of every dimension of its own that does not need a look into a model file."""
+    found = {"shape": min(MOST_SHAPES, config.n_coordinates)}
     if config.disk.model is not None:
         return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
-    blade, n_blades = config.disk.blade, config.disk.n_blades
+    blade = config.disk.blade
     return found | {
-        "node": n_blades * (blade.n_elements + 2),
+        "node": config.disk.n_blades * (blade.n_elements + 2),
         "axis": 2,
         "end": 2,
-        "blade": n_blades,
         "blade_node": blade.n_elements + 1,
         "dof": config.disk.n_dof,
     }
@@ -172,7 +170,6 @@ STUDY = Study(
     mistunes=False,
     what="the disk, its mode shapes, SAFE diagram",
     layout=lambda config: PLANAR if config.disk.model is None else OF_FILE,
-    scales={},
     sizes=sizes,
     source_sizes=sizes_of_file,
     prepare=build_model,

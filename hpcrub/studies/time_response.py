@@ -71,17 +71,16 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
+    """Length of every dimension of its own."""
     return {
         "disk": len(disks(config)),
         "time": history.n_records(
             config.speeds.from_hz, config.history.duration_s, time_grid(config)
         ),
-        "blade": config.disk.n_blades,
         "point": config.disk.n_points,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
-    } | worn.sizes(config)
+    } | worn.SIZES
 
 
 def _block_ends(config):
@@ -104,8 +103,7 @@ def constants(config: Config) -> dict[str, Any]:
         "check_s": np.array(_checks(config)) / (speed * per_revolution),
         "window_s": config.steady_state.window_revolutions / speed,
     }
-    coated = {"block_s": _block_ends(config)} if config.contact.wears else {}
-    return known | coated | worn.constants(config)
+    return known | {"block_s": _block_ends(config)} | worn.CONSTANTS
 
 
 def n_tasks(config: Config) -> int:

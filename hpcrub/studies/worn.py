@@ -24,7 +24,8 @@ _NUMBERS = {
 NAMES = (*_NUMBERS, "worn_m")
 _AROUND = "largest worn depth within an angle of the casing, of each strip"
 ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
-SCALES = {"angle": ANGLE.name}
+SCALES, SIZES = {"angle": ANGLE.name}, {"angle": N_ANGLES}
+CONSTANTS = {ANGLE.name: np.arange(N_ANGLES) * (360.0 / N_ANGLES)}  # where there is a coating
 
 
 def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
@@ -42,17 +43,6 @@ def layout(config: Config, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
     if not config.contact.wears:
         return ()
     return (*numbers("wear", dimensions), around("wear", dimensions), ANGLE)
-
-
-def sizes(config: Config) -> dict[str, int]:
-    """Length of their dimensions."""
-    return {"angle": N_ANGLES, "strip": config.disk.n_strips}
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """Their scale; nothing without a coating."""
-    angle = np.arange(N_ANGLES) * (360.0 / N_ANGLES)
-    return {ANGLE.name: angle} if config.contact.wears else {}
 
 
 def values(wear: Wear) -> dict[str, np.ndarray]:

@@ -6,7 +6,7 @@ Dimensions: level V, sample n, speed S, blade N, mode, percentile P, and block K
 from typing import NamedTuple
 
 from hpcrub.config.schema import Config
-from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
+from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.studies import worn
 
 
@@ -42,7 +42,7 @@ _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "samp
 
 # Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
 LAYOUT = (
-    Dataset("speeds_hz", _S, "Hz", "speeds of rotation"),
+    SPEEDS,
     Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
     Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
@@ -107,9 +107,7 @@ LAYOUT = (
     ),
 )
 MOST_LINES = 24  # of the trust block
-SCALES = {
-    "speed": "speeds_hz", "level": "half_range", "block": "{group}/samples_seen", **worn.SCALES
-}  # fmt: skip
+SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[2:]}
 _NAMES = [line.name.partition("/")[::2] for line in LAYOUT]

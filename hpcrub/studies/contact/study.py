@@ -20,18 +20,15 @@ from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension."""
+    """Length of every dimension of its own."""
     return {
-        "speed": config.speeds.n_values,
         "level": len(config.levels),
         "sample": len(config.samples),
-        "blade": config.disk.n_blades,
-        "mode": config.n_coordinates,
         "percentile": len(config.convergence.percentiles),
         "run": config.mistuning.tuned_runs,
         "line": MOST_LINES,
         "block": len(config.samples) // config.convergence.step,
-    } | worn.sizes(config)
+    } | worn.SIZES
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -40,12 +37,11 @@ def constants(config: Config) -> dict[str, Any]:
     seen = config.convergence.step * np.arange(1, n_blocks + 1)
     return (
         {
-            "speeds_hz": config.speeds.values_hz,
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
         }
-        | worn.constants(config)
+        | worn.CONSTANTS
         | {f"statistics/{kind.name}/samples_seen": seen for kind in kinds(config)}
     )
 
