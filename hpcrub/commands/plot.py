@@ -3,7 +3,7 @@
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,23 +29,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
     parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes, mode_animation")
     options = parser.parse_args(argv)
+    how = {"mode": options.mode, "folder": options.out, "kind": options.format}
+    drawn: Iterable[Path | HpcrubError] = of_study(options.files, **how)
+    if options.figure:
+        drawn = pictures.draw(find(options.figure), options.files, **how)
     code = 0
-    for found in draw(options):
+    for found in drawn:
         if isinstance(found, HpcrubError):
             print(f"hpcrub: error: {found}", file=sys.stderr)
             code = max(code, found.exit_code)
         else:
             console().print(str(found), soft_wrap=True)
     return code
-
-
-def draw(options: argparse.Namespace) -> Iterator[Path | HpcrubError]:
-    """Pictures asked for, and the errors of those that cannot be drawn."""
-    how = {"folder": options.out, "kind": options.format}
-    if options.figure:
-        yield from pictures.draw(find(options.figure), options.files, mode=options.mode, **how)
-        return
-    yield from of_study(options.files, mode=options.mode, **how)
 
 
 def of_study(

@@ -56,7 +56,8 @@ def run(program: Callable[["Team"], int]) -> int:
     """
     team, handlers = None, {}
     try:
-        team = start_team()
+        size = launched_size()
+        team = Team(_world(size) if size else None)
         handlers = {number: signal.signal(number, team.remember) for number in STOP_SIGNALS}
         code = program(team)
         team.barrier()
@@ -120,16 +121,6 @@ def alone(program: Callable[[], int]) -> int:
             signal.signal(number, signal.SIG_DFL if handler is _stop_at_once else handler)
 
 
-def start_team() -> "Team":
-    """The team of this rank: MPI when a launcher started the program, else a team of one.
-
-    Raises InputError when a launcher started several ranks that cannot find each other.
-    """
-    size = launched_size()
-    comm = _world(size) if size else None
-    return Team(comm)
-
-
 def launched_size() -> int:
     """Number of ranks that a launcher announces in the environment, 0 without one."""
     for size, _ in LAUNCHERS:
@@ -148,7 +139,10 @@ def launched_rank() -> int:
 
 
 def _world(size):
-    """MPI's world communicator, checked against the launcher's number of ranks."""
+    """MPI's world communicator, checked against the launcher's number of ranks.
+
+    Raises InputError when a launcher started several ranks that cannot find each other.
+    """
     try:
         import mpi4py
 

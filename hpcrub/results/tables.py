@@ -8,8 +8,6 @@ import numpy as np
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reason
 
-MOST_BYTES = 200_000_000
-
 
 def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of the columns, () of a file without, and its values (rows, columns).
@@ -18,8 +16,7 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     InputError when it cannot be read, naming the line.
     """
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read(MOST_BYTES)
+        text = Path(path).read_text("utf-8-sig")
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: no table that can be read ({reason(error)})") from None
     lines = [

@@ -60,11 +60,6 @@ def steps_per_period(config: Config, problem: Problem) -> float:
     return float(2.0 * np.pi / np.sqrt(family[-1]) / config.step)
 
 
-def excited_hz(config: Config) -> float:
-    """Highest frequency that the casing's shape excites [Hz]."""
-    return max(orders(config), default=0) * config.speeds.to_hz
-
-
 def orders(config: Config) -> tuple[int, ...]:
     """Engine orders that the casing excites, the strongest first; see `model.casing.outline`."""
     if config.casing.profile.exists:
@@ -82,7 +77,8 @@ def numbers(config: Config, problem: Problem) -> Iterator[str]:
     if config.disk.model is None:
         per_blade = config.reduction.n_modes / config.disk.n_blades
         yield f"{per_blade:.3g} modes with the tips held for each blade"
-    yield f"modes up to {top:.4g} Hz, the casing excites up to {excited_hz(config):.4g} Hz"
+    excited = max(orders(config), default=0) * config.speeds.to_hz
+    yield f"modes up to {top:.4g} Hz, the casing excites up to {excited:.4g} Hz"
 
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:

@@ -83,9 +83,13 @@ def sizes(config: Config) -> dict[str, int]:
     } | worn.SIZES
 
 
+def _grid(config):
+    return cut_revolution(config.speeds.from_hz, time_grid(config))
+
+
 def _block_ends(config):
     """Times at which the blocks of the history end [s]."""
-    speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
+    speed, grid = config.speeds.from_hz, _grid(config)
     n = history.n_blocks(speed, config.history.duration_s, grid)
     return np.arange(1, n + 1) / (speed * grid.blocks_per_revolution)
 
@@ -97,13 +101,12 @@ def _checks(config):
 def constants(config: Config) -> dict[str, Any]:
     """The disks and the times of the checks."""
     speed = config.speeds.from_hz
-    per_revolution = cut_revolution(speed, time_grid(config)).blocks_per_revolution
-    known = {
+    return {
         "deviation": disks(config),
-        "check_s": np.array(_checks(config)) / (speed * per_revolution),
+        "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
         "window_s": config.steady_state.window_revolutions / speed,
-    }
-    return known | {"block_s": _block_ends(config)} | worn.CONSTANTS
+        "block_s": _block_ends(config),
+    } | worn.CONSTANTS
 
 
 def n_tasks(config: Config) -> int:
@@ -190,8 +193,8 @@ def _tests(config, tangential, per_block):
     checks = _checks(config)
     tips = np.zeros(len(checks), dtype=int)
     correlated, change = np.zeros((2, len(checks)))
-    grid = cut_revolution(config.speeds.from_hz, time_grid(config))
-    window = config.steady_state.window_revolutions * grid.blocks_per_revolution * per_block
+    window_blocks = config.steady_state.window_revolutions * _grid(config).blocks_per_revolution
+    window = window_blocks * per_block
     for check, block in enumerate(checks):
         end = block * per_block
         before, last = (tangential[end - k * window :][:window] for k in (2, 1))

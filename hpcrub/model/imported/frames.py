@@ -49,8 +49,10 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
     blade = model.blade_stiffness
     if blade is not None:
         blade = np.stack([turned(k) for k in blade]) if blade.ndim == 3 else turned(blade)
-    shape = model.participation.shape
-    participation = (T.T @ model.participation.reshape(-1, shape[-1]).T).T.reshape(shape)
+    participation = model.participation
+    if participation is not None:
+        flat = participation.reshape(-1, participation.shape[-1])
+        participation = (T.T @ flat.T).T.reshape(participation.shape)
     return model._replace(
         participation=participation,
         frame="cylindrical",

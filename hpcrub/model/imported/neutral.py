@@ -23,6 +23,7 @@ AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
 SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
 ROTATIONS = 4, 5, 6  # directions that are angles
 UNIT = 1e-6  # by which the length of a unit vector may be wrong
+NONE, NO_FACES = np.zeros(0, int), np.zeros((0, 4), int)
 _PARTS = "data", "indices", "indptr"  # of a sparse matrix
 
 
@@ -42,14 +43,14 @@ class NeutralModel(NamedTuple):
     contact_blade: np.ndarray  # (C,) blade of each, from 0
     contact_clearance: np.ndarray  # (C,) beyond the casing's own [m]
     contact_normal: np.ndarray  # (C, 3) outward unit normal of the casing there: r, theta (0), z
-    fixed: np.ndarray  # rows that are held
-    low: np.ndarray  # nodes of the sector's side at the smaller angle
-    high: np.ndarray  # and at the larger angle
-    n_sectors: int  # 0 but for a sector
-    blade_stiffness: Any  # None without; (n, n) of all blades; reduced: (N, m, m)
-    surface: np.ndarray  # (F, 4) nodes of faces to draw
-    blade_frequencies: np.ndarray  # (N, c) of every blade alone, root held [Hz]; reduced only
-    participation: np.ndarray  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
+    fixed: np.ndarray = NONE  # rows that are held
+    low: np.ndarray = NONE  # nodes of the sector's side at the smaller angle
+    high: np.ndarray = NONE  # and at the larger angle
+    n_sectors: int = 0  # of a sector
+    blade_stiffness: Any = None  # (n, n) of all blades; reduced: (N, m, m)
+    surface: np.ndarray = NO_FACES  # (F, 4) nodes of faces to draw
+    blade_frequencies: Any = None  # reduced: (N, c) of every blade alone, root held [Hz]
+    participation: Any = None  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
 
     @property
     def n_blades(self) -> int:
@@ -96,12 +97,12 @@ def from_arrays(arrays: dict) -> NeutralModel:
         contact_blade=left.integers("contact_blade", default=zeros.astype(int)),
         contact_clearance=left.floats("contact_clearance", default=zeros) * length,
         contact_normal=_unit_normals(left.floats("contact_normal", 3, default=radial) * flip),
-        fixed=left.integers("fixed", default=np.zeros(0, int)),
-        low=left.integers("low", default=np.zeros(0, int)),
-        high=left.integers("high", default=np.zeros(0, int)),
+        fixed=left.integers("fixed", default=NONE),
+        low=left.integers("low", default=NONE),
+        high=left.integers("high", default=NONE),
         n_sectors=left.number("n_sectors", default=0),
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
-        surface=left.integers("surface", 4, default=np.zeros((0, 4), int)),
+        surface=left.integers("surface", 4, default=NO_FACES),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
     )
     left.finish()
@@ -124,7 +125,7 @@ def to_arrays(model: NeutralModel) -> dict:
         arrays[name] = getattr(model, name)
     if (model.contact_normal[:, 0] != 1.0).any():
         arrays["contact_normal"] = model.contact_normal
-    if len(model.blade_frequencies):
+    if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
     optional = ("fixed", "low", "high", "surface")
@@ -265,9 +266,9 @@ def _blade_stiffness(left, kind, n, scale, work):
 
 
 def _blade_modes(left, n, scale):
-    """Blade-alone frequencies and participations of a reduced model; empty without them."""
+    """Blade-alone frequencies and participations of a reduced model; nothing without them."""
     if not left.has("blade_frequencies_hz"):
-        return {"blade_frequencies": np.zeros((0, 0)), "participation": np.zeros((0, 0, n))}
+        return {}
     frequencies = left.floats("blade_frequencies_hz", None)
     participation = left.floats("blade_participation", frequencies.shape[1], n)
     if len(participation) != len(frequencies):

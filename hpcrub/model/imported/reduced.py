@@ -44,14 +44,7 @@ def reduce_disk(
         contact_blade=disk.contact_blade,
         contact_clearance=disk.contact_clearance,
         contact_normal=disk.contact_normal,
-        fixed=np.zeros(0, int),
-        low=np.zeros(0, int),
-        high=np.zeros(0, int),
-        n_sectors=0,
         blade_stiffness=project_blades(disk, basis),
-        surface=np.zeros((0, 4), int),
-        blade_frequencies=np.zeros((0, 0)),
-        participation=np.zeros((0, 0, m)),
     )
     if disk.blade_stiffness is not None:
         frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
@@ -113,7 +106,7 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
     """
     model = to_cylindrical(model)
     m = len(model.dof)
-    if by_modes and not len(model.blade_frequencies):
+    if by_modes and model.blade_frequencies is None:
         raise InputError("mistuning.by: the model file has no blade_frequencies_hz")
     if by_modes:
         blades = blade_modes.modal_stiffness(model.blade_frequencies, model.participation)
