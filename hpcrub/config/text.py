@@ -5,7 +5,6 @@ was meant nor its unit.
 """
 
 import difflib
-import re
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -31,7 +30,6 @@ FORMER = {
     "mistuning.pattern_percent": "now mistuning.pattern with mistuning.pattern_unit: percent",
     "mistuning.blade_frequencies_hz": "now mistuning.pattern with mistuning.pattern_unit: hz",
 }
-_SCIENTIFIC = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 
 
 class Key(NamedTuple):
@@ -43,14 +41,8 @@ class Key(NamedTuple):
     description: str
 
 
-def scientific_notation(value: Any) -> Any:
-    """A text such as "1e-6", which YAML 1.1 does not read as a number, as a float."""
-    return float(value) if isinstance(value, str) and _SCIENTIFIC.fullmatch(value) else value
-
-
 def whole_number(value: Any) -> Any:
     """A float without fraction, such as 1e4, as an int; anything else unchanged."""
-    value = scientific_notation(value)
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 

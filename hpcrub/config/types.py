@@ -17,15 +17,12 @@ from pydantic import (
 
 from hpcrub.config import text as config_text
 
-_FINITE = AllowInfNan(False)
-_READ = BeforeValidator(config_text.scientific_notation)  # after limits, which it would hide
-
-Number = Annotated[float, Strict(), _FINITE, _READ]  # no booleans, no texts but scientific notation
-Level = Annotated[float, Strict(), _FINITE, Field(ge=0, lt=100), _READ]
-Percentile = Annotated[float, Strict(), _FINITE, Field(ge=0, le=100), _READ]
-Deviation = Annotated[float, Strict(), _FINITE, Field(gt=-100, lt=100), _READ]
-Frequency = Annotated[float, Strict(), _FINITE, Field(gt=0, le=1e6), _READ]
-Ratio = Annotated[float, Strict(), _FINITE, Field(ge=1e-6, lt=1), _READ]
+Number = Annotated[float, Strict(), AllowInfNan(False)]  # no booleans, no texts
+Level = Annotated[Number, Field(ge=0, lt=100)]
+Percentile = Annotated[Number, Field(ge=0, le=100)]
+Deviation = Annotated[Number, Field(gt=-100, lt=100)]
+Frequency = Annotated[Number, Field(gt=0, le=1e6)]
+Ratio = Annotated[Number, Field(ge=1e-6, lt=1)]
 MOST_SAMPLES = 10**12
 Whole = Annotated[int, Strict(), BeforeValidator(config_text.whole_number)]
 Switch = Annotated[bool, Strict()]

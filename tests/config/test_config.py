@@ -71,9 +71,7 @@ def test_defaults_in_si_units_are_the_reference_disk():
     np.testing.assert_allclose(c.mistuning.half_range, [0.01, 0.02, 0.03, 0.04], rtol=1e-15)
 
 
-@pytest.mark.parametrize(
-    "text", ["1e-6", "1E-6", "1.0e-6", "+1e-06", "'1e-6'", "0.000001", ".1e-5"]
-)
+@pytest.mark.parametrize("text", ["1e-6", "1E-6", "1.0e-6", "+1e-06", "0.000001", ".1e-5"])
 def test_numbers_in_scientific_notation(text):
     assert read(f"time: {{step_s: {text}}}").time.step_s == 1e-6
 
