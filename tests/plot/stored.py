@@ -27,9 +27,11 @@ class File:
     def __contains__(self, name):
         return name in self.values
 
+    @property
     def status(self):
         return self.read("samples/status")
 
+    @property
     def attributes(self):
         return {"warnings": self.warnings} if len(self.warnings) else {}
 
