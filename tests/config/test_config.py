@@ -160,16 +160,6 @@ def test_to_yaml_and_back_is_the_same(clearance, step, levels, seed, output, sto
     assert read(c.to_yaml()) == c
 
 
-def test_differences_name_key_and_both_values():
-    a = read("output: a.h5\ncasing: {n_bumps: 4}")
-    b = read("output: b.h5\ncasing: {n_bumps: 3}\nmistuning: {half_range_percent: [1, 2.5]}")
-    assert config.differences(a, a) == []
-    assert config.differences(a, b) == [
-        "casing.n_bumps: 4 in the file, 3 asked for",
-        "mistuning.half_range_percent: [1.0, 2.0, 3.0, 4.0] in the file, [1.0, 2.5] asked for",
-    ]
-
-
 # --- files and overrides ------------------------------------------------------------------------
 
 

@@ -61,14 +61,12 @@ def test_the_example_is_a_study(tree):
     code, out, err = run(tree, "main.py", "a.yaml", "--no-figures")
     assert (code, err) == (0, "")
     assert "sigma = 2.31 %" in out
-    assert run(tree, "main.py", "a.yaml", "--status")[0] == 0
     with h5py.File(tree / "results/a.h5") as file:
         found = file["frequencies_hz"][()]
     reduced = build_model(Config(reduction={"n_modes": 4})).reduced
     for level, half_range in enumerate((0.01, 0.02, 0.04)):
         drawn = stiffness_deviation(2020, level, 2, 12, half_range)
         omega = mistuned_modes(reduced, drawn).omega
-        # BLAS may have another number of threads here, and round otherwise
         np.testing.assert_allclose(found[level, 2], omega[:12] / (2 * np.pi), rtol=1e-10)
 
 
@@ -78,8 +76,7 @@ def test_blades_whose_stiffness_is_not_known_are_refused(tree):
     model_file.write(tree / "sector.h5", arrays)
     more = "disk: {model: sector.h5}\nreduction: {n_modes: 4}\noutput: b.h5\n"
     (tree / "b.yaml").write_text(block("yaml").replace("samples: 1000", "samples: 3") + more)
-    for option in ((), ("--dry-run",)):
-        code, _, err = run(tree, "main.py", "b.yaml", *option)
-        assert code == 2
-        assert "has no K_blade; its blades cannot be mistuned" in err
+    code, _, err = run(tree, "main.py", "b.yaml")
+    assert code == 2
+    assert "has no K_blade; its blades cannot be mistuned" in err
     assert not (tree / "b.h5").exists()

@@ -9,7 +9,7 @@ from evidence.scaling import simulate
 from evidence.scaling.costs import Costs
 from hpcrub.ranks import runlog
 from hpcrub.ranks.schedule import Assignments, Tasks
-from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
+from hpcrub.studies.contact.tasks import ContactTasks, TunedPart
 
 
 def fake_costs(n=5, most=6):
@@ -20,15 +20,6 @@ def fake_costs(n=5, most=6):
 
 
 MACHINE = simulate.Machine(receive=3e-5, send=1e-5, finish=2e-3)
-
-
-def test_parts_only_when_ranks_outnumber_samples():
-    assert most_parts(41) == 6
-    assert most_parts(3) == 1
-    assert n_parts(100, 100, 6) == 1
-    assert n_parts(25, 100, 6) == 2
-    assert n_parts(1, 100, 6) == 6
-    assert n_parts(1, 1, 6) == 1
 
 
 @pytest.mark.parametrize("n_ranks", [1, 2, 3, 16, 1500, 5000])

@@ -153,9 +153,12 @@ def inside(change):
 
 def times(values):
     """Function that puts other times in place of those of the samples."""
-    return inside(
-        lambda file: (file.pop("samples/time_s"), file.update({"samples/time_s": values}))
-    )
+
+    def change(file):
+        del file["samples/time_s"]
+        file["samples/time_s"] = values
+
+    return inside(change)
 
 
 @pytest.mark.parametrize(

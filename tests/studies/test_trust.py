@@ -77,12 +77,6 @@ def test_limits_have_a_probability_with_its_interval(file):
     assert "±2 %: 0 of 2 disks exceed 10000 MPa" in text
 
 
-def test_the_block_stands_in_the_file(file):
-    expected = list(trust.lines(file))
-    contact_file.write_trust(file, expected)
-    assert contact_file.read_trust(file) == [line.encode()[:240].decode() for line in expected]
-
-
 def test_stress_of_a_model_file_is_refused():
     with pytest.raises(InputError, match=r"limits.stress_mpa: a model file"):
         Config(disk={"model": "x.h5"}, limits={"stress_mpa": 100.0})
