@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from hpcrub import plot, studies
-from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
@@ -107,21 +106,6 @@ def test_tasks_on_several_ranks_are_the_same_bits(folder):
     with h5py.File("a.h5") as file:
         for name, values in zip(names, expected, strict=True):
             np.testing.assert_array_equal(file[name][()], values)
-
-
-def test_inspect(folder, capsys):
-    file = compute("modal", "casing.n_bumps=5", options=["--no-figures"])
-    x = file.read("position_m")
-    file.close()
-    capsys.readouterr()
-    assert inspect.main(["modal.h5"]) == 0
-    out = capsys.readouterr().out
-    for text in ("sound, study modal", "casing.n_bumps: 5", "done: 1 of 1 tasks", "shapes (shape"):
-        assert text in out
-    (line,) = [line for line in out.splitlines() if line.strip().startswith("position_m")]
-    assert f" [m] 100%, {x.min():.6g} to {x.max():.6g}: " in line
-    (folder / "modal.h5").write_bytes(b"nothing")
-    assert inspect.main(["modal.h5"]) == 2
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
