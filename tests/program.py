@@ -10,6 +10,7 @@ from evidence.page import ROOT
 from evidence.program import ENVIRONMENT, TINY, command
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
+from hpcrub.errors import InputError
 from hpcrub.studies.contact.layout import LAYOUT
 
 __all__ = ["ENVIRONMENT", "ROOT", "TINY"]  # the tests import them from here
@@ -43,6 +44,16 @@ def run_here(*arguments, folder="."):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         return cli.main([*map(str, arguments), "--no-figures"])
+
+
+def refusal(function, *arguments):
+    """The one line with which arguments are refused."""
+    with pytest.raises(InputError) as caught:
+        function(*arguments)
+    message = str(caught.value)
+    assert message
+    assert message.isprintable()
+    return message
 
 
 def error_lines(text):

@@ -312,26 +312,6 @@ def test_wrong_parts_are_one_line(folder, capfd, part, message):
     assert message in line
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
-        (
-            "convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
-            "part.samples: a part cannot know",
-        ),
-        ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
-        ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
-        ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
-        ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
-    ],
-)
-def test_impossible_parts_are_refused(text, message):
-    with pytest.raises(InputError) as caught:
-        studies.run_of(config.Config.from_yaml(text)).checked()
-    assert message in str(caught.value)
-
-
 def test_there_are_no_parts_of_parts():
     whole = config.Config()
     with pytest.raises(InputError, match="cannot be cut again"):

@@ -5,7 +5,6 @@ import pytest
 
 from hpcrub.config.schema import Config
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.errors import InputError
 from hpcrub.model.damping import Damping, ratios
 
 OMEGA = 2 * np.pi * np.array([80.0, 90.0, 100.0, 150.0, 200.0, 900.0])
@@ -46,26 +45,3 @@ def test_the_keys_of_damping():
     )
     assert config.damping == Damping((0.01, 0.02), bands=(2 * np.pi * 100,))
     assert Config.from_yaml("material: {damping_ratio: 0.004}").damping == 0.004
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("damping_of: families", "damping_of: families needs material.damping_ratios"),
-        ("damping_bands_hz: [100]", "damping_of: modes needs material.damping_ratios"),
-        (
-            "damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [100]",
-            "damping_bands_hz: 1 ends of bands given for 3 damping ratios",
-        ),
-        (
-            "damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [100, 90]",
-            "damping_bands_hz: [100.0, 90.0] are not increasing",
-        ),
-        ("damping_ratios: [0.1], damping_bands_hz: [100]", "goes with damping_of: bands"),
-        ("damping_ratios: [0.1, 0]", "damping_ratios[1]: 0 is out of range"),
-    ],
-)
-def test_damping_that_makes_no_sense_is_refused(text, words):
-    with pytest.raises(InputError) as refusal:
-        Config.from_yaml(f"material: {{{text}}}")
-    assert words in str(refusal.value)

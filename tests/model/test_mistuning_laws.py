@@ -10,7 +10,6 @@ from scipy.stats import kstest, truncnorm
 from scipy.stats import uniform as uniform_law
 
 from hpcrub.config.schema import Config
-from hpcrub.errors import InputError
 from hpcrub.model.mistuning import Law, stiffness_deviation
 from hpcrub.setup.disks import deviation, sigma_of
 
@@ -65,21 +64,3 @@ def test_the_input_says_which_law():
         expected = stiffness_deviation(2020, level, 3, 12, half, law)
         np.testing.assert_allclose(deviation(config, level, 3), expected, rtol=1e-15)
     assert sigma_of(config)[3] == pytest.approx(truncnorm(-2, 2, scale=0.02).std())
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ("distribution: measured", "measured needs mistuning.measured_percent"),
-        ("measured_percent: [1, 2]", "needs mistuning.distribution: measured"),
-        ("distribution: measured, measured_percent: [0, 0]", "all values are 0"),
-        ("intentional_percent: [1, 2, 3, 4, 5]", "5 values cannot be repeated around 12 blades"),
-        ("intentional_percent: [99, -99]", "a blade deviates by 103 %"),
-        ("neighbour_correlation: 1", "mistuning.neighbour_correlation: 1 is out of range"),
-        ("distribution: normal, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]", "explicit"),
-    ],
-)
-def test_laws_that_do_not_fit(keys, message):
-    with pytest.raises(InputError) as caught:
-        Config.from_yaml(f"mistuning: {{{keys}}}")
-    assert message in str(caught.value)

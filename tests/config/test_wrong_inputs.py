@@ -1,0 +1,137 @@
+"""One clear line for every input that is wrong: key, value, and what is allowed."""
+
+import pytest
+
+from hpcrub import studies
+from hpcrub.config.schema import Config
+from hpcrub.config.yaml_text import MAX_CHARACTERS
+from tests.program import refusal
+
+TWELVE = "[210, 211, 212, 213, 214, 215, 209, 208, 207, 206, 205, 204]"
+
+
+def error_of(text):
+    return refusal(lambda: studies.run_of(Config.from_yaml(text)).checked())
+
+
+WRONG = [
+    # unknown keys
+    ("casing: {n_bump: 3}", "casing.n_bump: unknown key; did you mean casing.n_bumps?"),
+    ("disk: {n_bumps: 3}", "disk.n_bumps: unknown key; did you mean casing.n_bumps?"),
+    ("disk: {blade: {lean: 1}}", "disk.blade.lean: unknown key; did you mean disk.blade.lean_deg?"),
+    ("casing: {zzz: 3}", "casing.zzz: unknown key; known here: n_bumps, clearance_mm"),
+    # types
+    ("casing: {n_bumps: true}", "casing.n_bumps: true is not a whole number from 1 up to 1,000"),
+    ("casing: {clearance_mm: '5'}", "casing.clearance_mm: '5' is not a number from 0 up to 10,000"),
+    ("time: {step_s: 12:30}", "time.step_s: '12:30' is not a number"),
+    ("convergence: {stop_when_converged: yes}", "stop_when_converged: 'yes' is not true or false"),
+    ("output: 3", "output: 3 is not a file name"),
+    ('output: "a/.."', "output: 'a/..' is not a file name"),
+    ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
+    ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
+    ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
+    (
+        "casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
+        "casing.profile_mm: 5 values for 4 angles",
+    ),
+    # ranges
+    (
+        "disk: {blade: {thickness_mm: -3}}",
+        "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0",
+    ),
+    (
+        "material: {damping_ratio: 1}",
+        "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1",
+    ),
+    ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
+    ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
+    (
+        "mistuning: {half_range_percent: [1, 100]}",
+        "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and",
+    ),
+    # choices
+    ("study: wrong", "study: 'wrong' is not one of contact, modal"),
+    ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
+    # keys that do not fit together
+    ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),
+    ("reduction: {n_modes: 217}", "reduction.n_modes: 217 is more than the 216 fixed-interface"),
+    ("speeds: {from_hz: 36}", "speeds.to_hz: 35.5 is below speeds.from_hz, 36.0: no speeds"),
+    ("speeds: {step_hz: 1e-6}", "speeds.step_hz: 1e-06 gives 2,000,001 speeds; at most 100,000"),
+    ("steady_state: {max_time_s: 0.4}", "steady_state.max_time_s: 0.4 is below steady_state.first"),
+    ("convergence: {percentiles: [50, 1]}", "percentiles: [50.0, 1.0] are not increasing"),
+    (
+        "mistuning: {pattern_unit: gpa, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
+        "mistuning.pattern: 11 values given for the 12 blades of disk.n_blades",
+    ),
+    (
+        f"mistuning: {{pattern_unit: gpa, pattern: {TWELVE.replace('215', '420')}}}",
+        "mistuning.pattern: the stiffness of a blade deviates by 100 % (mistuning.pattern_unit",
+    ),
+    (
+        f"mistuning: {{half_range_percent: [3], pattern_unit: gpa, pattern: {TWELVE}}}",
+        "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern",
+    ),
+    ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
+    # YAML
+    ("", "no keys found"),
+    ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
+    ("casing: {n_bumps: 3", "line 1, column 20: expected ',' or '}'"),
+    ("output: a.PNG", "output: 'a.PNG' ends as the figures and logs beside a result file do"),
+    ("study: &a contact\noutput: *a", "line 2, column 9: aliases (*) are not supported"),
+    ("study: !!python/name:os.system", "line 1, column 8: could not determine a constructor"),
+    ("study: \x07", "not YAML: unacceptable character"),
+    ("a" * (MAX_CHARACTERS + 1), "longer than the 100,000 characters"),
+    # damping
+    ("material: {damping_of: families}", "damping_of: families needs material.damping_ratios"),
+    ("material: {damping_bands_hz: [100]}", "damping_of: modes needs material.damping_ratios"),
+    (
+        "material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [100]}",
+        "damping_bands_hz: 1 ends of bands given for 3 damping ratios",
+    ),
+    (
+        "material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [10, 9]}",
+        "damping_bands_hz: [10.0, 9.0] are not increasing",
+    ),
+    ("material: {damping_ratios: [0.1], damping_bands_hz: [9]}", "goes with damping_of: bands"),
+    ("material: {damping_ratios: [0.1, 0]}", "damping_ratios[1]: 0 is out of range"),
+    # distributions of the mistuning
+    ("mistuning: {distribution: measured}", "measured needs mistuning.measured_percent"),
+    ("mistuning: {measured_percent: [1, 2]}", "needs mistuning.distribution: measured"),
+    ("mistuning: {distribution: measured, measured_percent: [0, 0]}", "all values are 0"),
+    (
+        "mistuning: {intentional_percent: [1, 2, 3, 4, 5]}",
+        "5 values cannot be repeated around 12 blades",
+    ),
+    ("mistuning: {intentional_percent: [99, -99]}", "a blade deviates by 103 %"),
+    ("mistuning: {neighbour_correlation: 1}", "mistuning.neighbour_correlation: 1 is out of range"),
+    (
+        "mistuning: {distribution: normal, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]}",
+        "explicit",
+    ),
+    # parts of a study
+    ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
+    (
+        "convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
+        "part.samples: a part cannot know",
+    ),
+    ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
+    ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
+    ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
+    ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
+    # what older inputs said
+    ("reduction: {basis: per_sample}", "reduction.basis: gone, as it changed results by 2e-5"),
+    ("sweep: [{casing.n_bumps: 3}]", "sweep: called runs now"),
+    (
+        f"mistuning: {{pattern_gpa: {TWELVE}}}",
+        "mistuning.pattern_gpa: now mistuning.pattern with mistuning.pattern_unit: gpa",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG, ids=[text[:40] for text, _ in WRONG])
+def test_wrong_inputs(text, message):
+    assert message in error_of(text)
+
+
+def test_more_errors_are_counted():
+    assert error_of("disk: {n_blades: 1}\ntime: {step_s: 0}\nx: 1").endswith("(and 2 more)")
