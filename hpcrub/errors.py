@@ -41,7 +41,13 @@ def reason(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError."""
+    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError.
+
+    So is a device or a pipe of that name, which might never end.
+    """
+    place = Path(path)
+    if place.exists() and not (place.is_file() or place.is_dir()):
+        raise InputError(f"{path}: is neither a file nor a folder")
     try:
         yield
     except HpcrubError:

@@ -95,11 +95,19 @@ def test_matrices_are_those_of_scipys_writer(tmp_path, symmetry, sparse):
     np.testing.assert_array_equal(matrix_market.matrix(tmp_path / "A.mtx", 4).toarray(), a)
 
 
-@pytest.mark.parametrize("text", ["*INCLUDE, INPUT=d.inp\n", f"*NODE\n{10**23},0,0,0\n"])
-def test_a_deck_that_includes_itself_or_overflows_is_refused(folder, capsys, text):
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("*INCLUDE, INPUT=d.inp\n", "d.inp: includes itself"),
+        ("*INCLUDE, INPUT=/dev/zero\n", "/dev/zero: is neither a file nor a folder"),
+        (f"*NODE\n{10**23},0,0,0\n", "d.inp: cannot be read"),
+        (f"*NSET, NSET=A, GENERATE\n1, {10**11}, 1\n", "*NSET holds a line that cannot be read"),
+    ],
+)
+def test_a_deck_that_never_ends_is_refused(folder, capsys, text, words):
     (folder / "d.inp").write_text("*NODE\n1,0,0,0\n" + text)
     assert command("calculix", "d.inp", "--contact", "A", "--units", "mm t s") == 2
-    one_line(capsys, "d.inp: cannot be read")
+    one_line(capsys, words)
 
 
 FAR = np.array([2 * 10**9, 0])  # of two contact nodes

@@ -7,6 +7,8 @@ import numpy as np
 
 from hpcrub.errors import InputError, reading
 
+MOST = 10_000_000  # numbers that a line of a set may generate
+
 
 class Deck(NamedTuple):
     """What a deck says of its mesh; numbers are those of the deck, names in capitals."""
@@ -68,12 +70,15 @@ def _blocks(path):
         yield keyword, options, lines
 
 
-def _lines(path):
+def _lines(path, outer=()):
+    if path in outer:
+        raise InputError(f"{path}: includes itself")
     with reading(path):
         text = path.read_text("utf-8", errors="replace")
     for line in map(str.strip, text.splitlines()):
         if line.upper().startswith("*INCLUDE"):
-            yield from _lines(path.parent / line.partition("=")[2].strip().strip('"'))
+            name = line.partition("=")[2].strip().strip('"')
+            yield from _lines(path.parent / name, (*outer, path))
         elif line and not line.startswith("**"):
             yield line
 
@@ -91,7 +96,10 @@ def _set(lines, sets, generate):
     words = [word.strip() for line in lines for word in line.split(",") if word.strip()]
     if generate:
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
-        return set().union(*(range(first, last + 1, *step) for first, last, *step in rows))
+        numbers = [range(first, last + 1, *step) for first, last, *step in rows]
+        if any(row[MOST:] for row in numbers):
+            raise ValueError  # more than any mesh has: a slip of the pen, and all memory
+        return set().union(*numbers)
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
 
