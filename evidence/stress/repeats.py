@@ -48,8 +48,7 @@ def whole(modes, scene, speeds, result, allowed):
         lost = status.are_fatal(piece.reason)
         failed[block == ends] = lost[block == ends]
         last = (block <= ends) & (block > ends - window) & ~lost
-        tips = np.abs(modes.observed @ piece.position[:, :, last]).max(axis=(0, 1))
-        amplitude[last] = np.maximum(amplitude[last], tips)
+        amplitude[last] = np.maximum(amplitude[last], piece.peak[:, last].max(axis=0))
         faults |= set(_odd(piece, ~lost))
         faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last), allowed))
     if not np.array_equal(failed, result.point_status == DIVERGED):

@@ -17,7 +17,8 @@ from hpcrub.contact.bank import allocate, set_motion
 from hpcrub.contact.bank import motion as motion_of
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.passes import correct
+from hpcrub.contact.lanes import aligned_zeros
+from hpcrub.contact.observers import record_displacements
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import judge, watch_of
@@ -36,6 +37,7 @@ class Piece(NamedTuple):
     time: np.ndarray  # since the bumps began to grow (R, S) [s]
     position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
     observed: np.ndarray  # observed displacements (R, O, S) [m]
+    peak: np.ndarray  # largest magnitudes of these in all steps (O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
     tangential_force: np.ndarray  # against the rotation of the disk (R, C, S) [N]
     axial_force: np.ndarray  # against +z (R, C, S), (R, 0, S) without axial motion [N]
@@ -47,6 +49,8 @@ class Trace(NamedTuple):
     """Observer of one block: the motion after every ``stride``-th step, the forces before it."""
 
     position: np.ndarray  # modal coordinates (R, K, L) [m·√kg]
+    observed: np.ndarray  # observed displacements (R·O, L) [m]
+    peak: np.ndarray  # largest magnitudes of these in all steps (O, L) [m]
     force: np.ndarray  # sums of the multipliers over the steps of a record (R, F, L) [N]
     stride: int
 
@@ -61,9 +65,9 @@ class Trace(NamedTuple):
             i = bank.state.active[a]
             for lane in range(len(lanes)):
                 trace.force[record, i, lane] += bank.state.multiplier[i, lane]
+        record_displacements(lanes, bank, trace.observed, trace.peak, record, 0, n_active)
         if (step + 1) % trace.stride != 0:
-            return n_active
-        correct(lanes, bank.scheme, bank.state, n_active)
+            return 0
         for k in range(bank.state.position.shape[0]):
             for lane in range(len(lanes)):
                 trace.position[record, k, lane] = bank.state.position[k, lane]
@@ -102,8 +106,8 @@ class Follower:
         self.checks = checks(speed_hz, duration, scene)
         self.n_blocks = n_blocks(speed_hz, duration, grid)
         self.watch = watch_of(modes.at(speed_hz), scene, speed_hz)
-        # observed displacements of two windows, by block
-        self.recent: deque[np.ndarray] = deque(maxlen=2 * self.window)
+        # observed displacements of two windows and their peaks, by block
+        self.recent: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=2 * self.window)
         self.n_taken, self.time = 0, math.nan  # when it was known; NaN: ends before the first check
         self.verdict: Verdict | None = None
 
@@ -112,19 +116,20 @@ class Follower:
         if self.n_taken == self.n_blocks or status.are_fatal(piece.reason[lane]):
             return
         self.n_taken += 1
-        observed = piece.observed[:, :, lane]
-        self.recent.append(observed)
+        peak = piece.peak[:, lane]
+        self.recent.append((piece.observed[:, :, lane], peak))
         time = self.n_taken / (self.speed * self.per_turn)
         if self.scene.coating:
-            self.watch.see(float(np.abs(observed).max()), time)
+            self.watch.see(float(peak.max()), time)
             if self.n_taken % self.window == 0 or self.n_taken == self.n_blocks:
                 self.watch.keep(self.n_taken // self.per_turn, piece.worn[lane])
         if self.n_taken in self.checks and self.verdict is None:
             self._look(time)
 
     def _look(self, time):
-        before, last = np.split(np.concatenate(self.recent), 2)
-        sizes = np.abs(before).max(axis=0), np.abs(last).max(axis=0)
+        observed, peaks = zip(*self.recent, strict=True)
+        before, last = np.split(np.concatenate(observed), 2)
+        sizes = [part.max(axis=0) for part in np.split(np.array(peaks), 2)]
         over = self.n_taken == self.checks[-1]
         self.time = time
         self.verdict = self.watch.look(
@@ -196,23 +201,27 @@ def integrate(
 def _judge(bank, scene, piece, reason):
     """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
     for lane in np.flatnonzero(~status.are_fatal(reason)):
-        reason[lane] = judge(bank, lane, np.abs(piece.observed[:, :, lane]), scene)
+        reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
 
 
 def _piece(bank, modes, scene, grid, n_speeds):
     """The next Piece, its reasons unknown (bank is modified)."""
     n_records, width = grid.steps_per_block // grid.stride, len(LANES)
+    n_observed, n_columns = len(modes.observed), bank.scheme.observed.shape[1]
     position = np.empty((n_records, len(bank.state.position), width))
+    observed, peak = (aligned_zeros((n * n_columns, width)) for n in (n_records, 1))
     force = np.zeros((n_records, len(bank.state.multiplier), width))
     started = bank.state.n_steps[:n_speeds].copy()
-    run(bank, 1, Trace(position, force, grid.stride))
+    run(bank, 1, Trace(position, observed, peak, force, grid.stride))
     steps = started + grid.stride * np.arange(1, n_records + 1)[:, None]
     force = force[:, :, :n_speeds] / grid.stride
     normal, tangential, axial = bank.law.forces_on_points(force, scene)
     time = steps * bank.scheme.step[:n_speeds]
     position = position[:, :, :n_speeds]
-    with np.errstate(all="ignore"):  # numbers of a diverged speed
-        observed = modes.observed @ position
+    observed = observed.reshape(n_records, n_columns, width)[:, :n_observed, :n_speeds]
+    peak = peak[:n_observed, :n_speeds]
     lanes = range(n_speeds) if scene.coating else ()
     worn = [bank.law.surface.worn_depth(lane) for lane in lanes]
-    return Piece(time, position, observed, normal, tangential, axial, worn, reason=np.empty(0))
+    return Piece(
+        time, position, observed, peak, normal, tangential, axial, worn, reason=np.empty(0)
+    )

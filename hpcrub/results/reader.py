@@ -106,7 +106,8 @@ class Results(ResultFile):
             raise InputError("pandas is not installed: pip install 'hpcrub[tables]'") from None
         tables = self.tables()
         if table not in tables:
-            raise InputError(f"{self.path}: no table {table!r}; there are {', '.join(tables)}")
+            there = "; ".join(reversed(tables))  # those with names of their own first
+            raise InputError(f"{self.path}: no table {table!r}; there are {there}")
         dimensions = tables[table]
         names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
         columns = {}
