@@ -40,45 +40,45 @@ _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
+
+def _points(group, dimensions):
+    """What is known of every point of a frequency response; group: of the file."""
+    return (
+        Dataset(f"{group}/amplitude_m", dimensions, "m", _AMPLITUDE),
+        Dataset(f"{group}/amplitude_error_m", dimensions, "m", _ERROR),
+        Dataset(f"{group}/amplitude_scatter_m", dimensions, "m", _SCATTER),
+        Dataset(f"{group}/time_s", dimensions, "s", "simulated time until steady or given up"),
+        Dataset(f"{group}/localisation", dimensions, "1", _LOCALISATION),
+        Dataset(f"{group}/point_status", dimensions, "1", POINT_STATUS, "u1"),
+        Dataset(f"{group}/point_reason", dimensions, "1", POINT_REASON, "u1"),
+        Dataset(f"{group}/max_sweeps", dimensions, "1", _SWEEPS, "u1"),
+        *worn.numbers(group, dimensions),
+    )
+
+
 # Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
 LAYOUT = (
     SPEEDS,
     Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
     Dataset("sigma", _V, "1", "mistuning levels: standard deviation of a blade's stiffness"),
     Dataset("tuned/frequencies_hz", ("mode",), "Hz", "frequencies of the tuned reduced model"),
-    Dataset("tuned/amplitude_m", _S, "m", _AMPLITUDE),
-    Dataset("tuned/amplitude_error_m", _S, "m", _ERROR),
-    Dataset("tuned/amplitude_scatter_m", _S, "m", _SCATTER),
+    *_points("tuned", _S),
     Dataset("tuned/run_amplitude_m", ("run", "speed"), "m", f"{_RUNS} at every speed"),
-    Dataset("tuned/time_s", _S, "s", "simulated time until steady or given up"),
-    Dataset("tuned/point_status", _S, "1", POINT_STATUS, "u1"),
-    Dataset("tuned/point_reason", _S, "1", POINT_REASON, "u1"),
-    Dataset("tuned/max_sweeps", _S, "1", _SWEEPS, "u1"),
-    Dataset("tuned/localisation", _S, "1", _LOCALISATION),
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
-    *worn.numbers("tuned", _S),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     worn.around("tuned", _S),
     worn.ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
-    Dataset("samples/amplitude_m", _VNS, "m", _AMPLITUDE),
-    Dataset("samples/amplitude_error_m", _VNS, "m", _ERROR),
-    Dataset("samples/amplitude_scatter_m", _VNS, "m", _SCATTER),
-    Dataset("samples/time_s", _VNS, "s", "simulated time until steady or given up"),
-    Dataset("samples/localisation", _VNS, "1", _LOCALISATION),
-    Dataset("samples/point_status", _VNS, "1", POINT_STATUS, "u1"),
-    Dataset("samples/point_reason", _VNS, "1", POINT_REASON, "u1"),
-    Dataset("samples/max_sweeps", _VNS, "1", _SWEEPS, "u1"),
+    *_points("samples", _VNS),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
-    *worn.numbers("samples", _VNS),
     Dataset("samples/deepest_m", _VN, "m", "largest worn depth of any speed"),
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
