@@ -11,7 +11,6 @@ from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
-from hpcrub.model.clearance import RunningClearance
 
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 PROFILES = "harmonics", "profile_csv", "profile_mm"
@@ -96,21 +95,22 @@ class Casing(Section):
         return not isinstance(self.clearance_hz_mm, str)
 
     @property
-    def running(self) -> RunningClearance | None:
-        """Clearance over the speed; None where it is the same at every speed.
+    def running(self) -> tuple[tuple[float, float], ...] | None:
+        """Speeds, increasing [Hz], with a clearance [m] each; None: it is the same at all.
 
         Raises InputError before its file has been read.
         """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
         if self.clearance_hz_mm is not None:
-            return RunningClearance(tuple((f, c / 1000) for f, c in self.clearance_hz_mm))
+            return tuple((f, c / 1000) for f, c in self.clearance_hz_mm)
         return None
 
     def clearances(self, speeds_hz: np.ndarray) -> np.ndarray:
         """Clearance [m] at speeds [Hz] (S,)."""
-        running = self.running
-        return running.at(speeds_hz) if running else np.full(len(speeds_hz), self.clearance)
+        if self.running is None:
+            return np.full(len(speeds_hz), self.clearance)
+        return np.interp(speeds_hz, *np.array(self.running).T)
 
     @property
     def profile(self) -> Profile:

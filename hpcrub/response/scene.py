@@ -3,8 +3,9 @@
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from hpcrub.model.casing import BUMP_WIDTH, NO_PROFILE, Profile, highest, repeats
-from hpcrub.model.clearance import RunningClearance
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import Interface
@@ -25,7 +26,9 @@ class Scene(NamedTuple):
     friction: float
     profile: Profile = NO_PROFILE  # of the casing, beside its bumps
     bump_width: float = BUMP_WIDTH  # [pitches]
-    running: RunningClearance | None = None  # None: the clearance is the same at every speed
+    # running clearance, which centrifugal growth, untwist and heat change: speeds, increasing [Hz],
+    # with a clearance each [m], straight lines between them; None: the same at every speed
+    running: tuple[tuple[float, float], ...] | None = None
     load: float = 0.0  # radial engine-order excitation of every blade, at rest in space [N]
     load_order: int = 1  # its periods around the casing
     elastic_casing: ElasticCasing | None = None  # None: the casing does not give
@@ -41,7 +44,8 @@ class Scene(NamedTuple):
         """The scene at a speed of rotation [Hz]."""
         if self.running is None:
             return self
-        return self._replace(clearance=float(self.running.at(speed_hz)), running=None)
+        clearance = float(np.interp(speed_hz, *np.array(self.running).T))
+        return self._replace(clearance=clearance, running=None)
 
     @property
     def repeats(self) -> int:
