@@ -92,7 +92,6 @@ def _add_common(one):
         "--turns", type=int, choices=(1, -1), default=1,
         help="-1: the disk turns against the axis, clockwise seen from its head",
     )  # fmt: skip
-    one.add_argument("--blades", type=int, default=0, metavar="N", help="of a whole disk")
     one.add_argument("--reduce", type=int, metavar="MODES", help="write the reduced model")
     one.add_argument(
         "--speed-hz", type=float, default=0.0, help="of rotation, for frequencies and mode shapes"
@@ -113,7 +112,7 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if options.turns == -1:
         arrays["turns"] = np.array(-int(np.ravel(arrays.get("turns", 1))[0]))
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
-        arrays["contact_blade"] = _numbered(arrays, options.blades)
+        arrays["contact_blade"] = _numbered(arrays)
     return neutral.from_arrays(arrays)
 
 
@@ -147,13 +146,13 @@ def _speed(text):
         raise InputError(f"--stiffness: {text} is not of the form HZ=FILE") from None
 
 
-def _numbered(arrays, n_blades):
+def _numbered(arrays):
     blade = None
     if f"K_blade/{PARTS[0]}" in arrays:
         n = len(arrays["dof"])
         blade = sp.csr_array(tuple(arrays[f"K_blade/{part}"] for part in PARTS), shape=(n, n))
     mesh = (arrays[name] for name in ("nodes", "dof", "contact_node"))
-    return blades.number(*mesh, blade, n_blades)
+    return blades.number(*mesh, blade)
 
 
 def _say(line):
