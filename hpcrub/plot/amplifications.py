@@ -17,7 +17,6 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import (
     finished,
     labels,
-    numeric,
     ordered,
     reference,
     require_same,
@@ -174,16 +173,16 @@ def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
 def amplitudes(canvas: Canvas) -> None:
     """Largest amplitudes of the tuned disk and percentile 99 of the samples, a place each file.
 
-    Lines join them only where the files differ in a number; the levels stand side by side.
+    The levels stand side by side.
     """
     files = ordered(canvas.files)
     axes = canvas.panels(1, 1, (max(8.0, 1.3 * len(files)), 5.6))[0, 0]
-    line, x = ("-" if numeric(files) else "none"), np.arange(len(files))
+    x = np.arange(len(files))
     tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
     runs = [1e3 * file.read("tuned/run_peaks_m") for file in files]
     spread = [tuned - [np.nanmin(r) for r in runs], [np.nanmax(r) for r in runs] - tuned]
     axes.errorbar(
-        x, tuned, spread, fmt="s", ls=line, color=BLACK, elinewidth=1.2, capsize=3,
+        x, tuned, spread, fmt="s", color=BLACK, ms=7, elinewidth=1.2, capsize=3,
         label="tuned disk, range of its perturbed runs",
     )  # fmt: skip
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
@@ -200,7 +199,7 @@ def amplitudes(canvas: Canvas) -> None:
         low, high = np.array([np.ravel(intervals.interval(v, [99])) for v in values]).T
         beside = np.add(have, 0.06 * (level + 1))
         axes.plot(
-            beside, top, ls=line, lw=1.2, color=colour, marker=MARKERS[level % len(MARKERS)],
+            beside, top, _marker(level), color=colour, ms=7,
             label=f"percentile 99, σ = {100 * sigma:.1f} %",
         )  # fmt: skip
         intervals.draw(axes, beside, top, low, high, colour)

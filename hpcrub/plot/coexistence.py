@@ -86,7 +86,7 @@ def _draw(axes: Axes, file: ResultFile, branch_of: Any, part: slice, scale: Norm
         )  # fmt: skip
         rough = ~steady & (file.read("point_status", start)[part] != DIVERGED)
         single = 1e3 * file.read("amplitude_m", start)[part][rough]
-        axes.plot(speeds[rough], single, marker, mfc="none", mec="0.6", ms=4, zorder=1)
+        axes.plot(speeds[rough], single, marker, mfc="none", mec="0.7", ms=3, zorder=1)
         axes.plot([], [], marker, color="0.3", ls="", label=f"from: {name}")
         if rough.any():
             axes.plot([], [], "o", mfc="none", mec="0.6", ls="", label="not steady")

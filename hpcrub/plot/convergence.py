@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import FixedLocator, LogLocator
+from matplotlib.ticker import LogLocator
 
 from hpcrub.errors import InputError
 from hpcrub.plot.canvas import Canvas, figure
@@ -12,7 +12,6 @@ from hpcrub.plot.style import BLACK, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 
-FEW = 5  # estimates up to which each has a tick of its own
 MOST_COLUMNS = 4  # percentiles with a panel each; of more, the first, the middle and the last
 
 
@@ -72,9 +71,7 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
                 panel.plot(seen[few], line[few], "o", ms=5, mfc="w", mec=colour)
             panel.set(xscale="log", xlabel="samples" if file is files[-1] else "")
             panel.set_xlim(0.9 * known[0], 1.1 * known[-1])
-            panel.xaxis.set_major_locator(
-                FixedLocator(known) if len(known) <= FEW else LogLocator(subs=(1, 2, 5))
-            )
+            panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             panel.xaxis.set_major_formatter("{x:,.0f}")
             panel.xaxis.set_minor_formatter("")
     canvas.note(

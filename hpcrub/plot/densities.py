@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished
@@ -55,21 +54,15 @@ def _title(sigma: float, linear: Array, contact: Array) -> str:
 
 
 def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
-    """Samples of one level, of many their density; returns its image."""
+    """Samples of one level, of many their density above them; returns its image."""
     image, n = None, len(linear)
-    found = pairs.density(linear, contact) if n > FEW else (linear, contact, None)
-    grid_linear, grid_contact, density = found
+    look: dict[str, Any] = {"color": BLACK, "ms": 6} if n <= FEW else {"color": "0.55", "ms": 2}
+    axes.plot(linear, contact, ".", zorder=0.5, rasterized=n > FEW, label="samples", **look)
+    grid_linear, grid_contact, density = pairs.density(linear, contact) if n > FEW else (None,) * 3
     if density is not None:
         image = axes.contourf(
             grid_linear, grid_contact, cumulative(density).T, levels=[0, *SHARES], cmap="viridis",
-            alpha=0.85,
         )  # fmt: skip
-    if density is None:
-        axes.plot(linear, contact, ".", color=BLACK, ms=6, label="samples")
-    else:
-        out = outside(linear, contact, grid_linear, grid_contact, density)
-        label = f"samples outside {100 * SHARES[-1]:.0f} %"
-        axes.plot(linear[out], contact[out], ".", color="0.55", ms=2, label=label)
     if n > FEW:
         for values, line, colour, name in (
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
@@ -80,21 +73,6 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     axes.autoscale_view()
     axes.axline((1.0, 1.0), slope=1.0, color="0.4", lw=1.2, label="$A_{nl} = A_{lin}$")
     return image
-
-
-def outside(
-    linear: Array, contact: Array, grid_linear: Array, grid_contact: Array, density: Array
-) -> NDArray[np.bool_]:
-    """Samples beyond the outermost contour (S,), those too that are off the grid or not known.
-
-    linear, contact: both amplifications of the samples (S,) [-]; density (G, H) on grids of both,
-    (G,) and (H,) [-].
-    """
-    share = RegularGridInterpolator(
-        (grid_linear, grid_contact), cumulative(density), bounds_error=False, fill_value=1.0
-    )
-    rare: NDArray[np.bool_] = ~(share(np.column_stack([linear, contact])) <= SHARES[-1])
-    return rare
 
 
 def cumulative(density: Array) -> Array:

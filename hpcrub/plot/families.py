@@ -40,15 +40,6 @@ def ordered(files: list[ResultFile]) -> list[ResultFile]:
     return [files[i] for i in order]
 
 
-def numeric(files: list[ResultFile]) -> bool:
-    """Whether the files differ in their number of bumps, or in a single number."""
-    rows = _flat(files)
-    keys = _differing(rows)
-    if "casing.n_bumps" in keys:
-        return True
-    return len(keys) == 1 and all(isinstance(row[keys[0]], int | float) for row in rows)
-
-
 def reference(files: list[ResultFile]) -> ResultFile:
     """The file that others are compared with: the finest, or else that of the default values.
 

@@ -12,7 +12,7 @@ from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import labels, ordered, reference
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE, say
+from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import layout, measured, trust
@@ -195,7 +195,8 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
                 label="twice the scatter of both disks from run to run",
             )  # fmt: skip
         else:
-            say(bottom, "one run each: what another run would change is not known", 0.03)
+            words = "one run each: what another run would change is not known"
+            bottom.set_title(words, fontsize="small", color="0.3")
         bottom.axhline(0.0, color=BLACK, lw=1.2)
         bottom.set_xlabel(SPEED)
         top.set(title=title, xlabel="")
@@ -218,11 +219,10 @@ def _scatter(file: ResultFile, group: str) -> Any:
 
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
-    columns = min(len(files), 2 if len(files) <= 4 else 4)
-    size = (6.0, 4.2) if columns <= 2 else (4.0, 3.4)
-    axes = canvas.grid(len(files), columns, size, sharey=True)
+    columns = min(len(files), 2 if len(files) <= 4 else 3)
+    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=True)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
-        panel.set_title(label, fontsize=11 if columns > 2 else None)
+        panel.set_title(label, fontsize=11)
         if file.config.pattern_deviation is None:
             draw_range(panel, file)
         else:

@@ -29,9 +29,6 @@ def shades(n: int) -> list[tuple[float, float, float, float]]:
     return [tuple(c) for c in colormaps["viridis"](np.linspace(DARKEST, PALEST, n))]
 
 
-def say(axes: Axes, text: str, height: float = 0.5) -> None:
-    """Words in the middle of axes, or lower, where there is nothing to show."""
-    axes.text(
-        0.5, height, text, transform=axes.transAxes, ha="center", va="center", color="0.3",
-        fontsize="small", wrap=True,
-    )  # fmt: skip
+def say(axes: Axes, text: str) -> None:
+    """Words in the middle of axes that have nothing to show."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)

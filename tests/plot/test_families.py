@@ -11,7 +11,7 @@ import pytest
 from matplotlib.ticker import EngFormatter
 
 from hpcrub.config.schema import load_runs
-from hpcrub.plot.families import labels, numeric, ordered, reference
+from hpcrub.plot.families import labels, ordered, reference
 
 
 def family(tmp_path, *sweep):
@@ -60,15 +60,6 @@ def test_the_reference_is_the_finest_or_the_default(tmp_path, sweep, number):
     sweep = sweep if number is not None else (*sweep[:2], "mistuning.seed: 2020")
     files = family(tmp_path, *sweep)
     assert reference(files) is files[2 if number is None else number]
-
-
-def test_numbers_have_an_order_and_words_do_not(tmp_path):
-    assert numeric(family(tmp_path, "casing.n_bumps: 4", "casing.n_bumps: 3, speeds.from_hz: 9"))
-    assert numeric(family(tmp_path, "time.step_s: 1e-5", "time.step_s: 2e-6"))
-    assert not numeric(
-        family(tmp_path, "time.scheme: central_difference", "time.scheme: exact_modal")
-    )
-    assert not numeric(family(tmp_path, "casing.clearance_mm: 0.2", "contact.friction: 0.2"))
 
 
 def test_a_step_that_is_only_a_bound_does_not_tell_files_apart(tmp_path):
