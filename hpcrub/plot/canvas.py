@@ -298,7 +298,7 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
         files: list[Any] = []
         for one in file if several else [file]:
             if isinstance(one, Config):  # for a figure of the input alone
-                files.append(SimpleNamespace(config=one, path=Path(one.output), attributes=dict))
+                files.append(SimpleNamespace(config=one, path=Path(one.output), attributes={}))
             elif isinstance(one, str | os.PathLike):
                 files.append(stack.enter_context(open_result(one)))
             else:

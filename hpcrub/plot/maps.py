@@ -131,7 +131,7 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     main = file.config.casing.main_order
     for order in range(1, 3 * main + 1):
-        if order > NAMED and order % main:
+        if (order > NAMED and order % main) or order * speeds[0] > frequencies[-1]:
             continue
         axes.plot(
             speeds, order * speeds, color=ORANGE, lw=0.9, ls=(0, (2, 5)), label="engine orders"

@@ -185,8 +185,11 @@ def test_damping(random):
 def test_dampings_are_compared_of_the_same_disks_only(random):
     """Other samples are no matter, other physics are."""
     more = "material: {damping_ratio: 0.004}\n"
-    files = [contact_file(random), contact_file(random, f"{TINY}{more}time: {{step_s: 3e-5}}\n")]
-    with pytest.raises(InputError, match="only material.damping_ratio may differ, not time"):
+    files = [
+        contact_file(random),
+        contact_file(random, f"{TINY}{more}contact: {{friction: 0.2}}\n"),
+    ]
+    with pytest.raises(InputError, match="only material.damping_ratio may differ, not contact"):
         plot.damping(files)
     seeded = TINY.replace("samples: 2", "samples: 3, seed: 7")
     plot.damping([files[0], contact_file(random, seeded + more)])

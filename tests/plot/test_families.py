@@ -3,7 +3,6 @@
 Truth: the words a reader expects.
 """
 
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +18,7 @@ def family(tmp_path, *sweep):
     path = tmp_path / "input.yaml"
     path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
     return [
-        SimpleNamespace(config=c, path=Path(c.output), attributes=partial(dict, time_step_s=c.step))
+        SimpleNamespace(config=c, path=Path(c.output), attributes={"time_step_s": c.step})
         for c in load_runs(path)
     ]
 
