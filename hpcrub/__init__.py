@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from hpcrub.config.schema import Config
     from hpcrub.errors import HpcrubError, InputError
     from hpcrub.results.reader import Results
-    from hpcrub.results.reader import open_file as open  # noqa: A004, as h5py.File or gzip.open
+    from hpcrub.results.reader import Results as open  # noqa: A004, as h5py.File or gzip.open
 
 LAZY = {
-    "open": ("hpcrub.results.reader", "open_file"),
+    "open": ("hpcrub.results.reader", "Results"),
     "run": ("hpcrub.commands.notebook", "run"),
     "Config": ("hpcrub.config.schema", "Config"),
     "HpcrubError": ("hpcrub.errors", "HpcrubError"),

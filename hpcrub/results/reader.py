@@ -5,7 +5,6 @@ Needs neither MPI nor the models; pandas only where it is asked for. xarray open
 
 import difflib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,24 +18,11 @@ if TYPE_CHECKING:
 BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
 
 
-def open_file(path: str | Path) -> "Results":
-    """Open a result file of any study, finished or still running, to read it.
-
-    Returns `Results`, to be used in a `with` statement, or closed by its `close`.
-    Raises InputError when there is no such file, or it is damaged, or no result of hpcrub.
-
-    Examples
-    --------
-    >>> import hpcrub
-    >>> with hpcrub.open("results/quickstart.h5") as file:
-    ...     amplification = file["samples/amplification"]
-    ...     table = file.to_dataframe("samples")
-    """
-    return Results(path)
-
-
 class Results(ResultFile):
     """A result file that is open to be read: a mapping of dataset names to arrays.
+
+    Of any study, finished or still running; to be used in a `with` statement, or closed by its
+    `close`. Raises InputError when there is no such file, or it is damaged, or no result of hpcrub.
 
     Attributes
     ----------
@@ -44,6 +30,13 @@ class Results(ResultFile):
         The file.
     config : Config
         The effective configuration of its study, every key.
+
+    Examples
+    --------
+    >>> import hpcrub
+    >>> with hpcrub.open("results/quickstart.h5") as file:
+    ...     amplification = file["samples/amplification"]
+    ...     table = file.to_dataframe("samples")
     """
 
     def __getitem__(self, name: str) -> Any:

@@ -107,11 +107,10 @@ def _text(words):
 
 
 def _write_attributes(file, plan):
-    now = datetime.datetime.now(datetime.UTC)
     texts = {
         "program": "hpcrub",
         "program_version": __version__,
-        "created": now.isoformat(timespec="seconds"),
+        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "config": plan.config.to_yaml(),
         "hdf5_version": h5py.version.hdf5_version,
         **provenance.libraries(),
@@ -244,10 +243,8 @@ class ResultFile:
 
     def written_by(self) -> str:
         """Version and revision of the program that laid the file out, for messages."""
-        attributes = self.attributes
-        version, revision = (
-            attributes.get(name, "?") for name in ("program_version", "git_revision")
-        )
+        known = self.attributes
+        version, revision = (known.get(n, "?") for n in ("program_version", "git_revision"))
         return f"hpcrub {version!s:.20} (revision {revision!s:.50})"
 
     def names(self) -> list[str]:
