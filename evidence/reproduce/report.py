@@ -6,85 +6,44 @@ from datetime import date
 
 from matplotlib.figure import Figure
 
+from evidence import page
 from evidence.reproduce import numbers, pattern, plan, rows, sensitivity
 from hpcrub import __version__, plot
-from hpcrub.config.sections import Time
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.plot.style import ORANGE
 from hpcrub.results.layout import DONE
 
-DEFAULT = Time()
 KEY_NUMBERS = (  # of the first lines: one that was fitted, two that tell the disks apart
     "tuned peak, n_d = 4 [Hz]",
     "largest localisation [%]",
     "percentile 99 of A_nl, n_d = 4, σ = 2.3 %",
 )
-HEAD = """# Reproduction of the paper
-
-{verdict}
-
-{key_numbers}The paper does not print the dimensions of its disk; ours is the best of a
-[search](identification.md). It has the frequencies, speeds of the peaks and linear amplifications
-of the paper. It has neither its localisation nor its coexisting motions, nor responses that hardly
-depend on step and modes. The paper's conclusion that the linear analysis is not on the safe side
-holds on our disk with four bumps and fails with five; with six bumps both find the linear analysis
-to be on the safe side.
-
-This page puts every number that J. Joachim, F. Nyssen and A. Batailly, *Numerical Investigation of
-a Mistuned Academic Bladed Disk Dynamics with Blade/Casing Contact* (2020), give for this model
-beside ours. It is written by `make reproduce`.
-
-- **Samples.** This is SCALE={scale:g} of {today} with hpcrub {version}: of every level at least
-  {samples} are done, where the paper
-  has 5000 for each number of bumps. At full scale nothing changes but these counts.
-- **Time integration.** It is the default one, {scheme} with {step:g} s, but for figure 9a. The
-  paper has central differences with 1e-6 s.
-- **Reference.** A_nl is relative to the median of {runs} runs of the tuned disk, all but the first
-  with slightly perturbed stiffness. The paper has one run.
-- **Intervals** are 95 %: of percentiles by order statistics, of shares by Wilson, of means by the
-  scatter of the samples. "–" is an end that so few samples do not bound. One disk whose motion is
-  chaotic (rows 2, 4, 7, 8) is integrated {perturbed} times with stiffnesses that differ by up to
-  10⁻⁸: its interval holds 95 % of these runs, any of which the paper's one run may be, and its
-  number is their median.
-- **Agreement.** "Yes" means that the paper's number lies in the interval or, where there is none,
-  within 1 % (a speed: 0.1 Hz), rounding allowed for. "Near" means within 5 % (a speed: 1 %), "open"
-  that there are too few samples to tell. Several numbers in a row are as good as the worst. A
-  statement agrees or not; where that is no matter of plain order, the row says when.
-- **Fitted rows.** The dimensions of the disk are not published. They were found by a search, and
-  the rows marked *fitted* took part in it, so that their agreement proves nothing. The others are
-  predictions.
-
-"""
 
 
 def write(folder, scale, target):
-    """Write the report and copy its figures.
+    """Write the parts of the page and its figures.
 
     Args:
         folder: where the result files are.
         scale: of the sample counts.
-        target: Markdown file to write; figures go to a folder of its name beside it.
+        target: the page; figures go to a folder of its name beside it.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
     results = rows.Results(folder)
     of_case = [
-        f"{(results.contact(n).status == DONE).sum(axis=1).min()} samples for n_d = {n}"
-        for n in plan.CASES
+        f"{(results.contact(n).status == DONE).sum(axis=1).min()} for n_d = {n}" for n in plan.CASES
     ]
     found = numbers.rows(results)
-    text = HEAD.format(
+    page.replace(
+        target,
         verdict=verdict(found),
         key_numbers=table([row for row in found if row.quantity in KEY_NUMBERS], remarks=False),
-        scale=scale, today=date.today().isoformat(), version=__version__,
-        samples=", ".join(of_case),
-        scheme=DEFAULT.scheme, step=DEFAULT.step_s, runs=plan.RUNS,
-        perturbed=plan.PERTURBED["mistuning.samples"],
-    )  # fmt: skip
-    text += table(found)
-    text += "\n## What it depends on\n\n" + sensitivity.table(results)
-    text += "\n## Figures\n\n" + figures(folder, target)
-    target.write_text(text, encoding="utf-8")
+        samples=f"This is SCALE={scale:g} of {date.today().isoformat()} with hpcrub {__version__}; "
+        f"finished samples of every level, at least: {', '.join(of_case)}.",
+        rows=table(found),
+        sensitivity=sensitivity.table(results),
+        figures=figures(folder, target),
+    )
 
 
 def verdict(rows):
@@ -104,21 +63,18 @@ def verdict(rows):
 
 def table(rows, remarks=True):
     """Markdown table of the rows, the remarks on those that disagree below it."""
-    lines = ["| # | quantity | paper | ours | interval | agrees |", "|---|---|---|---|---|---|"]
-    said = []
+    lines, said = [], []
     for row in rows:
-        mark = " *fitted*" if row.fitted else ""
         note = ""
         if remarks and row.remark and row.agrees != "yes":
             if row.remark not in said:
                 said.append(row.remark)
             note = f" ({said.index(row.remark) + 1})"
-        lines.append(
-            f"| {row.number} | {row.quantity}{mark} | {row.paper} | {row.ours} | {row.interval} | "
-            f"{row.agrees}{note} |"
-        )
-    lines += ["", *(f"{i}. {remark}" for i, remark in enumerate(said, 1))]
-    return "\n".join(lines) + "\n"
+        quantity = row.quantity + " *fitted*" * row.fitted
+        lines.append([row.number, quantity, row.paper, row.ours, row.interval, row.agrees + note])
+    heads = ["#", "quantity", "paper", "ours", "interval", "agrees"]
+    notes = [f"{i}. {remark}\n" for i, remark in enumerate(said, 1)]
+    return "\n".join([page.table(heads, lines), "".join(notes)])
 
 
 FIGURES = (

@@ -2,21 +2,13 @@
 
 import numpy as np
 
+from evidence import page
 from evidence.reproduce.rows import bracket, done, percentile, tuned_amplitudes
 from hpcrub.config.text import flatten
 from hpcrub.statistics.pairs import share_interval
 from hpcrub.studies import open_result
 
-HEAD = """\
-A_nl of {samples} samples for n_d = 4 and σ = 2.3 %, over 32.5 to 36.5 Hz, when one unknown of the
-model is another: the tuned peak (median of {runs} runs, with their range), two percentiles of A_nl
-and the share of the samples with A_nl > A_lin, with intervals. The order of the blades against the
-rotation is not here: a reversed random sample is as likely as the sample; for the pattern of
-Table 2 it is in row 4. Other dampings, σ and n_d were not computed with other dimensions.
-
-| changed | tuned peak | percentile 50 | percentile 99 | A_nl > A_lin [%] |
-|---|---|---|---|---|
-"""
+HEADS = ["changed", "tuned peak", "percentile 50", "percentile 99", "A_nl > A_lin [%]"]
 
 
 def table(results):
@@ -28,11 +20,11 @@ def table(results):
     reference = next(f for f in files if "lean_deg=-43.74" in f.path.name)
     base = flatten(reference.config.model_dump(mode="json"))
     mistuning = reference.config.mistuning
-    text = HEAD.format(samples=mistuning.samples, runs=mistuning.tuned_runs)
-    for file in sorted(files, key=lambda f: f is not reference):
-        text += f"| {' | '.join(_cells(file, base))} |\n"
+    rows = [_cells(file, base) for file in sorted(files, key=lambda f: f is not reference)]
+    for file in files:
         file.close()
-    return text
+    said = f"{mistuning.samples} samples, and {mistuning.tuned_runs} runs of the tuned disk:"
+    return f"{said}\n\n{page.table(HEADS, rows)}"
 
 
 def _cells(file, base):
