@@ -11,7 +11,6 @@ from evidence import page
 from evidence.benchmarks import (
     kernel_speed,
     law_precision,
-    report,
     sample_cost,
     spatial_speed,
     work_precision,
@@ -27,9 +26,7 @@ def laws():
 
 def precision():
     """Run time against error of the planar disk."""
-    measured = work_precision.measure()
-    report.precision_figure(measured, REPORT.with_name("work_precision.png"))
-    return report.precision(measured)
+    return work_precision.section(REPORT.with_name("work_precision.png"))
 
 
 SECTIONS = {
