@@ -36,6 +36,7 @@ def convergence_errors(canvas: Canvas) -> None:
             target = 100 * file.config.convergence.target_error
             panel.axhline(target, color=BLACK, lw=1.2, ls=":", label="target")
             panel.set_yscale("log")
+            panel.yaxis.set_major_locator(LogLocator(subs=(1, 3)))
             panel.yaxis.set_major_formatter("{x:g}")
             panel.yaxis.set_minor_formatter("")
         row[0].set_ylabel("convergence error\nof $A_{nl}$ [%]")
