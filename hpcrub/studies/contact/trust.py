@@ -179,9 +179,8 @@ def _ended(points, peaks, max_time_s):
     """Whether wear and motion have ended; a coating has no other amplitude than the largest."""
     left, lost = (100 * n[NOT_STEADY] / max(1, n[1:].sum()) for n in (points, peaks))
     return (
-        f"{100 - left:.0f} % of the points have ended: nothing wears any more, and the motion is "
-        f"steady, averaged or at rest. {left:.0f} % of the points and {lost:.0f} % of the peaks "
-        f"have not within {max_time_s:g} s, and may cut deeper"
+        f"{100 - left:.0f} % of the points have ended and wear no more; {left:.0f} % of the points "
+        f"and {lost:.0f} % of the peaks have not within {max_time_s:g} s, and may cut deeper"
     )
 
 
