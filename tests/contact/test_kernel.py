@@ -203,7 +203,7 @@ def released(name, n_steps, damping_ratio=0.02):
     """A mass released from 1 m at rest, over one second of a 5 Hz oscillation: error at its end."""
     modes, scene, omega = one_mode(5.0, damping_ratio)
     scene = scene._replace(scheme=name)
-    bank = allocate(modes, scene, Grid(n_steps, 1, 1), 1)
+    bank = allocate(modes, scene, Grid(n_steps, 1, 1), 8)
     h = 1.0 / n_steps
     fill_lane(bank, 0, modes, scene, h)
     decay, omega_d = damping_ratio * omega, omega * np.sqrt(1.0 - damping_ratio**2)

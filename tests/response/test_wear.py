@@ -130,7 +130,7 @@ def test_a_run_ends_when_nothing_wears_and_moves_or_says_so():
 def test_results_do_not_depend_on_the_speeds_beside():
     """Lanes, their number, and what is computed together change no bit of a coating either."""
     whole = swept(1.0)
-    for alone in (swept(1.0, width=1), swept(1.0, selection=[1])):
+    for alone in (swept(1.0, width=8), swept(1.0, selection=[1])):
         for found, expected in zip(alone.arrays, whole.arrays, strict=True):
             assert np.array_equal(found[1], expected[1], equal_nan=True)
 
