@@ -94,9 +94,8 @@ def _say_means(canvas: Canvas, disk: int) -> None:
     if means.any():
         error = file.read("mean_error_m", disk)[means] / file.read("mean_amplitude_m", disk)[means]
         canvas.note(
-            f"{DISKS[disk]}: at {100 * means.mean():.0f} % of the speeds the motion does not repeat"
-            f" itself; its mean amplitude is known to ±{100 * Z_95 * np.median(error):.0f} % "
-            "(95 % interval, median)"
+            f"{DISKS[disk]}: at {100 * means.mean():.0f} % of the speeds the amplitude is a mean of"
+            f" windows, known to ±{100 * Z_95 * np.median(error):.0f} % (95 % interval, median)"
         )
 
 
