@@ -9,21 +9,14 @@ Both schemes read  d_{n+1} = decay·d_n − ω² gain·q_n + gain·f,  f the for
 
 summed over the modes. A contact force N of a step, whose point goes from p_{n−1} over p_n to
 p_{n+1} inside the new surface, takes N (p_{n+1} − p_{n−1})/2 from the disk and from the casing that
-moves its bumps:
-
-    N (p_{n+1} − p_{n−1})/2 = N (p_{n+1} − p_n) + N (p_n − p_{n−1} − p_{n+1} + p_n)/2.
-
-The last term is lost because forces act for a step in which the motion is the mean of two. On a
-rigid casing the sum is the impact loss λ (g_{n−1} − g_{n+1})/2 ≥ 0: an impact can only take energy,
-and contact that lasts takes none. Of a bar with the worn depths w_n under the point after the step
-before, w⁻ and w before and after this one,
-
-    k₁ q (p_{n+1} − p_n) = ΔU + A Δe − k₁ q (w_n − w⁻)
-                           + k₁ Δq²/2 + A H Δw²/2t + k₁ q (q_n − p_n + w_n)
-
-with q = max(p − w, 0), U = k₁ q²/2 and the plastic work e(w) = σ_Y w + H w²/2t of each area. The
-third term is the work with which the turning casing brings the groove of former passages under the
-point; the last three are what implicit steps lose. So for the casing behind.
+moves its bumps. On a rigid casing that is the impact loss λ (g_{n−1} − g_{n+1})/2 ≥ 0: an impact
+can only take energy, and contact that lasts takes none. A casing that gives or wears has forces s
+of its own law at the ends of steps, of which N is the mean a s_{n+1} + b s_n + c s_{n−1}. Of its
+work, kept are the energy U = k₁ q²/2 of a bar, q = max(p − w, 0), the plastic work
+e(w) = σ_Y w + H w²/2t of each area, and the like of the casing behind; k₁ q (w_n − w⁻) is the work
+with which the turning casing brings the groove of former passages under the point, w_n the worn
+depth under it after the step before and w⁻ at the begin of this. The rest is what a step loses, or
+gains. N is found here anew: a kernel with another law does not close the balance.
 """
 
 from typing import NamedTuple
@@ -106,9 +99,8 @@ def audit(bank, n_steps, scene=None):
             external = np.sum(modal * moved, axis=1) / 2.0
         impact, *given = tips, *np.zeros((4, *tips.shape))
         if surface:
-            late = np.sum(force[0] * (2.0 * depth[1] - depth[0] - depth[2]), axis=0) / 2.0
-            impact, *given = (part[None] for part in surface.works(force[0], *depth[1:]))
-            impact = impact + late
+            bar = surface.works(force[0], *depth)
+            impact, *given = (part[None] for part in bar)
         q, d = steps.position, steps.increment
         energy = np.sum(inertia * d**2 + spring * q * (q - d), axis=1)
         parts.append((energy, normal + tips, all_forces - normal, external, given[0],
@@ -126,6 +118,8 @@ class Surface:
         """At the start of a table."""
         face, coating, spring = scene.interface, scene.coating, scene.elastic_casing
         self.worn, n = bank.law.surface.worn, len(face.angle)
+        weights = bank.law.surface.weights[: 3 * n].reshape(n, 3, -1)
+        self.weights = np.moveaxis(weights, 1, 0)  # a, b and c
         self.n_bars = bank.law.surface.n_steps
         self.first = np.round(face.angle * self.n_bars / (2.0 * np.pi)).astype(int)
         self.strip, self.n_steps = face.strip * self.n_bars, 0
@@ -136,37 +130,43 @@ class Surface:
         self.thickness = coating.thickness if coating else 0.0
         self.under = np.zeros((n, bank.width))  # worn depth under every point after the last step
         self.fresh = self._worn(1)  # and before the coming one
+        self.forces = np.zeros((2, n, bank.width))  # of the law at the ends of two steps
 
     def _worn(self, step):
         """Worn depths now of the bars on which the points stand at a step."""
         bars = self.strip + (self.first + step) % self.n_bars
         return self.worn[bars] if self.coating else np.zeros_like(self.under)
 
-    def works(self, force, p, new):
+    def works(self, force, before, p, new):
         """Loss, groove, elastic, plastic and dashpot (L,) [J] of a step.
 
-        force: (C, L) [N]; p, new: penetrations before and after the step (C, L) [m].
+        force: (C, L) [N]; before, p, new: penetrations after the step before the last, the last and
+        this one (C, L) [m].
         """
         self.n_steps += 1
         old, fresh = self.under, self.fresh
         worn = fresh
         if self.coating:  # of the point: another one on this bar may wear it deeper
             worn = np.maximum(fresh, self.coating.kept * (new - self.coating.depth_at_yield))
+            worn = np.minimum(worn, self.thickness)
         self.under, self.fresh = worn, self._worn(self.n_steps + 1)
-        k1 = hard = plastic = 0.0
+        k1 = plastic = 0.0
         if self.coating:
             k1 = self.coating.young * self.area / self.thickness
-            hard = self.coating.hardening * self.area / self.thickness
             plastic = self.area * (self.coating.energy(worn) - self.coating.energy(fresh))
         q0, q = np.maximum(p - old, 0.0), np.maximum(new - worn, 0.0)
-        bar = k1 * q
         x0, x = np.maximum(p - self.thickness, 0.0), np.maximum(new - self.thickness, 0.0)
-        pushes = self.k * x + self.d * (x - x0) > 0.0
+        bar, pushes = k1 * q, self.k * x + self.d * (x - x0) > 0.0
+        law = bar + np.where(pushes, self.k * x + self.d * (x - x0), 0.0)
+        a, b, c = self.weights
+        mean = a * law + b * self.forces[0] + c * self.forces[1]
+        self.forces = np.array([law, self.forces[0]])
+        if not self.k:  # the reaction of a rigid casing, which only pushes
+            mean = np.where(new > self.thickness * (1.0 - 1e-9), np.maximum(force, mean), mean)
         dashpot = np.where(pushes, self.d * (x - x0), -self.k * x) * (x - x0)
         elastic = k1 * (q**2 - q0**2) / 2.0 + self.k * (x**2 - x0**2) / 2.0
-        loss = k1 * (q - q0) ** 2 / 2.0 + hard * (worn - fresh) ** 2 / 2.0 + bar * (q0 - p + old)
-        loss += self.k * (x - x0) ** 2 / 2.0 + (force - bar) * (x0 - p + self.thickness)
         groove = bar * (old - fresh)
+        loss = mean * (new - before) / 2.0 + groove - elastic - plastic - dashpot
         return [np.sum(part + 0.0 * force, 0) for part in (loss, groove, elastic, plastic, dashpot)]
 
 

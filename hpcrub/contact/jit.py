@@ -22,7 +22,8 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
 STATIC_METHODS = (  # of contact laws, observers and surfaces
     "predict", "forces", "respond", "observe",
-    "tick", "meet", "comply", "follow", "line", "check", "change", "wear", "despair",
+    "tick", "meet", "near", "relieve", "total", "keep",
+    "comply", "follow", "line", "check", "change", "wear", "despair",
 )  # fmt: skip
 COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
 

@@ -7,6 +7,18 @@ d = q_n − q_{n−1} of a modal coordinate under the modal force f.
 import numpy as np
 
 LARGEST_PHASE = 2.0  # ωh up to which a mode is integrated exactly: about three steps per period
+SOFT = 3.0  # stiffness times compliance of a step, beyond which a step damps a rebound
+
+
+def newmark(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Weights of the contact forces at the end of a step and at the ends of the two before it.
+
+    stiffness: of the surface, times the compliance of a point in a step, of any shape [-].
+    Returns a, b and c of that shape, from 1/4, 1/2 and 1/4 of a soft surface, the trapezoidal
+    rule, to 1, 0 and 0 of a hard one: Newmark's γ = 1/2 + δ, β = (1 + δ)²/4.
+    """
+    damped = (stiffness / (stiffness + SOFT)) ** 2
+    return (1.0 + damped) ** 2 / 4.0, (1.0 - damped**2) / 2.0, (1.0 - damped) ** 2 / 4.0
 
 
 def coefficients(

@@ -10,6 +10,7 @@ import numpy as np
 
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
+from hpcrub.contact.recurrence import newmark
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
@@ -160,12 +161,16 @@ def _friction_warnings(config, problem):
         )
 
 
-def rebound_lost(turn: float) -> float:
-    """Part of the energy of a rebound that the time step takes; turn: angle of a step ωh [rad].
+def rebound_lost(stiffness: float) -> float:
+    """Part of the energy of a rebound that the time step takes.
 
-    With the force at the end of a step z² (1 + ω²h²) − 2z + 1 = 0, over half a period.
+    stiffness: of the surface, times the compliance of a tip in a step, (ωh)² [-].
+
+    With `contact.recurrence.newmark` (1 + a κ) z² − (2 − b κ) z + 1 + c κ = 0, over half a period.
     """
-    return float(1.0 - (1.0 + turn**2) ** (-np.pi / np.arctan(turn)))
+    a, b, c = newmark(stiffness)
+    turn = np.arctan2(2.0 * np.sqrt(stiffness), 2.0 - b * stiffness)
+    return float(1.0 - ((1.0 + c * stiffness) / (1.0 + a * stiffness)) ** (np.pi / turn))
 
 
 def _rebound_warnings(config, problem):
@@ -179,7 +184,7 @@ def _rebound_warnings(config, problem):
         return
     modes = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
     omega = float(np.sqrt(spring * (modes.normal**2).sum(axis=1).max()))
-    lost = rebound_lost(omega * config.step)
+    lost = rebound_lost((omega * config.step) ** 2)
     if lost > REBOUND:
         yield (
             f"not resolved: a tip springs back within {1e6 * np.pi / omega:.3g} µs, of whose "

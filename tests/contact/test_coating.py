@@ -1,8 +1,8 @@
 """A casing that gives and a coating that wears, against implementations that share no code.
 
 One mass on a spring against one bar is linear between two events: `evidence.truth.bars` solves it
-piece by piece. The kernel takes the force at the end of a step, which is of first order in the
-step. On a whole disk the forces of recorded steps are those of the incremental law of plasticity,
+piece by piece. The kernel's error is of second order in the step, but for a damper's. On a whole
+disk the forces of recorded steps are those of the incremental law of plasticity,
 
     σ* = E (ε − ε_p),  f = σ* − (σ_Y + H ε_p),
     f > 0:  ε_p ← ε_p + f/(E + H),  σ = σ* − E f/(E + H).
@@ -36,10 +36,9 @@ from tests.program import ROOT
 
 @pytest.mark.parametrize("name", WALLS)
 def test_one_mass_is_the_event_driven_motion(name):
-    order, peak, worn = coating.first_peak(name)
-    assert abs(order - 1.0) < 0.02
-    assert peak < 1e-6
-    assert worn < 1e-6
+    peak, worn = coating.first_peak(name)
+    assert peak < (3e-6 if name == "damped" else 1e-8)
+    assert worn < 2e-8
 
 
 @pytest.mark.parametrize("name", WALLS)
@@ -55,8 +54,10 @@ def test_one_mass_in_three_dimensions_moves_alike(name):
 
 
 @pytest.mark.parametrize("name", WALLS)
-def test_the_whole_motion_converges_with_the_first_order(name):
-    assert 0.9 < coating.motion_order(name) < 1.1
+def test_the_whole_motion_converges_with_the_second_order(name):
+    """But for a damper, whose force begins with a jump."""
+    order = coating.motion_order(name)
+    assert abs(order - 1.0) < 0.05 if name == "damped" else 1.8 < order < 2.5
 
 
 def test_a_slow_incursion_wears_what_statics_say():
@@ -68,28 +69,30 @@ def test_a_slow_incursion_wears_what_statics_say():
 
 @pytest.mark.parametrize("bar", [HARD, None], ids=["coated", "elastic"])
 def test_energy_goes_into_wear_and_what_a_step_loses(bar):
-    """The balance of every step closes, nothing is stored in the end, and what steps lose has the
-    first order."""
+    """The balance of every step closes, nothing is stored in the end, and what steps gain or lose
+    has the second order."""
     books = coating.thrown_ledgers(bar)
     assert max(found.unexplained()[0] for found in books) < 1e-10
     start = books[-1].energy[0, 0]
-    lost = [found.impact[:, 0].sum() / start for found in books]
-    assert abs(fitted_order(2.0 ** -np.arange(3), np.array(lost)) - 1.0) < 0.1
+    lost = np.abs([found.impact[:, 0].sum() for found in books]) / start
+    assert (lost < [5e-3, 5e-5, 5e-7]).all()
     assert abs(books[-1].elastic[:, 0].sum()) < 1e-12 * start
     assert books[-1].elastic[:, 0].cumsum().max() > 0.1 * start
     assert (books[-1].plastic >= 0.0).all()
     assert books[-1].plastic[:, 0].sum() > (0.2 * start if bar else -1.0)
 
 
-@pytest.mark.parametrize("turn", [0.01, 0.05, 0.2])
+@pytest.mark.parametrize("turn", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
-    """A free mass thrown at a spring, √(k/m) h = turn; a step more or less of contact aside."""
-    mass, h = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness)
-    duration = 3.0 * GAP / SPEED + 4.0 * h / turn
-    place, _, _ = coating.thrown(mass, SPEED, h, duration, elastic_casing=SPRING)
-    left = ((place[-1] - place[-2]) / (h * SPEED)) ** 2
-    assert place[-1] < place[-2]
-    assert abs(1.0 - left - rebound_lost(turn)) < 2.0 * turn**2 + 1e-3
+    """A free mass thrown at a spring, √(k/m) h = turn, mean of where in a step it meets it."""
+    mass, h, left = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness), []
+    duration = 2.0 * GAP / SPEED + 10.0 * h + 4.0 * h / turn
+    for later in np.arange(16) / 16.0 * h * SPEED:
+        gap = GAP + later
+        place, _, _ = coating.thrown(mass, SPEED, h, duration, gap=gap, elastic_casing=SPRING)
+        assert place[-1] < place[-2]
+        left.append(((place[-1] - place[-2]) / (h * SPEED)) ** 2)
+    assert abs(1.0 - np.mean(left) - rebound_lost(turn**2)) < 0.03
 
 
 def test_limits_of_the_law():

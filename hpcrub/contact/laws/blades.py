@@ -54,7 +54,10 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
             blade, end = law.blade[law.points[first]], first
             deepest = splat(lanes, -np.inf)
             while end < len(law.points) and law.blade[law.points[end]] == blade:
-                deepest = larger(load(lanes, state.penetration, law.points[end]), deepest)
+                i = law.points[end]
+                depth = load(lanes, state.penetration, i)
+                depth = law.surface.near(lanes, law.surface, i, law.stiffness, depth)
+                deepest = larger(depth, deepest)
                 end += 1
             store(law.deepest, blade, deepest)
             if any_lane(below(threshold, deepest)):
@@ -152,6 +155,7 @@ def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.n
     for a in range(n_active):
         if law.turned[a]:
             i = state.active[a]
+            total = law.surface.total(lanes, law.surface, i, total)
             total = fma(load(lanes, state.multiplier, i), load(lanes, law.stiffness, i), total)
     return splat(lanes, 0.0) - total * load(lanes, law.across, 0)
 
@@ -184,6 +188,7 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
     start, end = law.groups[group], law.groups[group + 1]
     for a in range(start, end):
         store(state.depth, a, load(lanes, state.penetration, state.active[a]))
+    law.surface.relieve(lanes, law.surface, state, law, start, end, law.groups[n_groups])
     for b in range(law.groups[n_groups]):
         if law.turned[b] and not start <= b < end:
             less = splat(lanes, 0.0) - load(lanes, state.multiplier, state.active[b])

@@ -44,6 +44,7 @@ def turn_penetrating(lanes: tuple, scheme: Scheme, state: State, law: Any, n_act
         i = state.active[a]
         law.turned[a] = False
         near = larger(load(lanes, state.penetration, i), load(lanes, law.touching, i))
+        near = law.surface.near(lanes, law.surface, i, law.stiffness, near)
         if any_lane(below(zero, near)):
             law.fresh[n] = a
             n += 1

@@ -14,6 +14,7 @@ from hpcrub.contact.lanes import (
     TILE,
     any_lane,
     below,
+    fma,
     inverse,
     larger,
     load,
@@ -22,11 +23,13 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
+from hpcrub.contact.laws.lines import find_gains
 from hpcrub.contact.laws.rigid import Rigid
-from hpcrub.contact.laws.surfaces import Coated, find_gains
+from hpcrub.contact.laws.surfaces import Coated, relief
 from hpcrub.contact.lcp import gauss_seidel
 from hpcrub.contact.passes import predict_all
 from hpcrub.contact.status import FATAL
+from hpcrub.contact.tables import delassus
 from hpcrub.model.reduction import Modes
 
 
@@ -45,10 +48,31 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
 
 
 @compiled(inner=True)
+def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
+    """Take from all penetrations what the forces of earlier steps undo (state is modified).
+
+    Returns (L,); the deepest penetration [m].
+    """
+    last, zero = state.penetration.shape[0] - 1, splat(lanes, 0.0)
+    for j in range(last):
+        less = zero - relief(lanes, law.surface, j, law.stiffness)
+        store(state.multiplier, j, zero)
+        if any_lane(below(less, zero)):
+            for i in range(last):
+                effect = load(lanes, law.coupling, i * (last + 1) + j)
+                left = fma(effect, less, load(lanes, state.penetration, i))
+                store(state.penetration, i, left + less if i == j else left)
+    deepest = load(lanes, state.penetration, 0)
+    for i in range(1, last):
+        deepest = larger(load(lanes, state.penetration, i), deepest)
+    return deepest
+
+
+@compiled(inner=True)
 def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
     """Turn the depths x into forces, and keep what the points reach (state, law are modified).
 
-    Returns points left in `State.active`: those that carry a force in any lane.
+    Returns points in `State.active`: those that carry a force in any lane.
     """
     surface, n = law.surface, 0
     for a in range(n_active):
@@ -56,11 +80,12 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
         x, worn = load(lanes, state.multiplier, i), load(lanes, surface.worn, surface.bar[i])
         store(surface.reached, i, load(lanes, state.depth, i) - x + worn)
     surface.wear(lanes, surface, state, n_active)
-    for a in range(n_active):
-        i = state.active[a]
-        x = load(lanes, state.multiplier, i)
-        if any_lane(below(splat(lanes, 0.0), x)):
-            store(state.multiplier, i, x * load(lanes, law.stiffness, i))
+    for i in range(state.penetration.shape[0] - 1):
+        force = load(lanes, state.multiplier, i) * load(lanes, law.stiffness, i)
+        surface.keep(lanes, surface, i, force)
+        force = surface.total(lanes, surface, i, force)
+        store(state.multiplier, i, force)
+        if any_lane(below(splat(lanes, 0.0), force)):
             state.active[n] = i
             n += 1
     for a in range(n, n + TILE):
@@ -80,8 +105,8 @@ class Giving(NamedTuple):
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations; see ``laws``."""
-        bank.law.surface.tick(bank.law.surface)
-        return predict_all(lanes, bank, step, n_active)
+        deepest = predict_all(lanes, bank, step, n_active)
+        return bank.law.surface.tick(lanes, bank.law.surface, deepest)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -94,9 +119,10 @@ class Giving(NamedTuple):
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see ``laws``."""
         state, law = bank.state, bank.law
-        deepest = law.surface.meet(lanes, law.surface, state, deepest)
+        deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
         if not any_lane(below(splat(lanes, 0.0), deepest)):
             return 0
+        deepest = relieve(lanes, law, state)
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)
         solve(lanes, law, state, deepest, n_active)
         return to_forces(lanes, law, state, n_active)
@@ -124,7 +150,8 @@ class Giving(NamedTuple):
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its Delassus operator and a new surface (bank is modified)."""
         self.rigid().fill(bank, lane, modes, scene)
-        self.surface.fill(lane, scene, bank.scheme.step[lane])
+        compliance = delassus(modes.normal.T, modes.normal.T, bank.scheme.gain[:, lane])
+        self.surface.fill(lane, scene, bank.scheme.step[lane], compliance)
         if bank.state.report[FLAW, lane] in FATAL:
             return
         for j in range(len(scene.interface.angle)):

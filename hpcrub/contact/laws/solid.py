@@ -65,8 +65,10 @@ def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
         touches = load(lanes, law.touching, i)
         held = select(below(zero, load(lanes, state.penetration, i)), splat(lanes, -1.0), zero)
         store(law.touching, i, select(below(zero, touches), touches, held))
+        force = force * load(lanes, law.stiffness, i)
+        law.surface.keep(lanes, law.surface, i, force)
+        force = law.surface.total(lanes, law.surface, i, force)
         if any_lane(below(zero, force)):
-            force = force * load(lanes, law.stiffness, i)
             store(state.multiplier, i, force)
             friction = mu * force
             store(state.multiplier, n_points + i, friction * load(lanes, law.cosine, i))
@@ -117,15 +119,15 @@ class Solid(NamedTuple):
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations; see ``laws``."""
-        bank.law.surface.tick(bank.law.surface)
-        return predict_blocks(lanes, bank, step, n_active)
+        deepest = predict_blocks(lanes, bank, step, n_active)
+        return bank.law.surface.tick(lanes, bank.law.surface, deepest)
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see ``laws``."""
         scheme, state, law = bank.scheme, bank.state, bank.law
-        deepest = law.surface.meet(lanes, law.surface, state, deepest)
+        deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
         if not any_lane(below(splat(lanes, 0.0), deepest)):
             return 0
         n_active = solve_blades(lanes, scheme, state, law, deepest)
@@ -186,10 +188,10 @@ class Solid(NamedTuple):
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
-        self.surface.fill(lane, scene, bank.scheme.step[lane])
         gain, friction = bank.scheme.gain[:, lane], scene.friction
         forces = modes.normal, modes.tangential, modes.axial
         W = np.stack([delassus(modes.normal.T, by.T, gain) for by in forces])
+        self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches
             return

@@ -43,98 +43,28 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
-from hpcrub.contact.laws.blades import solve_stuck
+from hpcrub.contact.laws.hard import Hard
+from hpcrub.contact.laws.lines import (
+    BEFORE,
+    BEYOND,
+    LINES,
+    START,
+    WEIGHTS,
+    follow,
+    gains_found,
+    line,
+)
+from hpcrub.contact.recurrence import newmark
 
-BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
-LINES = 4  # before and beyond yield, both without and with the casing behind
-
-
-class Hard(NamedTuple):
-    """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. A point carries a force (1) or none (0)."""
-
-    @staticmethod
-    def per_lane() -> tuple[str, ...]:
-        """No arrays."""
-        return ()
-
-    def fill(self, lane: int, scene: Any, h: float) -> None:
-        """Nothing depends on the lane."""
-
-    def memory(self, lane: int) -> None:
-        """Nothing."""
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def tick(surface: "Hard") -> None:
-        """See `Coated.tick`; these all do what those do."""
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def meet(lanes: tuple, surface: "Hard", state: State, deepest: np.ndarray) -> np.ndarray:
-        """The deepest penetration (L,) [m]."""
-        return deepest
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def comply(lanes: tuple, surface: "Hard", j: int, compliance: np.ndarray) -> None:
-        """Nothing depends on the compliance."""
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def line(
-        lanes: tuple, surface: "Hard", j: int, code: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """All of d, or nothing."""
-        return positive_part(code), splat(lanes, 0.0)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def check(
-        lanes: tuple, surface: "Hard", j: int, p: np.ndarray, x: np.ndarray, code: np.ndarray,
-        limit: np.ndarray, trying: np.ndarray,
-    ) -> np.ndarray:  # fmt: skip
-        """1 for a force that pulls, or where there is none at a point that penetrates."""
-        zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-        pulls = select(below(x, zero), one, zero)
-        penetrates = select(below(limit, p), one, zero)
-        return select(below(zero, code), pulls, penetrates)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def change(lanes: tuple, code: np.ndarray, wrong: np.ndarray) -> np.ndarray:
-        """The other code."""
-        return code + wrong * (splat(lanes, 1.0) - code - code)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def wear(lanes: tuple, surface: "Hard", state: State, n_active: int) -> None:
-        """Nothing is worn."""
-
-    @staticmethod
-    @compiled(inner=True)
-    def despair(state: State, law: Any, n_active: int) -> None:
-        """Try another method where no set of points was right."""
-        solve_stuck(state, law, n_active)
+LATEST, EARLIER = range(2)  # steps whose forces a point remembers
+LEAST = 0.25  # a of a point that is soft
 
 
-def find_gains(lanes: tuple, surface: Any, j: int, compliance: np.ndarray) -> None:
-    """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
-    one = splat(lanes, 1.0)
-    before, beyond = splat(lanes, surface.bars[BEFORE, j]), splat(lanes, surface.bars[BEYOND, j])
-    store(surface.gain, LINES * j, compliance * inverse(fma(compliance, before, one)))
-    store(surface.gain, LINES * j + 1, compliance * inverse(fma(compliance, beyond, one)))
-    if surface.carried == 0.0:
-        behind = select(below(splat(lanes, 0.0), compliance), one, splat(lanes, 0.0))
-        store(surface.gain, LINES * j + 2, behind)
-        store(surface.gain, LINES * j + 3, behind)
-        return
-    behind = splat(lanes, surface.stiffness) + load(lanes, surface.lag, 0)
-    before, beyond = before + behind, beyond + behind
-    store(surface.gain, LINES * j + 2, compliance * inverse(fma(compliance, before, one)))
-    store(surface.gain, LINES * j + 3, compliance * inverse(fma(compliance, beyond, one)))
-
-
-gains_found = compiled(find_gains, inner=True)
+@compiled(inline=True, inner=True)
+def relief(lanes: tuple, surface: Any, j: int, stiffness: np.ndarray) -> np.ndarray:
+    """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
+    earlier, zero = load(lanes, surface.earlier, j), splat(lanes, 0.0)
+    return select(below(zero, earlier), earlier * inverse(load(lanes, stiffness, j)), zero)
 
 
 class Coated(NamedTuple):
@@ -149,8 +79,12 @@ class Coated(NamedTuple):
     worn: np.ndarray  # worn depth of every bar, strip by strip (Z·S, L) [m] (modified)
     reached: np.ndarray  # place in the new coating at the end of a step (C, L) [m] (modified)
     last: np.ndarray  # penetration of the casing in the step before (C, L) [m] (modified)
+    weights: np.ndarray  # a, b and c (3·C, L) [-]
+    remembered: np.ndarray  # N of the last two steps (2·C, L) [N] (modified)
+    earlier: np.ndarray  # part of the coming force that is theirs (C, L) [N] (modified)
     filled: np.ndarray  # clock at which a lane was filled (1, L) [steps] (modified)
-    clock: np.ndarray  # steps taken, and the last in which anything touched (2,) int (modified)
+    # steps taken, the last in which a point was near, and that with a force (3,) int (modified)
+    clock: np.ndarray
     strip: np.ndarray  # of every point (C,) int
     offset: np.ndarray  # angle of every point, in bars (C,) int
     bar: np.ndarray  # row of ``worn`` under every point (C,) int (modified)
@@ -165,7 +99,17 @@ class Coated(NamedTuple):
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "gain", "lag", "worn", "reached", "last", "filled"
+        return (
+            "gain",
+            "lag",
+            "worn",
+            "reached",
+            "last",
+            "weights",
+            "remembered",
+            "earlier",
+            "filled",
+        )
 
     @classmethod
     def allocate(cls, scene: Any, grid: Any, n_points: int, width: int) -> "Coated":
@@ -186,8 +130,11 @@ class Coated(NamedTuple):
             worn=aligned_zeros(((strip.max() + 1) * n_steps, width)),
             reached=aligned_zeros((n_points, width)),
             last=aligned_zeros((n_points, width)),
+            weights=aligned_zeros((WEIGHTS * n_points, width)),
+            remembered=aligned_zeros((2 * n_points, width)),
+            earlier=aligned_zeros((n_points, width)),
             filled=aligned_zeros((1, width)),
-            clock=np.array([0, -1]),
+            clock=np.array([0, -1, -2]),
             strip=strip,
             offset=offset,
             bar=np.zeros(n_points, dtype=np.int64),
@@ -200,26 +147,39 @@ class Coated(NamedTuple):
             carried=1.0 if casing else 0.0,
         )
 
-    def fill(self, lane: int, scene: Any, h: float) -> None:
-        """Give a lane a new coating; h: its step [s] (surface is modified)."""
+    def fill(self, lane: int, scene: Any, h: float, compliance: np.ndarray) -> None:
+        """Give a lane a new coating (surface is modified).
+
+        h: its step [s]; compliance: motion of a point by a unit force on another (n, n) [m/N].
+        """
         self.filled[0, lane] = self.clock[0] % self.n_steps
-        self.lag[0, lane] = scene.elastic_casing.damping / h if scene.elastic_casing else 0.0
+        self.lag[0, lane] = lag = scene.elastic_casing.damping / h if scene.elastic_casing else 0.0
+        n = len(compliance)
+        stiffness = self.bars[BEFORE, :n] + self.carried * self.stiffness + lag
+        for row, weight in enumerate(newmark(np.abs(compliance) @ stiffness)):
+            self.weights[row : WEIGHTS * n : WEIGHTS, lane] = weight
 
     def worn_depth(self, lane: int) -> np.ndarray:
         """Worn depths around the casing (Z, S) [m], bar e at the angle 2πe/S of the casing."""
         worn = self.worn[:, lane].reshape(-1, self.n_steps)
         return np.roll(worn, -int(self.filled[0, lane]), axis=1)
 
-    def memory(self, lane: int) -> tuple[np.ndarray, np.ndarray]:
-        """Worn depths from where the disk stands (Z, S) and `reached` in the last step (C,) [m]."""
+    def memory(self, lane: int) -> tuple[np.ndarray, ...]:
+        """What a run goes on from.
+
+        Returns worn depths from where the disk stands (Z, S) and `reached` in the last step (C,)
+        [m], and `remembered` (2·C,) [N].
+        """
         worn = self.worn[:, lane].reshape(-1, self.n_steps)
         touched = self.clock[1] == self.clock[0]
         reached = np.where(touched, self.reached[:, lane], 0.0)
-        return np.roll(worn, -(self.clock[0] % self.n_steps), axis=1), reached
+        worn = np.roll(worn, -(self.clock[0] % self.n_steps), axis=1)
+        return worn, reached, self.remembered[:, lane].copy()
 
-    def remember(self, lane: int, memory: tuple[np.ndarray, np.ndarray]) -> None:
+    def remember(self, lane: int, memory: tuple[np.ndarray, ...]) -> None:
         """Give a lane that has just been filled a `memory` of as many steps a turn (modified)."""
-        worn, reached = memory
+        worn, reached, self.remembered[:, lane] = memory
+        self.clock[2] = self.clock[0]
         if self.clock[1] != self.clock[0]:  # nobody touched in the last step
             self.reached[:] = 0.0
             self.clock[1] = self.clock[0]
@@ -228,16 +188,24 @@ class Coated(NamedTuple):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def tick(surface: "Coated") -> None:
-        """A step begins (surface is modified)."""
+    def tick(lanes: tuple, surface: "Coated", deepest: np.ndarray) -> np.ndarray:
+        """A step begins (surface is modified).
+
+        Returns the deepest penetration (L,) [m]; something positive while earlier forces go on.
+        """
         surface.clock[0] += 1
+        goes_on = surface.clock[0] - surface.clock[2] <= 2
+        return larger(deepest, splat(lanes, 1.0)) if goes_on else deepest
 
     @staticmethod
     @compiled(inner=True)
-    def meet(lanes: tuple, surface: "Coated", state: State, deepest: np.ndarray) -> np.ndarray:
-        """Find the bars, and penetrations of what is left of them (surface, state are modified).
+    def meet(
+        lanes: tuple, surface: "Coated", state: State, stiffness: np.ndarray, deepest: np.ndarray
+    ) -> np.ndarray:
+        """Find the bars, penetrations of what is left of them, and which forces go on.
 
-        Returns (L,); the deepest penetration [m].
+        stiffness: 1/W_jj (C, L) [N/m]. Modifies surface and state.
+        Returns (L,); the deepest penetration, or depth that earlier forces undo [m].
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
         surface.clock[1] = surface.clock[0]
@@ -253,8 +221,69 @@ class Coated(NamedTuple):
             store(surface.reached, i, p)
             p = p - load(lanes, surface.worn, surface.bar[i])
             store(state.penetration, i, p)
-            deepest = larger(p, deepest)
+            latest = load(lanes, surface.remembered, 2 * i + LATEST)
+            earlier = latest * load(lanes, surface.weights, WEIGHTS * i + 1)
+            before = load(lanes, surface.remembered, 2 * i + EARLIER)
+            earlier = fma(before, load(lanes, surface.weights, WEIGHTS * i + 2), earlier)
+            store(surface.earlier, i, earlier)
+            store(surface.remembered, 2 * i + EARLIER, latest)
+            store(surface.remembered, 2 * i + LATEST, zero)
+            deepest = larger(larger(p, relief(lanes, surface, i, stiffness)), deepest)
         return deepest
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def near(
+        lanes: tuple, surface: "Coated", j: int, stiffness: np.ndarray, depth: np.ndarray
+    ) -> np.ndarray:
+        """Penetration (L,) [m] of a point, or the depth that its earlier forces undo."""
+        return larger(depth, relief(lanes, surface, j, stiffness))
+
+    @staticmethod
+    @compiled(inner=True)
+    def relieve(
+        lanes: tuple, surface: "Coated", state: State, law: Any, start: int, end: int, n: int
+    ) -> None:
+        """Take from the depths of listed points what earlier forces undo (state is modified).
+
+        start, end: places in ``state.active`` of the first point and after the last.
+        n: places of all points with a force.
+        """
+        n_rows = state.penetration.shape[0]
+        for b in range(n):
+            j = state.active[b]
+            less = splat(lanes, 0.0) - relief(lanes, surface, j, law.stiffness)
+            if any_lane(below(less, splat(lanes, 0.0))):
+                for a in range(start, end):
+                    effect = load(lanes, law.coupling, b * n_rows + a)
+                    store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def total(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> np.ndarray:
+        """Force (L,) [N] of a point with what goes on of earlier ones."""
+        return force + load(lanes, surface.earlier, j)
+
+    @staticmethod
+    @compiled(inner=True)
+    def keep(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> None:
+        """Remember the force N of a point, ``force`` its part a N (surface is modified)."""
+        zero, new = (
+            splat(lanes, 0.0),
+            larger(load(lanes, surface.weights, WEIGHTS * j), splat(lanes, LEAST)),
+        )
+        new = force * inverse(new)
+        if surface.carried == 0.0:  # a rigid casing pushes in its own step only
+            t, worn = splat(lanes, surface.thickness), load(lanes, surface.worn, surface.bar[j])
+            most = splat(lanes, surface.bars[BEFORE, j]) * (t - worn)
+            beyond = splat(
+                lanes, surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
+            )
+            most = select(below(beyond, most), beyond, most)
+            new = select(below(most, new), most, new)
+        store(surface.remembered, 2 * j + LATEST, new)
+        if any_lane(below(zero, new)):
+            surface.clock[2] = surface.clock[0]
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -262,70 +291,8 @@ class Coated(NamedTuple):
         """Lines of point j, which a unit force moves by ``compliance`` (L,) [m/N] in a step."""
         gains_found(lanes, surface, j, compliance)
 
-    @staticmethod
-    @compiled(inner=True)
-    def follow(
-        lanes: tuple, surface: "Coated", j: int, d: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Depth x (L,) [m] that the force of point j undoes of d [m], and the code of its line."""
-        zero, worn = splat(lanes, 0.0), load(lanes, surface.worn, surface.bar[j])
-        before = splat(lanes, surface.bars[BEFORE, j]) * d
-        beyond = fma(
-            splat(lanes, surface.bars[BEYOND, j]), d + worn, splat(lanes, surface.bars[START, j])
-        )
-        x = load(lanes, surface.gain, LINES * j) * before
-        other = load(lanes, surface.gain, LINES * j + 1) * beyond
-        yields = below(other, x)
-        x, code = select(yields, other, x), select(yields, splat(lanes, 2.0), splat(lanes, 1.0))
-        behind = (d + worn) - splat(lanes, surface.thickness)
-        pressed = below(zero, behind)
-        if any_lane(pressed):
-            lag, carried = load(lanes, surface.lag, 0), splat(lanes, surface.carried)
-            push = (splat(lanes, surface.stiffness) + lag) * behind
-            push = push - lag * load(lanes, surface.last, j)
-            both = load(lanes, surface.gain, LINES * j + 2) * fma(carried, before, push)
-            other = load(lanes, surface.gain, LINES * j + 3) * fma(carried, beyond, push)
-            yields = below(other, both)
-            both = select(pressed, select(yields, other, both), x)
-            pushes = below(x, both)
-            both_code = select(yields, splat(lanes, 4.0), splat(lanes, 3.0))
-            x, code = select(pushes, both, x), select(pushes, both_code, code)
-        return positive_part(x), select(below(zero, x), code, zero)
-
-    @staticmethod
-    @compiled(inner=True)
-    def line(
-        lanes: tuple, surface: "Coated", j: int, code: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Slope (L,) [-] and start (L,) [m] of the line x = slope·d + start of a code."""
-        zero, worn = splat(lanes, 0.0), load(lanes, surface.worn, surface.bar[j])
-        before, beyond = (
-            splat(lanes, surface.bars[BEFORE, j]), splat(lanes, surface.bars[BEYOND, j])
-        )  # fmt: skip
-        first = fma(beyond, worn, splat(lanes, surface.bars[START, j]))
-        gain, other = (
-            load(lanes, surface.gain, LINES * j), load(lanes, surface.gain, LINES * j + 1)
-        )  # fmt: skip
-        yields = below(splat(lanes, 1.5), code)
-        slope = select(yields, other * beyond, gain * before)
-        start = select(yields, other * first, zero)
-        pressed = below(splat(lanes, 2.5), code)
-        if any_lane(pressed):
-            lag, carried = load(lanes, surface.lag, 0), splat(lanes, surface.carried)
-            behind = splat(lanes, surface.stiffness) + lag
-            push = behind * (worn - splat(lanes, surface.thickness))
-            push = push - lag * load(lanes, surface.last, j)
-            gain = load(lanes, surface.gain, LINES * j + 2)
-            other = load(lanes, surface.gain, LINES * j + 3)
-            yields = below(splat(lanes, 3.5), code)
-            both = select(
-                yields, other * fma(carried, beyond, behind), gain * fma(carried, before, behind)
-            )
-            slope = select(pressed, both, slope)
-            both = select(yields, other * fma(carried, first, push), gain * push)
-            start = select(pressed, both, start)
-        touches = below(zero, code)
-        return select(touches, slope, zero), select(touches, start, zero)
+    follow = staticmethod(follow)
+    line = staticmethod(line)
 
     @staticmethod
     @compiled(inline=True, inner=True)
