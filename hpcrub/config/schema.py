@@ -42,7 +42,7 @@ from hpcrub.errors import InputError
 from hpcrub.model import families
 from hpcrub.model.damping import Damping
 
-SPRING_BACK_S = 8e-6  # [s], time.step_s before a casing that gives or wears
+SPRING_BACK_S = 1e-5  # [s], time.step_s before a casing that gives or wears
 # keys of the shape of the casing beside its bumps; lists of numbers, `Casing.words` are shorter
 PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casing.profile_mm"
 

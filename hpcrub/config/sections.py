@@ -128,7 +128,7 @@ class Time(Section):
     scheme: Literal["central_difference", "exact_modal"] = "exact_modal"
     """time integration between contacts"""
     step_s: Number = Field(3.3e-5, ge=1e-12, le=1e-2)
-    """longest time step; a revolution gets a whole number; 2e-6 unless given where the casing gives
+    """longest time step; a revolution gets a whole number; 1e-5 unless given where the casing gives
     or wears (contact.law), from which a tip springs back [s]"""
     steps_per_bump_width: Number = Field(32.0, ge=1, le=1e4)
     """time steps while a tip passes a bump's width at the highest speed, at least; fewer than 12,

@@ -167,7 +167,11 @@ def test_a_disk_feels_the_incremental_law(name):
     grown = np.array([ramp(h * (step + 1), scene.ramp_time) for step in done])
     p = position @ modes.normal.T + grown[:, None] * rows[done % n]
     p -= scene.clearance + face.clearance
-    expected, worn = worn_by(p, scene, h, n)
+    law, worn = worn_by(p, scene, h, n)
+    a, b, c = allocate(modes, scene, grid, 8, [speed]).law.surface.weights[:, 0].reshape(-1, 3).T
+    before = np.pad(law, ((2, 0), (0, 0)))
+    expected = a[: len(face.angle)] * law
+    expected += b[: len(face.angle)] * before[1:-1] + c[: len(face.angle)] * before[:-2]
     assert (expected > 0.0).sum(axis=1).max() >= 3
     t = scene.coating.thickness
     pressed = p > t * (1.0 - 1e-9)

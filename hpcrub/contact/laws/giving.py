@@ -49,7 +49,7 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
 
 @compiled(inner=True)
 def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
-    """Take from all penetrations what the forces of earlier steps undo (state is modified).
+    """Take from all penetrations what the forces of earlier steps undo (state, law are modified).
 
     Returns (L,); the deepest penetration [m].
     """
@@ -63,8 +63,10 @@ def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
                 left = fma(effect, less, load(lanes, state.penetration, i))
                 store(state.penetration, i, left + less if i == j else left)
     deepest = load(lanes, state.penetration, 0)
-    for i in range(1, last):
-        deepest = larger(load(lanes, state.penetration, i), deepest)
+    for i in range(last):
+        p = load(lanes, state.penetration, i)
+        store(law.surface.reached, i, p + load(lanes, law.surface.worn, law.surface.bar[i]))
+        deepest = larger(p, deepest)
     return deepest
 
 

@@ -1,10 +1,12 @@
 """What a contact point meets: a hard casing, or a coating that wears and a casing that gives.
 
-A surface pushes with N(p) against a point that is p inside it at the end of a step, a function that
-never falls. Let d be the penetration that all other forces leave and x = W N the depth that the own
-one undoes, W the compliance of the point in a step, so that p = d − x. A line N = K p + B is then
+A surface pushes with N(p) against a point that is p inside it, a function that never falls. The
+force of a step is a N_{n+1} + b N_n + c N_{n−1}, of the penetrations at its end and at those of the
+two before (`recurrence.newmark`). Let d be the penetration that all other forces and the earlier
+own ones leave, and x = a W N_{n+1} the depth that the latest undoes, W the compliance of the point
+in a step, so that p = d − x. A line N = K p + B is then
 
-    x = γ (K d + B),   γ = W/(1 + W K),
+    x = γ (K d + B),   γ = a W/(1 + a W K),
 
 and the least or largest of several lines is that of their x, in the same order. A coating is a row
 of bars around the casing, one for every time step of a turn; where points stand at different axial
@@ -19,9 +21,8 @@ against a point that is p inside the new coating, after which its worn depth is
 The second line does not depend on w. Behind p = t stands the casing: rigid, or with a spring and
 a damper, k (p − t) + d ṗ ≥ 0, ṗ the difference to the step before over the step. A casing that
 gives without coating is one whose coating has no thickness. Neither bars nor casing move by
-themselves, so that no stiffness makes a step unstable; but a step that is long beside the rebound
-of a tip damps it (`setup.plausibility`). k → ∞ is the hard casing. Legrand, Batailly,
-Magnain, Cartraud, Pierre (2012); Batailly, Agrapart, Millecamps, Brunel (2016).
+themselves, so that no stiffness makes a step unstable; a rigid casing acts in its own step only.
+Legrand, Batailly, Magnain, Cartraud, Pierre (2012); Batailly, Agrapart, Millecamps, Brunel (2016).
 """
 
 from typing import Any, NamedTuple
@@ -43,17 +44,9 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
+from hpcrub.contact.laws import lines
 from hpcrub.contact.laws.hard import Hard
-from hpcrub.contact.laws.lines import (
-    BEFORE,
-    BEYOND,
-    LINES,
-    START,
-    WEIGHTS,
-    follow,
-    gains_found,
-    line,
-)
+from hpcrub.contact.laws.lines import BEFORE, BEYOND, LINES, START, WEIGHTS
 from hpcrub.contact.recurrence import newmark
 
 LATEST, EARLIER = range(2)  # steps whose forces a point remembers
@@ -100,16 +93,8 @@ class Coated(NamedTuple):
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
         return (
-            "gain",
-            "lag",
-            "worn",
-            "reached",
-            "last",
-            "weights",
-            "remembered",
-            "earlier",
-            "filled",
-        )
+            "gain", "lag", "worn", "reached", "last", "weights", "remembered", "earlier", "filled",
+        )  # fmt: skip
 
     @classmethod
     def allocate(cls, scene: Any, grid: Any, n_points: int, width: int) -> "Coated":
@@ -289,10 +274,10 @@ class Coated(NamedTuple):
     @compiled(inline=True, inner=True)
     def comply(lanes: tuple, surface: "Coated", j: int, compliance: np.ndarray) -> None:
         """Lines of point j, which a unit force moves by ``compliance`` (L,) [m/N] in a step."""
-        gains_found(lanes, surface, j, compliance)
+        lines.gains_found(lanes, surface, j, compliance)
 
-    follow = staticmethod(follow)
-    line = staticmethod(line)
+    follow = staticmethod(lines.follow)
+    line = staticmethod(lines.line)
 
     @staticmethod
     @compiled(inline=True, inner=True)
