@@ -148,7 +148,6 @@ class Surface:
         worn = fresh
         if self.coating:  # of the point: another one on this bar may wear it deeper
             worn = np.maximum(fresh, self.coating.kept * (new - self.coating.depth_at_yield))
-            worn = np.minimum(worn, self.thickness)
         self.under, self.fresh = worn, self._worn(self.n_steps + 1)
         k1 = plastic = 0.0
         if self.coating:

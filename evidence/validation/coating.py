@@ -27,6 +27,7 @@ from hpcrub.setup.problem import build_problem
 
 MASS = Mass(0.8, 15.0, 0.8 * (2.0 * np.pi * 150.0) ** 2)
 GAP, SPEED, DURATION = 1e-4, 2.0, 6e-3
+LEDGER_STEPS = 2e-6, 1e-6, 2.5e-7  # [s]
 HARD = Coating(2e-3, 1e9, 8e6, 2e8, 5e-4)
 THIN = Coating(4e-4, 1e9, 1e6, 1e9, 5e-5)
 SPRING, DAMPED = ElasticCasing(2e7), ElasticCasing(2e7, 300.0)
@@ -46,7 +47,7 @@ LAWS = {
     "both": {"coating": SOFT, "elastic_casing": MILD},
 }
 OWN = 150.0  # frequency of the blade that cuts lobes [Hz]
-ORDERS = 2.85, 3.25, 3.75, 4.25, 4.75, 5.25, 5.65, 6.25, 6.65  # OWN over the speeds it runs at
+ORDERS = 2.85, 3.25, 3.75, 4.25, 4.75, 5.25, 5.65, 6.2, 6.65  # OWN over the speeds it runs at
 CUTS = Coating(5e-3, 1e8, 1e5, 2e7, 1e-4, 0.02)
 BLISK = {
     "elastic": {"elastic_casing": ElasticCasing(2e6, 20.0)},
@@ -145,7 +146,7 @@ def limits():
 def thrown_ledgers(coating):
     """Energy of a mass without damper that hits a bar or a spring and leaves it, by the step."""
     found, mass = [], MASS._replace(damper=0.0)
-    for h in 2e-6 / 10.0 ** np.arange(3):
+    for h in LEDGER_STEPS:
         spring = None if coating else SPRING
         bank, scene = ready(mass, SPEED, h, coating=coating, elastic_casing=spring)
         found.append(audit(bank, round(2e-3 / h), scene))
@@ -218,7 +219,7 @@ def _truths():
         report.at_most("one mass, worn depth", peaks[:, 1].max(), 2e-8),
         report.Verdict("one mass, least order of the motion", orders[smooth].min(), 1.8, 2.5),
         report.Verdict("one mass, order before a damper", orders.min(), 0.95, 1.05),
-        report.at_most("one mass, step's loss at 20 ns", np.abs(lost)[:, -1].max(), 5e-7),
+        report.at_most("one mass, step's loss at 0.25 µs", np.abs(lost)[:, -1].max(), 1e-4),
         report.at_most("slow incursion", incursion()[0], 1e-10),
         report.at_most("one mass, unexplained energy", open_, 1e-9),
         report.at_most("k, E and σ_Y → ∞, order in 1/k, off 1",
@@ -254,8 +255,7 @@ def _lobes():
     head = ["f/Ω", "Ω [Hz]", "amplitude [mm]", "worn depth [mm]", "vibrations a turn", "lobes"]
     turns = found[grows] / per_turn[grows]
     verdicts = [
-        report.at_most("lobes over vibrations a turn, off 1 or 2", np.abs(turns % 1).max(), 1e-9),
-        report.Verdict("turns after which an interaction closes", turns.max(), 1, 2),
-        report.Verdict("speeds with an interaction", grows.sum(), 6, 6),
+        report.at_most("lobes over vibrations a turn, off 1", np.abs(turns - 1.0).max(), 1e-9),
+        report.Verdict("speeds with an interaction", grows.sum(), 5, 5),
     ]
     return report.table(head, rows), verdicts
