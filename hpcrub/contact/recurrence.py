@@ -4,13 +4,15 @@ All schemes are the same recurrence d ← decay·d − ω² gain·q + gain·f, q
 d = q_n − q_{n−1} of a modal coordinate under the modal force f.
 """
 
+from typing import Any
+
 import numpy as np
 
 LARGEST_PHASE = 2.0  # ωh up to which a mode is integrated exactly: about three steps per period
 SOFT = 3.0  # stiffness times compliance of a step, beyond which a step damps a rebound
 
 
-def newmark(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def newmark(stiffness: Any) -> tuple[Any, Any, Any]:
     """Weights of the contact forces at the end of a step and at the ends of the two before it.
 
     stiffness: of the surface, times the compliance of a point in a step, of any shape [-].

@@ -44,7 +44,7 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
-from hpcrub.contact.laws import lines
+from hpcrub.contact.laws import lines as force
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.laws.lines import BEFORE, BEYOND, LINES, START, WEIGHTS
 from hpcrub.contact.recurrence import newmark
@@ -251,8 +251,8 @@ class Coated(NamedTuple):
 
     @staticmethod
     @compiled(inner=True)
-    def keep(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> None:
-        """Remember the force N of a point, ``force`` its part a N (surface is modified)."""
+    def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
+        """Remember the force N of a point, ``pushed`` its part a N (surface is modified)."""
         zero, new = (
             splat(lanes, 0.0),
             larger(load(lanes, surface.weights, WEIGHTS * j), splat(lanes, LEAST)),
@@ -274,10 +274,23 @@ class Coated(NamedTuple):
     @compiled(inline=True, inner=True)
     def comply(lanes: tuple, surface: "Coated", j: int, compliance: np.ndarray) -> None:
         """Lines of point j, which a unit force moves by ``compliance`` (L,) [m/N] in a step."""
-        lines.gains_found(lanes, surface, j, compliance)
+        force.gains_found(lanes, surface, j, compliance)
 
-    follow = staticmethod(lines.follow)
-    line = staticmethod(lines.line)
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def follow(
+        lanes: tuple, surface: "Coated", j: int, d: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Depth and code; see `lines.follow`."""
+        return force.follow(lanes, surface, j, d)
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def line(
+        lanes: tuple, surface: "Coated", j: int, code: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Slope and start; see `lines.line`."""
+        return force.line(lanes, surface, j, code)
 
     @staticmethod
     @compiled(inline=True, inner=True)
