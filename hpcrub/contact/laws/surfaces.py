@@ -44,7 +44,7 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
-from hpcrub.contact.laws import lines as force
+from hpcrub.contact.laws import lines
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.laws.lines import BEFORE, BEYOND, LINES, START, WEIGHTS
 from hpcrub.contact.recurrence import newmark
@@ -253,28 +253,23 @@ class Coated(NamedTuple):
     @compiled(inner=True)
     def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
         """Remember the force N of a point, ``pushed`` its part a N (surface is modified)."""
-        zero, new = (
-            splat(lanes, 0.0),
-            larger(load(lanes, surface.weights, WEIGHTS * j), splat(lanes, LEAST)),
-        )
-        new = force * inverse(new)
+        share = larger(load(lanes, surface.weights, WEIGHTS * j), splat(lanes, LEAST))
+        new = pushed * inverse(share)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
-            t, worn = splat(lanes, surface.thickness), load(lanes, surface.worn, surface.bar[j])
-            most = splat(lanes, surface.bars[BEFORE, j]) * (t - worn)
-            beyond = splat(
-                lanes, surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
-            )
+            t, worn = surface.thickness, load(lanes, surface.worn, surface.bar[j])
+            most = splat(lanes, surface.bars[BEFORE, j]) * (splat(lanes, t) - worn)
+            beyond = splat(lanes, surface.bars[BEYOND, j] * t + surface.bars[START, j])
             most = select(below(beyond, most), beyond, most)
             new = select(below(most, new), most, new)
         store(surface.remembered, 2 * j + LATEST, new)
-        if any_lane(below(zero, new)):
+        if any_lane(below(splat(lanes, 0.0), new)):
             surface.clock[2] = surface.clock[0]
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def comply(lanes: tuple, surface: "Coated", j: int, compliance: np.ndarray) -> None:
         """Lines of point j, which a unit force moves by ``compliance`` (L,) [m/N] in a step."""
-        force.gains_found(lanes, surface, j, compliance)
+        lines.gains_found(lanes, surface, j, compliance)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -282,7 +277,7 @@ class Coated(NamedTuple):
         lanes: tuple, surface: "Coated", j: int, d: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Depth and code; see `lines.follow`."""
-        return force.follow(lanes, surface, j, d)
+        return lines.follow(lanes, surface, j, d)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -290,7 +285,7 @@ class Coated(NamedTuple):
         lanes: tuple, surface: "Coated", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Slope and start; see `lines.line`."""
-        return force.line(lanes, surface, j, code)
+        return lines.line(lanes, surface, j, code)
 
     @staticmethod
     @compiled(inline=True, inner=True)
