@@ -18,6 +18,7 @@ from evidence.benchmarks import cases
 from evidence.page import table
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.errors import InputError
+from hpcrub.plot.style import BLUE, ORANGE
 from hpcrub.response import sweep
 
 N_SAMPLES = 64
@@ -29,7 +30,7 @@ NUDGE = 1e-12  # relative change of the blades' stiffness, as small as rounding
 PERIODIC = 1e-4  # amplitudes that a nudge changes by less do not depend on rounding
 SCHEMES = ("exact_modal", "central_difference")
 FINEST = 1e-6  # [s]
-COLOURS = {"exact_modal": "#0072B2", "central_difference": "#D55E00"}
+COLOURS = {"exact_modal": BLUE, "central_difference": ORANGE}
 
 
 class Setting(NamedTuple):

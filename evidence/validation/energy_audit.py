@@ -58,7 +58,7 @@ def _figure(folder, books):
         "damping": work["damping"],
         "friction": -work["friction"],
     }
-    for (name, part), colour in zip(parts.items(), report.COLOURS, strict=True):
+    for (name, part), colour in zip(parts.items(), report.COLOURS, strict=False):
         ax.fill_between(turns, total, total + part, color=colour, alpha=0.75, lw=0, label=name)
         total = total + part
     ax.plot(turns, work["casing"], "k--", lw=1.6, label="work of the casing")

@@ -9,17 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from evidence.page import table
+from hpcrub.plot.style import COLOURS, STYLE
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")  # told apart by colour-blind eyes too
-STYLE = {
-    "figure.figsize": (9.0, 4.2),
-    "figure.dpi": 130,
-    "figure.constrained_layout.use": True,
-    "font.size": 11,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
-}
+LOOK = {"figure.figsize": (9.0, 4.2), "axes.prop_cycle": matplotlib.cycler(color=COLOURS)}
 
 
 class Verdict(NamedTuple):
@@ -82,11 +74,11 @@ def order_table(first, size, errors):
 
 def axes(n_columns=1, n_rows=1, **options):
     """A figure in the page's style and its axes."""
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE | LOOK):
         return plt.subplots(n_rows, n_columns, **options)
 
 
 def save(figure, folder, name):
     """Write a figure of the page."""
-    figure.savefig(folder / f"validation_{name}.png")
+    figure.savefig(folder / f"validation_{name}.png", dpi=130)
     plt.close(figure)
