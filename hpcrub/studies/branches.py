@@ -182,7 +182,8 @@ def report(file: ResultFile) -> Iterator[str]:
     reason = file.read("point_reason")
     yield from status.lines(status.count(reason), reason.size)
     share = np.mean(file.read("point_status") == STEADY)
-    yield f"{100 * share:.0f} % of the points are steady, {found.max() + 1} branches"
+    branches = "1 branch" if found.max() == 0 else f"{found.max() + 1} branches"
+    yield f"{100 * share:.0f} % of the points are steady, {branches}"
     if several.any():
         yield (
             f"several stable motions at {several.sum()} of {len(speeds)} speeds, between "

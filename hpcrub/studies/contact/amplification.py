@@ -18,11 +18,12 @@ class Reference(NamedTuple):
 
     contact: float
     linear: float
+    rounding: float = 0.0  # up to which `contact` is no amplitude
 
     @property
     def usable(self) -> bool:
         """Whether an amplitude can be divided by it."""
-        return self.contact > 0.0
+        return self.contact > self.rounding
 
 
 def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:

@@ -62,6 +62,7 @@ class TunedDisk:
     def __init__(self, config: Config, problem: Problem | None, file: Any) -> None:
         self.config, self.problem, self.file = config, problem, file
         self.reference: Any = None  # Reference, once known
+        self.rounding = ROUNDING * problem.scene.lift if problem else 0.0  # [m]
         self.runs: list[dict[int, Any]] = [
             {} for _ in range(config.mistuning.tuned_runs)
         ]  # Integrated of every part
@@ -70,7 +71,8 @@ class TunedDisk:
         """Take up the results that are there."""
         if tuned := contact_file.read_tuned(self.file):
             linear = tuned["linear_amplitude_m"]
-            self.reference = Reference(float(tuned["reference_amplitude_m"]), float(linear))
+            contact = float(tuned["reference_amplitude_m"])
+            self.reference = Reference(contact, float(linear), self.rounding)
 
     def tasks(self, n_ranks: int) -> list[TunedPart]:
         """Tasks that are left."""
@@ -102,7 +104,8 @@ class TunedDisk:
         values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
         values["linear_amplitude_m"] = linear_amplitude(self.config, self.problem, modes)
         contact_file.write_tuned(self.file, values)
-        return Reference(values["reference_amplitude_m"], values["linear_amplitude_m"])
+        contact, linear = (values[f"{name}_amplitude_m"] for name in ("reference", "linear"))
+        return Reference(contact, linear, self.rounding)
 
     def check(self) -> None:
         """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
@@ -112,13 +115,12 @@ class TunedDisk:
             raise HpcrubError(
                 f"the tuned disk has no result at any speed, nothing to compare samples with: {why}"
             )
-        if not self.reference.usable:
+        if not self.reference.contact > 0.0:
             raise HpcrubError(
                 "the tuned disk is not excited: the casing never reaches the blades "
                 "(casing.clearance_mm beside bump_height_mm, harmonics and profile)"
             )
-        lift = self.problem.scene.lift if self.problem else 0.0
-        if self.reference.contact < ROUNDING * lift:
+        if not self.reference.usable:
             raise HpcrubError(
                 f"the tuned disk moves by {self.reference.contact:.1e} m only, which is rounding: "
                 "its tips move radially, and amplitudes are tangential (no lean, no bow, "
