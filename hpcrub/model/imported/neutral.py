@@ -382,5 +382,6 @@ class _Arrays:
                 raise InputError(f"{name}: not {n} x {n} in compressed rows ({error})") from None
         else:
             matrix = self._take(name, None)
-        matrix = self._checked(name, matrix, "fiu", "real numbers for the rows of dof", (n, n))
+        what = f"real numbers for the {n} rows of dof"
+        matrix = self._checked(name, matrix, "fiu", what, (n, n))
         return symmetric(name, matrix.astype(float))
