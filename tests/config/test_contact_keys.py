@@ -49,10 +49,9 @@ def test_wrong_inputs(text, words):
 
 
 def test_a_tip_that_springs_back_takes_short_steps_unless_told_otherwise():
-    rigid, given = Config(), Config(contact={"law": "abradable"}, time={"step_s": 1e-5})
+    rigid, given = Config(), Config(contact={"law": "abradable"}, time={"step_s": 2e-5})
     coated = rigid.replace({"contact.law": "abradable"})
-    assert coated.time.step_s < rigid.time.step_s / 10.0
-    assert given.time.step_s == 1e-5
+    assert coated.time.step_s < given.time.step_s == 2e-5 < rigid.time.step_s
     assert coated.replace({"contact.law": "rigid"}) == rigid
     assert Config.from_yaml(coated.to_yaml()).time == coated.time
 

@@ -13,8 +13,8 @@ from hpcrub.studies.contact.layout import KINDS
 from tests.program import TINY, run_here
 
 COATED = (
-    TINY.replace("34.0, to_hz: 34.4", "34.8, to_hz: 35.2").replace("n_modes: 12", "n_modes: 60")
-    + "contact: {law: abradable}\noutput: coated.h5\n"
+    TINY.replace("34.0, to_hz: 34.4", "35.6, to_hz: 36.0").replace("n_modes: 12", "n_modes: 60")
+    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\noutput: coated.h5\n"
 )
 
 
