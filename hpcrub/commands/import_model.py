@@ -194,7 +194,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
         yield f"sides: {len(model.low)} nodes each, pairs miss by at most {1e3 * error:.2g} mm"
     if model.blade_stiffness is None and model.blade_frequencies is None:
-        yield "blades' stiffness: none; blades can be mistuned only with it (--blade)"
+        yield "blades' stiffness: none; blades can be mistuned only with it (--blade, K_blade)"
     elif model.blade_stiffness is None:
         n_modes = model.blade_frequencies.shape[1]
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
