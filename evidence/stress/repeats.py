@@ -7,7 +7,7 @@ from hpcrub.contact import status
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.status import DIVERGED
 from hpcrub.response import history
-from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.studies.time_response import gap
 
 STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
@@ -30,12 +30,26 @@ def audited(modes, scene, speeds, result, width):
 
 
 def whole(modes, scene, speeds, result, allowed):
-    """All speeds as a history, each as long as the sweep integrated it.
+    """All speeds as histories, band by band as in the sweep, each as long as there.
 
     No NaN, tension or penetration without a fatal reason, a reason where the sweep has one and
     nowhere else, and the sweep's amplitude. `allowed`: penetration, in units of
     round-off. Returns the number of histories, and faults.
     """
+    found = [
+        _whole_band(modes, scene, speeds[band], _of_band(result, band), allowed)
+        for band in speed_bands(speeds)
+    ]
+    return sum(n for n, _ in found), sorted({fault for _, faults in found for fault in faults})
+
+
+def _of_band(result, band):
+    names = "time", "point_status", "amplitude"
+    return result._replace(**{name: getattr(result, name)[band] for name in names})
+
+
+def _whole_band(modes, scene, speeds, result, allowed):
+    """`whole` of the speeds of one band, which share a grid."""
     grid, faults = cut_revolution(speeds.min(), scene), set()
     per_turn = grid.blocks_per_revolution
     ends = np.round(result.time * speeds * per_turn).astype(int)
@@ -56,7 +70,7 @@ def whole(modes, scene, speeds, result, allowed):
     well = ~failed & (result.point_status != DIVERGED)
     if not np.allclose(amplitude[well], result.amplitude[well], rtol=1e-9, atol=0.0):
         faults.add("a history has another amplitude than its sweep")
-    return len(speeds), sorted(faults)
+    return len(speeds), faults
 
 
 def _odd(piece, well):
