@@ -68,7 +68,7 @@ blisk: $(STAMP)  ## make inputs/blisk/blisk.h5 anew with CalculiX, and check it 
 	@command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
 	@$(VENV_PYTHON) -m evidence.blisk
 
-rotor67: $(STAMP)  ## compute the benchmark of NASA rotor 67 (5 min at SCALE=0.1 of its fans; SECTIONS=FILE begins there)
+rotor67: $(STAMP)  ## compute the benchmark of NASA rotor 67 (8 min at SCALE=0.1 of its fans; SECTIONS=FILE begins there)
 	@[ -z "$(SECTIONS)" ] || command -v ccx >/dev/null || apt-get install -q -y --no-install-recommends calculix-ccx
 	@$(VENV_PYTHON) -m evidence.rotor67 --scale $(SCALE) --ranks $(RANKS) $(if $(SECTIONS),--sections "$(SECTIONS)") $(ARGS)
 
