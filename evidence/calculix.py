@@ -7,7 +7,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,16 @@ STEP, PERTURBED, STATIC = "*STEP\n", "*STEP, PERTURBATION\n", "*STEP, NLGEOM\n*S
 SPINNING = "*DLOAD\nEALL, CENTRIF, {:.12g}, 0., 0., 0., 0., 0., 1.\n"  # speed squared [rad2/s2]
 END = "*END STEP\n"
 STORE = f"*FREQUENCY, SOLVER=MATRIXSTORAGE\n10\n{END}"  # of the matrices
+KINDS = {8: "C3D8I", 20: "C3D20R"}  # elements by their nodes
+
+
+class Mesh(NamedTuple):
+    """Nodes, elements and sets, counted from 0."""
+
+    nodes: np.ndarray  # (n, 3) [mm]
+    elements: np.ndarray  # (e, 8 or 20) in the order of CalculiX
+    sets: dict  # names to nodes: low, high, bore, tip, root
+    blade_elements: np.ndarray  # elements of the blades
 
 
 def frequencies_of(n_modes: int, diameters: int | None = None) -> str:
@@ -39,16 +49,12 @@ def held(nodes: np.ndarray, options: str = "") -> str:
     return f"*BOUNDARY{options}\n" + "".join(f"{node + 1}, 1, 3\n" for node in nodes)
 
 
-def write(path: Path, mesh: Any, kind: str, steps: str, elements: Any = None) -> None:
-    """Write a deck of titanium and the steps after it.
-
-    mesh: nodes (n, 3) [mm], elements and sets of nodes, all counted from 0; kind: of element;
-    elements: numbers of some, all by default.
-    """
+def write(path: Path, mesh: Mesh, steps: str, blade: bool = False) -> None:
+    """Write a deck of titanium, or of its blades' elements alone, and the steps after it."""
     lines = ["*NODE, NSET=NALL"]
     lines += [f"{n}, {x:.14g}, {y:.14g}, {z:.14g}" for n, (x, y, z) in enumerate(mesh.nodes, 1)]
-    lines += [f"*ELEMENT, TYPE={kind}, ELSET=EALL"]
-    for number in range(len(mesh.elements)) if elements is None else elements:
+    lines += [f"*ELEMENT, TYPE={KINDS[mesh.elements.shape[1]]}, ELSET=EALL"]
+    for number in mesh.blade_elements if blade else range(len(mesh.elements)):
         words = [str(n + 1) for n in (number, *mesh.elements[number])]
         lines += [", ".join(words[:11]) + "," * (len(words) > 11)]
         lines += [", ".join(words[11:])] * (len(words) > 11)
@@ -69,6 +75,13 @@ def run(path: Path) -> None:
     done = subprocess.run(command, cwd=path.parent, capture_output=True, text=True)
     if "Job finished" not in done.stdout:
         raise SystemExit(f"ccx -i {path.stem} failed:\n{done.stdout[-1000:]}")
+
+
+def solve(path: Path, mesh: Mesh, steps: str, blade: bool = False) -> Path:
+    """`write` and `run`; returns the path of the .dat file."""
+    write(path, mesh, steps, blade)
+    run(path)
+    return path.with_suffix(".dat")
 
 
 def frequencies(path: Path, n_modes: int) -> np.ndarray:

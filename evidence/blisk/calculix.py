@@ -11,12 +11,7 @@ SPEEDS = 160, 260  # of the prestressed matrices [Hz]
 CHECKED = 210  # [Hz] another speed, with frequencies of CalculiX's own
 N_MODES = 60  # frequencies that are compared
 PER_DIAMETER = 4
-MATRICES = (
-    "sector",
-    "disk_0",
-    *(f"disk_{s}" for s in (*SPEEDS, CHECKED)),
-    "blades",
-)
+MATRICES = "sector", *(f"disk_{s}" for s in (0, *SPEEDS, CHECKED)), "blades"
 CHECKS = "frequencies_0", f"frequencies_{CHECKED}", "frequencies_cyclic"
 
 
@@ -26,18 +21,18 @@ def write_decks(folder: Path) -> None:
     one, n = sector(BLISK), BLISK.n_sectors
     disk = whole_disk(one, n)
     bore = ccx.held(disk.sets["bore"])
-    _write(folder / "sector.inp", one, ccx.STEP + ccx.STORE)
-    _write(folder / "blades.inp", disk, ccx.STEP + ccx.STORE, disk.blade_elements)
+    ccx.write(folder / "sector.inp", one, ccx.STEP + ccx.STORE)
+    ccx.write(folder / "blades.inp", disk, ccx.STEP + ccx.STORE, blade=True)
     for speed in (0, *SPEEDS, CHECKED):
-        _write(folder / f"disk_{speed}.inp", disk, bore + _about(speed) + ccx.STORE)
+        ccx.write(folder / f"disk_{speed}.inp", disk, bore + _about(speed) + ccx.STORE)
     for speed in (0, CHECKED):
         steps = bore + _about(speed) + ccx.frequencies_of(N_MODES)
-        _write(folder / f"frequencies_{speed}.inp", disk, steps)
+        ccx.write(folder / f"frequencies_{speed}.inp", disk, steps)
     inner = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
     steps = (
         ccx.held(inner) + ccx.CYCLIC.format(n) + ccx.STEP + ccx.frequencies_of(PER_DIAMETER, n // 2)
     )
-    _write(folder / "frequencies_cyclic.inp", one, steps)
+    ccx.write(folder / "frequencies_cyclic.inp", one, steps)
 
 
 def _about(speed_hz):
@@ -47,11 +42,7 @@ def _about(speed_hz):
     return ccx.STATIC + ccx.SPINNING.format((2 * np.pi * speed_hz) ** 2) + ccx.END + ccx.PERTURBED
 
 
-def _write(path, mesh, steps, elements=None):
-    ccx.write(path, mesh, "C3D8I", steps, elements)
-
-
-def run(folder: Path, names: tuple = MATRICES + CHECKS) -> None:
-    """Run CalculiX on decks of a folder. Raises SystemExit when it is missing or fails."""
-    for name in names:
+def run(folder: Path) -> None:
+    """Run CalculiX on all decks of a folder. Raises SystemExit when it is missing or fails."""
+    for name in MATRICES + CHECKS:
         ccx.run(folder / f"{name}.inp")

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evidence.calculix import Mesh
+
 
 class Shape(NamedTuple):
     """Dimensions [mm] and numbers of elements of one sector."""
@@ -26,15 +28,6 @@ class Shape(NamedTuple):
     axial: int = 3
     span: int = 8  # elements of a blade
     through: int = 2  # elements through the thickness, of the columns of `around`
-
-
-class Mesh(NamedTuple):
-    """Nodes, elements and sets, counted from 0."""
-
-    nodes: np.ndarray  # (n, 3) [mm]
-    elements: np.ndarray  # (e, 8) corners, in the order of CalculiX's C3D8
-    sets: dict  # names to nodes: low, high, bore, tip
-    blade_elements: np.ndarray  # elements of the blades
 
 
 BLISK = Shape()

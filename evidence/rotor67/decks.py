@@ -6,12 +6,10 @@ sides by them, and lets them go in its last step, which stores the matrices. Cal
 eliminate the rows of the sides if that step had cyclic symmetry itself.
 """
 
-from pathlib import Path
-
 import numpy as np
 
 from evidence import calculix as ccx
-from evidence.rotor67.mesh import Mesh
+from evidence.calculix import Mesh
 
 
 def _loaded(speed):
@@ -36,23 +34,6 @@ def about_state(mesh: Mesh, speed: float, moved: np.ndarray) -> str:
     """
     bore = mesh.sets["bore"]
     sides = np.setdiff1d(np.concatenate([mesh.sets["low"], mesh.sets["high"]]), bore)
-    rows = [
-        f"{node + 1}, {d + 1}, {d + 1}, {moved[node, d]:.12e}\n" for node in sides for d in range(3)
-    ]
+    rows = [f"{n + 1}, {d}, {d}, {moved[n, d - 1]:.12e}\n" for n in sides for d in (1, 2, 3)]
     state = ccx.STATIC + "*BOUNDARY\n" + "".join(rows) + _loaded(speed)
     return ccx.held(bore) + state + ccx.PERTURBED + ccx.held(bore, ", OP=NEW") + ccx.STORE
-
-
-def cyclic_frequencies(mesh: Mesh, n_sectors: int, speed: float, n_modes: int) -> str:
-    """Steps that print frequencies of the whole disk at a speed [rad/s], 0 to 3 diameters."""
-    return cyclic_state(mesh, n_sectors, speed) + ccx.PERTURBED + ccx.frequencies_of(n_modes, 3)
-
-
-def alone(mesh: Mesh, n_modes: int) -> str:
-    """Step that prints frequencies of the blade alone, its root held, at rest."""
-    return ccx.held(mesh.sets["root"]) + ccx.STEP + ccx.frequencies_of(n_modes)
-
-
-def write(path: Path, mesh: Mesh, steps: str, blade: bool = False) -> None:
-    """Write a deck of a mesh, or of its blade's elements alone, and the steps after it."""
-    ccx.write(path, mesh, "C3D20R", steps, range(mesh.n_blade_elements) if blade else None)

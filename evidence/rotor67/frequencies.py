@@ -30,10 +30,11 @@ def converged(sections, folder: Path) -> list[Number]:
     for size in MESHES:
         path = folder / f"alone_{size.chord}_{size.through}.inp"
         mesh = sector(sections, size)
-        decks.write(path, mesh, decks.alone(mesh, N_ALONE), blade=True)
-        calculix.run(path)
+        held = calculix.held(mesh.sets["root"])
+        steps = held + calculix.STEP + calculix.frequencies_of(N_ALONE)
+        printed = calculix.solve(path, mesh, steps, blade=True)
         elements = f"{size.chord} x {size.span} x {size.through} elements"
-        values = calculix.frequencies(path.with_suffix(".dat"), N_ALONE)
+        values = calculix.frequencies(printed, N_ALONE)
         found += [
             Number("frequency of the blade alone", f"mode {k}, {elements}", f, "Hz")
             for k, f in enumerate(values, 1)
@@ -46,12 +47,10 @@ def held_against_calculix(fan: Fan, sector: neutral.NeutralModel, folder: Path) 
 
     CalculiX's are those of a cyclic sector at the design speed, nodal diameters 0 to 3.
     """
-    path = folder / "cyclic.inp"
-    n = fan.sections.n_blades
-    speed = 2 * np.pi * SPEED
-    decks.write(path, fan.at_rest, decks.cyclic_frequencies(fan.at_rest, n, speed, PER_DIAMETER))
-    calculix.run(path)
-    printed = calculix.by_diameters(path.with_suffix(".dat"))
+    state = decks.cyclic_state(fan.at_rest, fan.sections.n_blades, 2 * np.pi * SPEED)
+    steps = state + calculix.PERTURBED + calculix.frequencies_of(PER_DIAMETER, 3)
+    path = calculix.solve(folder / "cyclic.inp", fan.at_rest, steps)
+    printed = calculix.by_diameters(path)
     found = {h: cyclic.sector_frequencies(sector, h, len(f)) for h, f in printed.items()}
     return max(np.abs(found[h] / f - 1.0).max() for h, f in printed.items())
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evidence.calculix import Mesh
 from evidence.rotor67 import sections as geometry
 from evidence.rotor67.sections import Sections
 
@@ -39,15 +40,6 @@ class Size(NamedTuple):
     web: int = 1  # radial, for each of its parts
 
 
-class Mesh(NamedTuple):
-    """Nodes, elements and sets, counted from 0."""
-
-    nodes: np.ndarray  # (n, 3) [mm]
-    elements: np.ndarray  # (e, 20) in the order of CalculiX's C3D20
-    sets: dict  # names to nodes: low, high, bore, root, tip
-    n_blade_elements: int  # these come first
-
-
 # corners, then midsides, on the grid of twice as many intervals: along chord, across, span
 PLACES = np.array([
     (0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
@@ -74,8 +66,8 @@ def sector(sections: Sections, size: Size = Size(), disk: Disk = Disk()) -> Mesh
         "root": np.unique(find(blade[:, :, 0])),
         "tip": find(blade[:, size.through, -1]),  # the mean line's, from the leading edge on
     }
-    n_blade = size.chord * size.through * size.span
-    return Mesh(nodes, elements, {k: v[v >= 0] for k, v in sets.items()}, n_blade)
+    blade_elements = np.arange(size.chord * size.through * size.span)  # these come first
+    return Mesh(nodes, elements, {k: v[v >= 0] for k, v in sets.items()}, blade_elements)
 
 
 def _blade(sections, size):

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evidence import calculix
+from evidence.calculix import Mesh
 from evidence.rotor67 import decks, reduction
 from evidence.rotor67 import mesh as meshes
 from evidence.rotor67 import sections as geometry
-from evidence.rotor67.mesh import Mesh
 from evidence.rotor67.numbers import Number
 from evidence.rotor67.sections import Sections
 from hpcrub.model.imported import neutral
@@ -81,11 +81,9 @@ def numbers(fan: Fan) -> list[Number]:
 
 
 def _state(mesh, n_sectors, share, folder):
-    path = folder / f"state_{100 * share:.0f}.inp"
-    speed = 2 * np.pi * share * SPEED
-    decks.write(path, mesh, decks.cyclic_state(mesh, n_sectors, speed))
-    calculix.run(path)
-    return calculix.displacements(path.with_suffix(".dat"), len(mesh.nodes))
+    steps = decks.cyclic_state(mesh, n_sectors, 2 * np.pi * share * SPEED)
+    printed = calculix.solve(folder / f"state_{100 * share:.0f}.inp", mesh, steps)
+    return calculix.displacements(printed, len(mesh.nodes))
 
 
 def matrices(fan: Fan, folder: Path) -> list[neutral.NeutralModel]:
@@ -93,12 +91,10 @@ def matrices(fan: Fan, folder: Path) -> list[neutral.NeutralModel]:
     models = []
     for share, moved in zip(SHARES, fan.moved, strict=True):
         path = folder / f"sector_{100 * share:.0f}.inp"
-        speed = 2 * np.pi * share * SPEED
-        steps = (
-            decks.about_state(fan.at_rest, speed, moved) if share else decks.at_rest(fan.at_rest)
-        )
-        decks.write(path, fan.at_rest, steps)
-        calculix.run(path)
+        steps = decks.at_rest(fan.at_rest)
+        if share:
+            steps = decks.about_state(fan.at_rest, 2 * np.pi * share * SPEED, moved)
+        calculix.solve(path, fan.at_rest, steps)
         lists = Lists("TIP", "LOW", "HIGH", fan.sections.n_blades)
         models.append(_model(reader.read(path, lists), fan.running))
     return models
@@ -115,8 +111,7 @@ def _model(arrays, running):
 def blade_alone(fan: Fan, folder: Path) -> neutral.NeutralModel:
     """The free blade of the running shape, at rest and without the disk; nodes as in a sector."""
     path = folder / "blade.inp"
-    decks.write(path, fan.running, decks.at_rest(fan.running), blade=True)
-    calculix.run(path)
+    calculix.solve(path, fan.running, decks.at_rest(fan.running), blade=True)
     return _model(reader.read(path, Lists("TIP")), fan.running)
 
 

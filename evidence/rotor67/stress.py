@@ -96,7 +96,7 @@ def mode(sector: NeutralModel, n_nodes: int) -> np.ndarray:
 
 def numbers(fan: Fan, sector: NeutralModel) -> list[Number]:
     """Stress of the mode for a millimetre, of rotation, and what fatigue leaves beside it."""
-    elements = fan.running.elements[: fan.running.n_blade_elements]
+    elements = fan.running.elements[fan.running.blade_elements]
     n = len(fan.running.nodes)
     gradient = gradients(fan.running.nodes, elements, mode(sector, n))
     found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)

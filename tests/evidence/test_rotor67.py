@@ -50,7 +50,7 @@ def test_mesh_of_sections(blade):
     gap = (cone - np.hypot(tip[:, 0], tip[:, 1])) / np.hypot(1.0, 0.05)
     np.testing.assert_allclose(gap, sections.CLEARANCE, rtol=2e-3)  # the chord of a thin tip
     assert len(tip) == 8
-    blade_nodes = made.nodes[np.unique(made.elements[: made.n_blade_elements])]
+    blade_nodes = made.nodes[np.unique(made.elements[made.blade_elements])]
     arc = np.hypot(*blade_nodes[:, :2].T) * np.arctan2(blade_nodes[:, 1], blade_nodes[:, 0])
     assert np.abs(arc).max() == pytest.approx(1e3 * THICK / 2, rel=2e-3)
 
@@ -61,7 +61,7 @@ def test_stress_recovered_from_displacements(blade):
     Curvature k about y is a quadratic displacement, which the 20-node element knows exactly.
     """
     made = mesh.sector(blade, mesh.Size(7, 4))
-    elements = made.elements[: made.n_blade_elements]
+    elements = made.elements[made.blade_elements]
     corner = np.unique(elements[:, :8])
     turn, along = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0], 1.001
     stretch = np.diag([along**-POISSON, along**-POISSON, along])
