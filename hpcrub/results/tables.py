@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from hpcrub.config.text import counted
-from hpcrub.errors import InputError, reason
+from hpcrub.errors import InputError, reading
 
 
 def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
@@ -15,10 +15,8 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
     Columns are parted by commas; lines that are empty or begin with # are left out. Raises
     InputError when it cannot be read, naming the line.
     """
-    try:
+    with reading(path):
         text = Path(path).read_text("utf-8-sig")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: no table that can be read ({reason(error)})") from None
     lines = [
         (number, [cell.strip() for cell in cells])
         for number, cells in enumerate(csv.reader(text.splitlines()), 1)

@@ -51,7 +51,7 @@ def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (None, "no table that can be read"),
+        (None, "casing.csv: cannot be read (No such file"),
         ("", "an empty table"),
         ("0,1\n90,0\n180,0\n270,1\n", "a line of numbers instead of the names angle_deg"),
         ("angle,radius\n0,1\n", "angle, radius instead of the names angle_deg, radius_change_mm"),
@@ -68,6 +68,14 @@ def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, wo
     if text is not None:
         path.write_text(text)
     assert words in refusal(resolved, path)
+
+
+@pytest.mark.parametrize(
+    "keys", ["casing: {profile_csv: /dev/zero}", "mistuning: {pattern: /dev/zero}"]
+)
+def test_a_table_that_never_ends_is_refused(keys):
+    with pytest.raises(InputError, match="/dev/zero: is neither a file nor a folder"):
+        input_files.resolved(Config.from_yaml(keys))
 
 
 def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):

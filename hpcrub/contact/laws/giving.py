@@ -29,7 +29,6 @@ from hpcrub.contact.laws.surfaces import Coated, relief
 from hpcrub.contact.lcp import gauss_seidel
 from hpcrub.contact.passes import predict_all
 from hpcrub.contact.status import FATAL
-from hpcrub.contact.tables import delassus
 from hpcrub.model.reduction import Modes
 
 
@@ -151,8 +150,7 @@ class Giving(NamedTuple):
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its Delassus operator and a new surface (bank is modified)."""
-        self.rigid().fill(bank, lane, modes, scene)
-        compliance = delassus(modes.normal.T, modes.normal.T, bank.scheme.gain[:, lane])
+        compliance = self.rigid().fill(bank, lane, modes, scene)
         self.surface.fill(lane, scene, bank.scheme.step[lane], compliance)
         if bank.state.report[FLAW, lane] in FATAL:
             return

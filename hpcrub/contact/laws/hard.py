@@ -61,7 +61,7 @@ class Hard(NamedTuple):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def keep(lanes: tuple, surface: "Hard", j: int, force: np.ndarray) -> None:
+    def keep(lanes: tuple, surface: "Hard", j: int, pushed: np.ndarray) -> None:
         """Nothing is remembered."""
 
     @staticmethod

@@ -66,19 +66,23 @@ class Rigid(NamedTuple):
         """Modal forces of unit multipliers (K, C), normal force and friction in one."""
         return -(columns(modes.normal) + scene.friction * columns(modes.tangential))
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
-        """Give a lane its Delassus operator (bank is modified)."""
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> np.ndarray:
+        """Give a lane its Delassus operator (bank is modified).
+
+        Returns (C, C); its part by normal forces, without friction [m/N].
+        """
         gain, normal = bank.scheme.gain[:, lane], modes.normal.T
-        W = delassus(normal, normal, gain)
-        W = W + scene.friction * delassus(normal, modes.tangential.T, gain)
+        by_normal = delassus(normal, normal, gain)
+        W = by_normal + scene.friction * delassus(normal, modes.tangential.T, gain)
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W)
         if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches
-            return
+            return by_normal
         coupling = W / np.diag(W)
         np.fill_diagonal(coupling, 0.0)
         spread(self.coupling, lane, coupling)
         self.stiffness[: len(W), lane] = 1.0 / np.diag(W)
         self.bound[0, lane] = row_bound(coupling)
+        return by_normal
 
     def forces_on_points(
         self, multiplier: np.ndarray, scene: Any

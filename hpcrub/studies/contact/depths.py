@@ -38,7 +38,7 @@ def lines(file: ResultFile) -> Iterator[str]:
     through = n_disks = 0
     for level, part in trust.pieces(file):
         depth = file.read("samples/worn_depth_m", (level, part))
-        n_disks += int(np.count_nonzero(file.status[level, part] == DONE))
+        n_disks += int(np.count_nonzero(file.read("samples/status", (level, part)) == DONE))
         cut = (depth >= REACHED * depth_of_all).any(axis=1)
         through += int(np.count_nonzero(cut))
     if through:

@@ -55,7 +55,7 @@ def survey(file: ResultFile) -> Survey:
         points[level] += np.bincount(states.ravel(), minlength=5)[:5]
         reasons = reasons + status.count(file.read("samples/point_reason", where))
         sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
-        done = file.status[where] == DONE
+        done = file.read("samples/status", where) == DONE
         amplitude = np.nan_to_num(file.read(f"samples/{name}", where)[done])
         if not len(amplitude):
             continue
@@ -104,8 +104,8 @@ def n_counted(file: ResultFile) -> int:
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
     """Known numbers of the disks of a level that are finished, of those that count."""
-    n = n_counted(file)
-    values = file.read(f"samples/{name}", level)[:n][file.status[level, :n] == DONE]
+    where = level, slice(n_counted(file))
+    values = file.read(f"samples/{name}", where)[file.read("samples/status", where) == DONE]
     return values[np.isfinite(values)]
 
 
