@@ -17,7 +17,6 @@ COMMANDS = {
     "merge": "put the files of parts of one study together",
     "inspect": "say what a result file holds, how far it is, and whether it is sound",
     "import": "read the matrices of a finite-element program into a model file",
-    "export": "write the tables of a result file as CSV",
     "keys": "list the keys of an input file",
 }
 

@@ -30,7 +30,7 @@ def interrupt(*_, **__):
     os.kill(os.getpid(), signal.SIGINT)
 
 
-@pytest.mark.parametrize("command", ["inspect", "plot", "export", "merge whole.h5"])
+@pytest.mark.parametrize("command", ["inspect", "plot", "merge whole.h5"])
 def test_ctrl_c_in_a_command_is_one_line(path, capsys, monkeypatch, command):
     """Two files: it must not go on with the second one as after an error of the first."""
     monkeypatch.setattr(ResultFile, "__init__", interrupt)

@@ -11,7 +11,6 @@ PHYSICS = "".join(line for line in TINY.splitlines(True) if "mistuning" not in l
 READERS = {
     "inspect": ["inspect", "cut.h5"],
     "plot": ["plot", "cut.h5", "--out", "pictures"],
-    "export": ["export", "cut.h5", "--out", "tables"],
     "resume": ["study.yaml", "--resume", "--output", "cut.h5"],
     "sources": ["energy.yaml", "--output", "of_source.h5"],
     "merge": ["merge", "merged.h5", "cut.h5"],

@@ -6,13 +6,11 @@ import sys
 import h5py
 import netCDF4
 import numpy as np
-import pandas
 import pytest
 import xarray
 
 import hpcrub
 from hpcrub import studies
-from hpcrub.commands import export
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import layout
@@ -132,25 +130,6 @@ def test_a_file_that_is_being_written_is_read(done):
     with studies.open_result(done, mode="r+") as writer, hpcrub.open(done) as file:
         contact_file.write_sample(writer, 0, 0, {"status": layout.DONE})
         assert file["samples/amplification"][1, 0] == 1.5
-
-
-def test_exported_tables_are_those_of_the_file(done, tmp_path, capsys):
-    out = tmp_path / "tables"
-    assert export.main([str(done), "--out", str(out)]) == 0
-    told = [line.removeprefix("written: ") for line in capsys.readouterr().out.splitlines()]
-    assert sorted(map(str, out.iterdir())) == sorted(told)
-    with hpcrub.open(done) as file:
-        samples, points = file.to_dataframe(), file.to_dataframe("points")
-    for name, frame in (("samples", samples), ("points", points)):
-        found = pandas.read_csv(out / f"result.{name}.csv").set_index(frame.index.names)
-        pandas.testing.assert_frame_equal(found, frame, check_dtype=False)
-
-
-def test_export_replaces_nothing_unless_told(done):
-    export.export(done)
-    with pytest.raises(InputError, match=r"result\.samples\.csv exists: --overwrite replaces it"):
-        export.export(done)
-    assert len(export.export(done, overwrite=True)) == 2
 
 
 def test_import_is_fast_and_needs_no_mpi():
