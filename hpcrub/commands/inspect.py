@@ -55,8 +55,6 @@ def description(path: str) -> Iterator[str]:
         what = run.study.unit
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {what}{failed}"
-        yield "  computed by:"
-        yield from (f"    {printable(program)}" for program in file.programs)
         if wear := list(depths.lines(file)):
             yield "  wear of the coating:"
             yield from (f"    {line}" for line in wear)

@@ -37,15 +37,6 @@ class Plan(NamedTuple):
 
 
 SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")
-PROGRAMS = Dataset(
-    "programs",
-    ("program",),
-    "1",
-    "programs that have computed this file: checksum of the text, version, revision",
-    "S160",
-)
-MOST_PROGRAMS = 32  # in one file
-
 
 _INDEX = {
     "sample": "number of the sample in the whole study",

@@ -16,18 +16,11 @@ PACKAGE = Path(__file__).resolve().parents[1]
 
 
 @cache
-def program() -> str:
-    """The program that runs: "TEXT hpcrub VERSION revision REVISION".
-
-    TEXT is a checksum of the sources of all rooms that compute (hexadecimal digits): two programs
-    of the same text compute the same numbers.
-    """
-    return f"{program_text()} hpcrub {__version__} revision {git_revision() or 'unknown'}"
-
-
-@cache
 def program_text() -> str:
-    """Checksum of the sources of all rooms that compute, 16 hexadecimal digits."""
+    """Checksum of the sources of all rooms that compute, 16 hexadecimal digits.
+
+    Two programs of the same text compute the same numbers.
+    """
     digest = hashlib.sha256()
     for room in COMPUTING:
         for source in sorted((PACKAGE / room).rglob("*.py")):
@@ -36,9 +29,9 @@ def program_text() -> str:
     return digest.hexdigest()[:16]
 
 
-def libraries() -> dict[str, str]:
-    """{name_version: version} of the libraries that compute, and the source revision if known."""
-    versions = {}
+def origin() -> dict[str, str]:
+    """Attributes: text, version and, if known, revision of the program; versions of libraries."""
+    versions = {"program_text": program_text(), "program_version": __version__}
     if revision := git_revision():
         versions["git_revision"] = revision
     for library in LIBRARIES:

@@ -109,11 +109,10 @@ def _text(words):
 def _write_attributes(file, plan):
     texts = {
         "program": "hpcrub",
-        "program_version": __version__,
         "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "config": plan.config.to_yaml(),
         "hdf5_version": h5py.version.hdf5_version,
-        **provenance.libraries(),
+        **provenance.origin(),
         **plan.attributes,
     }
     for name, value in texts.items():
@@ -322,11 +321,6 @@ class ResultFile:
     def status(self) -> np.ndarray:
         """Of every sample (V, n), of other studies every task (T,), 0 pending, 1 done, 2 failed."""
         return self.read("status" if "status" in self else "samples/status")
-
-    @property
-    def programs(self) -> list[str]:
-        """The programs that have computed this file, one unless it was told to mix them."""
-        return [row.decode(errors="replace") for row in self.read("programs") if row]
 
     def write(self, values: dict[str, Any], where: Any) -> None:
         """Write {dataset: values} at one place, in this order; one rank.

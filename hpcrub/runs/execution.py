@@ -26,7 +26,6 @@ class Existing(NamedTuple):
 
     resume: bool = False
     overwrite: bool = False
-    allow_mixed: bool = False  # go on with what another state of the program has begun
 
 
 class Examined(NamedTuple):
@@ -78,7 +77,7 @@ def check_output(run: Run, existing: Existing) -> bool:
     if not (existing.resume or existing.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
     if existing.resume:
-        result_files.check_resumable(path, run, existing.allow_mixed)
+        result_files.check_resumable(path, run)
     else:
         storage.refuse_foreign(path)
     return existing.resume
@@ -128,7 +127,6 @@ def execute(
 def _compute(team, run, examined, log):
     """Compute what the result file lacks, then print the summary."""
     file = team.together(lambda: ResultFile(run.config.output, team.comm, "r+"))
-    team.on_root(lambda: result_files.register(file))
     try:
         _fill(team, run, examined, file, log)
     except HpcrubError as error:

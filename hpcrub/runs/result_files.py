@@ -1,7 +1,7 @@
 """Result files of runs: laid out, checked, and gone on with, by what their study says it needs."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +10,16 @@ import numpy as np
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
 from hpcrub.results import provenance, storage
-from hpcrub.results.layout import MOST_PROGRAMS, PENDING, PROGRAMS, Plan, index_scale
+from hpcrub.results.layout import PENDING, Plan, index_scale
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
 
 
-def lay_out(
-    path: str | Path,
-    run: Run,
-    attributes: dict[str, Any] | None = None,
-    programs: Sequence[str] | None = None,
-) -> None:
+def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None) -> None:
     """Create the result file of a run, with all that is known before anything is computed.
 
-    attributes: of the root, beside those that every file has. programs: those that have computed
-    what it will hold; this one if left out.
-    Raises InputError as `storage.lay_out`, and when a source of the study cannot be used or there
-    are too many programs.
+    attributes: of the root, beside those that every file has, or in their place.
+    Raises InputError as `storage.lay_out`, and when a source of the study cannot be used.
     """
     lengths = run.sizes()
     values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(run)}
@@ -35,7 +28,6 @@ def lay_out(
     if "percentile" in values:
         values["percentile"] = run.config.convergence.percentiles
     values |= run.constants()
-    values["programs"] = _rows(programs or [provenance.program()])
     attributes = dict(attributes or {})
     if run.study.integrates:
         attributes["time_step_s"] = run.config.step
@@ -52,15 +44,6 @@ def _indices(run):
 def _lines(run):
     """All datasets of the result file."""
     return (*map(index_scale, _indices(run)), *run.datasets())
-
-
-def _rows(programs):
-    """The dataset `programs`, empty rows at its end."""
-    if len(programs) > MOST_PROGRAMS:
-        raise InputError(f"more than {MOST_PROGRAMS} programs cannot share a result file")
-    rows = np.zeros(MOST_PROGRAMS, PROGRAMS.dtype)
-    rows[: len(programs)] = [program.encode() for program in programs]
-    return rows
 
 
 def file_size(run: Run) -> int:
@@ -108,43 +91,23 @@ def check_config(file: ResultFile, config: Config) -> None:
         raise InputError(f"{file.path} has another configuration: {found[0]}{more}")
 
 
-def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
+def check_resumable(path: str | Path, run: Run) -> None:
     """Refuse to go on with a file that was not begun by the same program for the same run.
 
-    allow_mixed: go on with what another program text has begun. Raises InputError, which says what
-    differs: configuration, datasets, program text, or a source.
+    Raises InputError, which says what differs: configuration, datasets, program text, or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)
         check(file, run)
-        if not allow_mixed and (file.status == PENDING).any():
-            _require_this_program(file)
+        same = file.attributes.get("program_text") == provenance.program_text()
+        if not same and (file.status == PENDING).any():
+            raise InputError(
+                f"{path} was begun by another program: {file.written_by()} can go on with it; "
+                "--overwrite begins anew"
+            )
         known = run.constants() if run.study.n_sources else {}
         if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
             sources = ", ".join(run.config.sources)
             raise InputError(
                 f"sources: {sources} has changed since {path} was begun; --overwrite begins anew"
             )
-
-
-def _require_this_program(file):
-    if not _knows_this_program(file):
-        last = file.programs[-1]
-        raise InputError(
-            f"{file.path} was computed by another program ({last}); this is {provenance.program()}:"
-            " --allow-mixed goes on and names both in the file, --overwrite begins anew"
-        )
-
-
-def _knows_this_program(file):
-    """Whether the program text that runs is among a file's `programs`."""
-    return provenance.program_text() in [program.split()[0] for program in file.programs]
-
-
-def register(file: ResultFile) -> None:
-    """Note in an open file that this program computes the rest of it; one rank.
-
-    Raises InputError when too many programs have done so.
-    """
-    if not _knows_this_program(file):
-        file.write({"programs": _rows([*file.programs, provenance.program()])}, ())

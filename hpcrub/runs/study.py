@@ -16,7 +16,7 @@ from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
 from hpcrub.ranks.runlog import Work
-from hpcrub.results.layout import DONE, MOST_PROGRAMS, PENDING, PROGRAMS, SPEEDS, Dataset
+from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.warmup import warm_up
@@ -95,9 +95,7 @@ class Run(NamedTuple):
     def datasets(self) -> tuple[Dataset, ...]:
         """Datasets of the result file, the index scales of its dimensions aside."""
         own = self.study.layout(self.config)
-        if self.study.compute:
-            own = (*own, STATUS)
-        return (*own, PROGRAMS)
+        return (*own, STATUS) if self.study.compute else own
 
     def scales(self) -> dict[str, str]:
         """{dimension: name of its scale}; {group}: a scale of its own in every group."""
@@ -114,7 +112,6 @@ class Run(NamedTuple):
             "mode": config.n_coordinates,
             "strip": config.disk.n_strips,
             "task": self.n_tasks,
-            "program": MOST_PROGRAMS,
         }
         return of_all | self.study.sizes(config)
 

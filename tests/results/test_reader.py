@@ -117,7 +117,6 @@ def test_what_people_want_of_an_open_file(done):
             file["nothing"]
         assert file.units("samples/time_s") == "s"
         assert file.dimensions("samples/deviation") == ("half_range", "sample", "blade")
-        assert len(file.programs) == 1
         assert file.attributes["seed"] == 2020
         assert set(file) > {"samples/amplitude_m", "tuned/amplitude_m"}
         with xarray.open_datatree(done, engine="h5netcdf"):  # at the same time

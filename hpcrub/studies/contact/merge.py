@@ -38,13 +38,11 @@ def merge(
     paths: Sequence[str | Path],
     overwrite: bool = False,
     samples: int | None = None,
-    allow_mixed: bool = False,
 ) -> tuple[int, int]:
     """Merge result files of parts of one study into `out`, which appears when it is whole.
 
     overwrite: replace an existing file; samples: number of samples a level of the whole study, if
-    not that of the parts' own; allow_mixed: take parts that different program texts have computed.
-    Returns the number of finished samples, and of all.
+    not that of the parts' own. Returns the number of finished samples, and of all.
     Raises InputError for parts that are unsound, of different studies or programs, or contradict
     each other.
     """
@@ -56,14 +54,9 @@ def merge(
         if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
         found = _survey(out, paths, samples)
-        if len(found.programs) > 1 and not allow_mixed:
-            raise InputError(
-                f"the parts were computed by different programs ({'; '.join(found.programs)}): "
-                "--allow-mixed merges them and names all in the file"
-            )
         storage.refuse_foreign(out)
         run = Run(STUDY, found.config)
-        result_files.lay_out(unfinished, run, found.origin, found.programs)
+        result_files.lay_out(unfinished, run, found.origin)
         try:
             status = _fill(unfinished, paths, found)
             ownership.move(unfinished, os.path.realpath(out))
@@ -81,34 +74,34 @@ class Survey(NamedTuple):
 
     config: Config  # of the whole
     tuned: dict[str, Any] | None  # results of the tuned disk
-    origin: dict[str, str]  # attributes: with which libraries, and what is not resolved
-    programs: list[str]  # that have computed them, one for each text
+    origin: dict[str, str]  # attributes: by which program and libraries, and what is not resolved
 
 
 def _survey(out, paths, samples):
     """Survey of the parts. Raises InputError for parts that do not belong together."""
     config = tuned = tuned_path = None
-    origin, programs, warned = defaultdict(set), {}, {}
+    origin, warned = defaultdict(set), {}
     for path in paths:
         with open_contact(path) as part:
             mine, found = _whole_config(part, out, samples), contact_file.read_tuned(part)
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
-            for program in part.programs:
-                programs.setdefault(program.split()[0], program)
             if found and tuned:
                 _same_tuned(tuned, tuned_path, found, path)
             elif found:
                 tuned, tuned_path = found, path
             warned |= dict.fromkeys(str(part.attributes.get("warnings", "")).splitlines())
             for name, value in part.attributes.items():
-                if name.endswith(("_version", "_revision")) and name != "program_version":
+                if name.endswith(("_version", "_revision", "_text")):
                     origin[name].update(str(value).split(", "))
+    if len(origin["program_text"]) != 1:
+        by = ", ".join(sorted(origin["git_revision"]))
+        raise InputError(f"the parts were computed by different programs, of the revisions {by}")
     attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
     if warned:
         attributes["warnings"] = "\n".join(warned)
-    return Survey(config, tuned, attributes, list(programs.values()))
+    return Survey(config, tuned, attributes)
 
 
 def _whole_config(part, out, samples):
