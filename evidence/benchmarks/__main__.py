@@ -19,21 +19,11 @@ from evidence.benchmarks import (
 REPORT = Path(__file__).with_name("report.md")
 
 
-def laws():
-    """Run time against error of the blisk, and where the casing gives or wears."""
-    return {"errors": law_precision.section(law_precision.measure())}
-
-
-def precision():
-    """Run time against error of the planar disk."""
-    return work_precision.section(REPORT.with_name("work_precision.png"))
-
-
 SECTIONS = {
     "kernel": kernel_speed.section,
     "spatial": spatial_speed.section,
-    "laws": laws,
-    "precision": precision,
+    "laws": law_precision.section,
+    "precision": work_precision.section,
     "sample": sample_cost.sample,
     "start": sample_cost.start,
 }

@@ -1,5 +1,6 @@
 """Simulated steps per second and core, against plain C and the machine's limit."""
 
+import itertools
 import subprocess
 import tempfile
 import time
@@ -33,36 +34,36 @@ def best(function, repeats=REPEATS):
     return min(times)
 
 
+def planar(n_modes=60, name="exact_modal"):
+    """Modes and Scene of a mistuned sample of the reference disk."""
+    step = 2e-5 if n_modes <= 60 or name == "exact_modal" else 1e-5
+    built = cases.problem(n_modes, name, step)
+    return cases.modes_of(built.reduced, 0), built.scene
+
+
 class Lanes:
-    """Lanes of one mistuned sample that rub, ready to be timed."""
+    """Lanes of one disk that rub, ready to be timed."""
 
-    def __init__(self, width, n_modes=60, name="exact_modal", model=None, speeds=(33.5, 35.5),
-                 warm=WARM):  # fmt: skip
-        if model is None:
-            step = 2e-5 if n_modes <= 60 or name == "exact_modal" else 1e-5
-            built = cases.problem(n_modes, name, step)
-            model = cases.modes_of(built.reduced, 0), built.scene
-        self.modes, self.scene = model
-        self.grid = cut_revolution(speeds[0], self.scene)
-        self.bank = allocate(self.modes, self.scene, self.grid, width, np.linspace(*speeds, width))
-        self.width = width
-        self.march(warm)
-
-    def march(self, n_blocks, observer=NOTHING):
-        run(self.bank, n_blocks, observer)
+    def __init__(self, modes, scene, width=16, speeds=(33.5, 35.5), warm=WARM):
+        self.modes, self.scene, self.width = modes, scene, width
+        self.grid = cut_revolution(speeds[0], scene)
+        self.bank = allocate(modes, scene, self.grid, width, np.linspace(*speeds, width))
+        run(self.bank, warm)
 
     def rate(self, n_blocks=10, recording=False):
         """Simulated steps per second."""
         record = Record.allocate(self.bank, n_blocks, self.grid.stride) if recording else NOTHING
-        seconds = best(lambda: self.march(n_blocks, record))
+        seconds = best(lambda: run(self.bank, n_blocks, record))
         return n_blocks * self.grid.steps_per_block * self.width / seconds
 
-    def contacts(self, n_blocks=20):
-        """Mean number of points in contact at a time, looked at after each block."""
-        counts = []
-        for _ in range(n_blocks):
-            self.march(1)
-            counts.append((self.bank.state.multiplier[:-1] > 0.0).sum() / self.width)
+    def contacts(self, n_blocks, n_looks):
+        """Mean number of points in contact in a lane, looked at so often over each block."""
+        scheme, points, counts = self.bank.scheme, self.bank.scheme.normal.shape[1], []
+        cuts = np.linspace(0, len(scheme.bump), n_looks + 1).astype(int)
+        for first, last in [*itertools.pairwise(cuts)] * n_blocks:
+            part = scheme._replace(bump=scheme.bump[first:last])
+            run(self.bank._replace(scheme=part), 1)
+            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
         return float(np.mean(counts))
 
 
@@ -176,15 +177,15 @@ def goal(reached, words):
 
 def section():
     """Parts of the page: schemes, modes and lanes, then the comparison."""
-    reference, rows = Lanes(16), []
+    reference, rows = Lanes(*planar()), []
     for name in ("central_difference", "exact_modal"):
         for n_modes in N_MODES:
             for width in LANES:
-                lanes = Lanes(width, n_modes, name)
+                lanes = Lanes(*planar(n_modes, name), width)
                 rates = lanes.rate(), lanes.rate(recording=True)
                 rows.append([name, n_modes, width, *(f"{rate / 1e6:.2f}" for rate in rates)])
     heads = ["scheme", "η", "lanes", "million steps/s", "the same while recording"]
-    contacts = reference.contacts()
+    contacts = reference.contacts(20, 1)
     flops = needed_flops(len(reference.modes.omega), 12, contacts)
     return {"lanes": table(heads, rows)} | beside(
         reference, plain_c, flops, contacts, touched(reference.bank)

@@ -48,16 +48,12 @@ MORE = {  # columns of a law beside the errors of the amplitude
 }
 
 
-def measure():
-    """{kind and law: (default step, {step: (seconds a sample, values)}, same)}.
+def measure(name, number, keys, speeds, duration, steps):
+    """Default step, {step: (seconds a sample, values)} and same of a case.
 
     values: (SAMPLES, S, 1 or 2) amplitudes and worn depths [m]; same: (SAMPLES, S) bool, points
     that do not depend on rounding.
     """
-    return {case: _measure(*how) for case, how in CASES.items()}
-
-
-def _measure(name, number, keys, speeds, duration, steps):
     given = load_runs(f"inputs/{name}.yaml")[number].model_dump(mode="json", exclude_unset=True)
     given.pop("time", None)
     if duration:
@@ -104,10 +100,11 @@ def errors(law, found, same):
     return out
 
 
-def section(measured):
-    """Markdown: a table for each case."""
+def section():
+    """Parts of the page: a table for each case."""
     parts = ["## Run time against error: the blisk, and a casing that gives or wears", WORDS]
-    for (kind, law), (default, found, same) in measured.items():
+    for (kind, law), case in CASES.items():
+        default, found, same = measure(*case)
         head = ["step", "s/sample", "amplitude: median error, %", "largest, %", *MORE[law]]
         rows = [
             (f"{1e6 * step:.3g} µs" + (" (default)" if step == default else ""),
@@ -118,4 +115,4 @@ def section(measured):
             f"{kind.capitalize()}, {law}; {np.sum(same)} of {same.size} points do not depend on "
             f"rounding:\n\n{table(head, rows)}"
         )
-    return "\n\n".join(parts)
+    return {"errors": "\n\n".join(parts)}

@@ -4,8 +4,6 @@ The disk is the blisk of `inputs/blisk`, with its contact points interpolated al
 tip, and its modes cut off or continued above the highest by made-up ones of a small amplitude.
 """
 
-import itertools
-
 import numpy as np
 
 from evidence.benchmarks.kernel_speed import Lanes, beside, run_c
@@ -70,27 +68,9 @@ def _continued(rows, n_extra, rng):
     return np.hstack([rows, size * rng.normal(size=(len(rows), n_extra))])
 
 
-class Rubbing(Lanes):
-    """Lanes of such a disk that rub, ready to be timed."""
-
-    def __init__(self, model=None, width=16):
-        modes, scene = model or blisk()
-        super().__init__(
-            width, model=(modes, scene), speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps
-        )
-
-    def contacts(self, n_looks=40):
-        """Mean number of points in contact in a lane, looked at all over a block."""
-        whole, points = self.bank, self.bank.scheme.normal.shape[1]
-        counts = []
-        cuts = np.linspace(0, len(whole.scheme.bump), n_looks + 1).astype(int)
-        for first, last in itertools.pairwise(cuts):
-            part = whole.scheme._replace(bump=whole.scheme.bump[first:last])
-            self.bank = whole._replace(scheme=part)
-            self.march(1)
-            counts.append((self.bank.state.multiplier[:points] > 0.0).sum() / self.width)
-        self.bank = whole
-        return float(np.mean(counts))
+def rubbing(modes, scene):
+    """Lanes of such a disk."""
+    return Lanes(modes, scene, speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps)
 
 
 def plain_c(lanes, speed=214.0, n_steps=20_000):
@@ -143,11 +123,11 @@ def growth(name, sizes, model):
     """Table: cost of a step and lane, contacts, memory and trials for every size."""
     rows = []
     for size in sizes:
-        lanes = Rubbing(model(size))
+        lanes = rubbing(*model(size))
         report, used = lanes.bank.state.report, 0
         for group in lanes.bank:
             used += sum(a.nbytes for a in group if isinstance(a, np.ndarray))
-        rows.append([size, f"{1e6 / lanes.rate(2):.2f}", f"{lanes.contacts(12):.1f}",
+        rows.append([size, f"{1e6 / lanes.rate(2):.2f}", f"{lanes.contacts(1, 12):.1f}",
                      f"{used / 2**20:.1f}", report[0].max(),
                      "no" if report[2].any() else "yes"])  # fmt: skip
     heads = [name, "µs per step and lane", "points in contact", "MiB", "trials", "all forces found"]
@@ -156,8 +136,8 @@ def growth(name, sizes, model):
 
 def section():
     """Parts of the page: the comparison, and what grows with points and modes."""
-    lanes = Rubbing()
-    contacts = lanes.contacts()
+    lanes = rubbing(*blisk())
+    contacts = lanes.contacts(1, 40)
     flops = needed_flops(MODES, POINTS, contacts)
     parts = beside(lanes, lambda lanes: plain_c(lanes)[0], flops, contacts,
                    touched(lanes.bank, contacts), 3, ["the same while recording"])  # fmt: skip

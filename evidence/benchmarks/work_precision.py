@@ -11,14 +11,12 @@ import multiprocessing
 import time
 from typing import NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from evidence.benchmarks import cases
 from evidence.page import table
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.errors import InputError
-from hpcrub.plot.style import BLUE, ORANGE
 from hpcrub.response import sweep
 
 N_SAMPLES = 64
@@ -30,7 +28,6 @@ NUDGE = 1e-12  # relative change of the blades' stiffness, as small as rounding
 PERIODIC = 1e-4  # amplitudes that a nudge changes by less do not depend on rounding
 SCHEMES = ("exact_modal", "central_difference")
 FINEST = 1e-6  # [s]
-COLOURS = {"exact_modal": BLUE, "central_difference": ORANGE}
 
 
 class Setting(NamedTuple):
@@ -60,11 +57,6 @@ def is_stable(setting):
     return True
 
 
-def settings():
-    """Both schemes with all steps that are stable."""
-    return list(filter(is_stable, itertools.starmap(Setting, itertools.product(SCHEMES, STEPS))))
-
-
 def run_one(task):
     """Amplitudes (S,), wall time and point status of one sample with one setting.
 
@@ -84,7 +76,8 @@ def measure():
     out = {}
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         pool.map(run_one, [(DEFAULT, 0)] * 2)  # compile
-        for setting in (*settings(), NUDGED):
+        both = itertools.starmap(Setting, itertools.product(SCHEMES, STEPS))
+        for setting in (*filter(is_stable, both), NUDGED):
             tasks = [(setting, sample) for sample in range(-N_TUNED, N_SAMPLES)]
             answers = pool.map(run_one, tasks, chunksize=1)
             samples = answers[N_TUNED:]
@@ -133,10 +126,9 @@ def share_periodic(results):
     return np.mean(np.abs(a / b - 1.0) < PERIODIC)
 
 
-def section(figure):
-    """Parts of the page: all settings, and what rounding alone changes; draws its figure."""
+def section():
+    """Parts of the page: all settings, and what rounding alone changes."""
     results = measure()
-    draw(results, figure)
     rows = [
         (setting.label + (" (default)" if setting == DEFAULT else ""), f"{r['seconds']:.3f}",
          f"{100 * r['not_steady']:.0f}", f"{100 * score(results, setting):.1f}",
@@ -153,27 +145,3 @@ def section(figure):
         "settings": table(heads, rows),
         "chance": table(["what rounding alone changes", "value"], facts),
     }
-
-
-def draw(results, path):
-    """Cost against the error of deciles and of single peaks."""
-    figure, (left, middle) = plt.subplots(1, 2, figsize=(11, 5.5), layout="constrained")
-    for axis, error in ((left, score), (middle, sample_error)):
-        for scheme, style in zip(SCHEMES, ("o-", "s-"), strict=True):
-            chosen = [s for s in results if s.scheme == scheme and not s.nudge]
-            cost = [results[s]["seconds"] for s in chosen]
-            errors = [100 * error(results, s) or np.nan for s in chosen]  # none of the reference
-            axis.plot(cost, errors, style, color=COLOURS[scheme], label=f"{scheme}, step in µs")
-            for s, x, y in zip(chosen, cost, errors, strict=True):
-                if np.isfinite(y):
-                    axis.annotate(f"{1e6 * s.step:g}", (x, y), xytext=(3, 6), fontsize=8,
-                                  textcoords="offset points")  # fmt: skip
-        axis.set(xscale="log", yscale="log", xlabel="seconds per sample and core")
-        axis.grid(alpha=0.3)
-    left.axhspan(0.0, 100 * floor(results), color="0.93", zorder=-1,
-                 label="floor: fine runs among themselves")  # fmt: skip
-    left.set(ylabel="mean error of the deciles 10 … 90 of A_nl [%]")
-    middle.set(ylabel="median error of the peak of a sample [%]")
-    left.legend(frameon=False, fontsize=9)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)

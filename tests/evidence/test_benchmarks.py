@@ -12,7 +12,7 @@ N_BLOCKS = 12
 
 def test_the_c_program_in_three_dimensions_finds_the_motion_of_the_kernel():
     modes, scene = spatial_speed.blisk(n_points=12, n_modes=60)
-    lanes = Lanes(8, model=(modes, scene), speeds=(SPEED, SPEED), warm=N_BLOCKS)
+    lanes = Lanes(modes, scene, 8, speeds=(SPEED, SPEED), warm=N_BLOCKS)
     n_steps = N_BLOCKS * lanes.grid.steps_per_block
     own = np.abs(modes.tangential @ lanes.bank.state.position[: len(modes.omega), 0]).max()
     assert (lanes.bank.state.multiplier > 0.0).any()
