@@ -30,25 +30,17 @@ WRONG = [
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
-    (
-        "casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
-        "casing.profile_mm: 5 values for 4 angles",
-    ),
+    ("casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
+     "casing.profile_mm: 5 values for 4 angles"),
     # ranges
-    (
-        "disk: {blade: {thickness_mm: -3}}",
-        "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0",
-    ),
-    (
-        "material: {damping_ratio: 1}",
-        "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1",
-    ),
+    ("disk: {blade: {thickness_mm: -3}}",
+     "disk.blade.thickness_mm: -3 is out of range, allowed is a number above 0"),
+    ("material: {damping_ratio: 1}",
+     "damping_ratio: 1 is out of range, allowed is a number from 1e-06 and below 1"),
     ("time: {step_s: .nan}", "time.step_s: '.nan' is not a number"),
     ("mistuning: {half_range_percent: []}", "mistuning.half_range_percent: [] is not a list of 1"),
-    (
-        "mistuning: {half_range_percent: [1, 100]}",
-        "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and",
-    ),
+    ("mistuning: {half_range_percent: [1, 100]}",
+     "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and"),
     # choices
     ("study: wrong", "study: 'wrong' is not one of contact, modal"),
     ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
@@ -59,19 +51,14 @@ WRONG = [
     ("speeds: {step_hz: 1e-6}", "speeds.step_hz: 1e-06 gives 2,000,001 speeds; at most 100,000"),
     ("steady_state: {max_time_s: 0.4}", "steady_state.max_time_s: 0.4 is below steady_state.first"),
     ("convergence: {percentiles: [50, 1]}", "percentiles: [50.0, 1.0] are not increasing"),
-    (
-        "mistuning: {pattern_unit: gpa, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
-        "mistuning.pattern: 11 values given for the 12 blades of disk.n_blades",
-    ),
-    (
-        f"mistuning: {{pattern_unit: gpa, pattern: {TWELVE.replace('215', '420')}}}",
-        "mistuning.pattern: the stiffness of a blade deviates by 100 % (mistuning.pattern_unit",
-    ),
-    (
-        f"mistuning: {{half_range_percent: [3], pattern_unit: gpa, pattern: {TWELVE}}}",
-        "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern",
-    ),
+    ("mistuning: {pattern_unit: gpa, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]}",
+     "mistuning.pattern: 11 values given for the 12 blades of disk.n_blades"),
+    (f"mistuning: {{pattern_unit: gpa, pattern: {TWELVE.replace('215', '420')}}}",
+     "mistuning.pattern: the stiffness of a blade deviates by 100 % (mistuning.pattern_unit"),
+    (f"mistuning: {{half_range_percent: [3], pattern_unit: gpa, pattern: {TWELVE}}}",
+     "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern"),
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
+    ("mistuning: {by: cantilever_modes}", "mistuning.by: cantilever_modes needs disk.model"),
     # YAML
     ("", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
@@ -84,48 +71,66 @@ WRONG = [
     # damping
     ("material: {damping_of: families}", "damping_of: families needs material.damping_ratios"),
     ("material: {damping_bands_hz: [100]}", "damping_of: modes needs material.damping_ratios"),
-    (
-        "material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [100]}",
-        "damping_bands_hz: 1 ends of bands given for 3 damping ratios",
-    ),
-    (
-        "material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [10, 9]}",
-        "damping_bands_hz: [10.0, 9.0] are not increasing",
-    ),
+    ("material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [100]}",
+     "damping_bands_hz: 1 ends of bands given for 3 damping ratios"),
+    ("material: {damping_ratios: [0.1, 0.2, 0.3], damping_of: bands, damping_bands_hz: [10, 9]}",
+     "damping_bands_hz: [10.0, 9.0] are not increasing"),
     ("material: {damping_ratios: [0.1], damping_bands_hz: [9]}", "goes with damping_of: bands"),
     ("material: {damping_ratios: [0.1, 0]}", "damping_ratios[1]: 0 is out of range"),
     # distributions of the mistuning
     ("mistuning: {distribution: measured}", "measured needs mistuning.measured_percent"),
     ("mistuning: {measured_percent: [1, 2]}", "needs mistuning.distribution: measured"),
     ("mistuning: {distribution: measured, measured_percent: [0, 0]}", "all values are 0"),
-    (
-        "mistuning: {intentional_percent: [1, 2, 3, 4, 5]}",
-        "5 values cannot be repeated around 12 blades",
-    ),
+    ("mistuning: {intentional_percent: [1, 2, 3, 4, 5]}", "5 values cannot be repeated around 12"),
     ("mistuning: {intentional_percent: [99, -99]}", "a blade deviates by 103 %"),
     ("mistuning: {neighbour_correlation: 1}", "mistuning.neighbour_correlation: 1 is out of range"),
-    (
-        "mistuning: {distribution: normal, pattern: [1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3]}",
-        "explicit",
-    ),
+    (f"mistuning: {{distribution: normal, pattern: {TWELVE}}}", "explicit"),
     # parts of a study
     ("study: linear\npart: {samples: [0, 5]}", "part.samples: only a contact study"),
-    (
-        "convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
-        "part.samples: a part cannot know",
-    ),
+    ("convergence: {stop_when_converged: true}\npart: {samples: [0, 5]}",
+     "part.samples: a part cannot know"),
     ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
     ("part: {samples: [3, 3]}", "part.samples: [3, 3] is no range of the 5000"),
     ("part: {samples: [0, 5001]}", "part.samples: [0, 5001] is no range"),
     ("part: {samples: [0]}", "part.samples: [0] is not a list of 2 values"),
+    # clearances
+    ("casing: {clearance_hz_mm: [[33, 0.3], [35, 0.2]]}", "from 33 to 35 Hz say nothing of all"),
+    ("casing: {clearance_hz_mm: [[34, 0.3], [36, 0.2]]}", "from 34 to 36 Hz say nothing of all"),
+    ("casing: {clearance_hz_mm: [[33, 0.3], [36, 0.2], [36, 0.1]]}",
+     "the speeds of the points are not incr"),
+    ("casing: {clearance_hz_mm: [[33, 0.3], [36, -0.2]]}", "-0.2 mm at 36 Hz; a clearance from 0"),
+    ("casing: {clearance_hz_mm: [[20, -0.3], [33, 0.1], [36, 0.2]]}",
+     "-0.3 mm at 20 Hz; a clearance from 0"),
+    ("casing: {clearance_hz_mm: [[33, 0.3]]}",
+     "[[33, 0.3]] is not a list of 2 to 1000 values, each a list"),
+    ("casing: {clearance_hz_mm: 0.3}",
+     "each a list of 2 values, each a number, or a file name, or null"),
+    ("casing: {clearance_hz_mm: [[33, 0], [36, a]]}", "[1][1]: 'a' is not a number (clear"),
+    ("casing: {clearance_polynomial_mm: [3.4, -0.1]}",
+     "gone; give points of the curve as casing.clearance_"),
+    ("casing: {blade_clearance_mm: [0, 0.1]}", "2 values given for the 12 blades of the disk"),
+    ("casing: {blade_clearance_mm: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -0.3]}",
+     "-0.3 with 0.25 mm of the casing leaves less than no clearance"),
+    # laws and coatings
+    ("contact: {coating: {thickness_mm: 0}}",
+     "coating.thickness_mm: 0 is out of range, allowed is a number"),
+    ("contact: {coating: {hardening_mpa: -1}}", "below 0 the forces of a step would not be unique"),
+    ("contact: {coating: {tip_area_mm2: 0}}", "allowed is a number above 0 and up to 100,"),
+    ("contact: {law: abradable, coating: {yield_mpa: 1000}}",
+     "yield_mpa: 1000 is not below contact.coating.young_gpa, 1: such a coating is pressed flat"),
+    ("contact: {coating: {yield_mpa: 10}}", "yield_mpa: goes with contact.law: abradable, not rig"),
+    ("contact: {law: elastic}", "casing_stiffness_n_per_m: goes with contact.law: elastic, and is"),
+    ("contact: {casing_stiffness_n_per_m: 1e8}", "contact.law: elastic or abradable, not rigid"),
+    ("contact: {law: abradable, casing_damping_ns_per_m: 3}",
+     "casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"),
+    ("study: branches\ncontact: {law: abradable}", "does not fit study: branches, in which"),
+    ("disk: {model: any.h5}\ncontact: {law: abradable}", "large the tip of a blade is; give its a"),
     # what older inputs said
     ("reduction: {basis: per_sample}", "reduction.basis: gone, as it changed results by 2e-5"),
     ("sweep: [{casing.n_bumps: 3}]", "sweep: called runs now"),
-    (
-        f"mistuning: {{pattern_gpa: {TWELVE}}}",
-        "mistuning.pattern_gpa: now mistuning.pattern with mistuning.pattern_unit: gpa",
-    ),
-]
+    (f"mistuning: {{pattern_gpa: {TWELVE}}}",
+     "mistuning.pattern_gpa: now mistuning.pattern with mistuning.pattern_unit: gpa"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG, ids=[text[:40] for text, _ in WRONG])
@@ -135,3 +140,11 @@ def test_wrong_inputs(text, message):
 
 def test_more_errors_are_counted():
     assert error_of("disk: {n_blades: 1}\ntime: {step_s: 0}\nx: 1").endswith("(and 2 more)")
+
+
+def test_a_tip_that_springs_back_takes_short_steps_unless_told_otherwise():
+    rigid, given = Config(), Config(contact={"law": "abradable"}, time={"step_s": 2e-5})
+    coated = rigid.replace({"contact.law": "abradable"})
+    assert coated.time.step_s < given.time.step_s == 2e-5 < rigid.time.step_s
+    assert coated.replace({"contact.law": "rigid"}) == rigid
+    assert Config.from_yaml(coated.to_yaml()).time == coated.time

@@ -20,9 +20,23 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
 
+SECTOR = "disk: {model: sector.h5}\n"
+
+
+@pytest.fixture
+def sector(folder):
+    """The working folder, with the model file of a sector."""
+    model_file.write("sector.h5", sector_arrays())
+    return folder
+
 
 def read(text):
     return imported.resolved(Config.from_yaml(text))
+
+
+def reduced_arrays(n_modes=6):
+    disk = assembly.assemble(neutral.from_arrays(sector_arrays()))
+    return neutral.to_arrays(reduced.reduce_disk(disk, n_modes)[0])
 
 
 def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
@@ -58,16 +72,14 @@ def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folde
     assert near.step == pytest.approx(plain.step)
 
 
-def test_keys_that_the_model_file_fills_in(folder):
-    model_file.write("sector.h5", sector_arrays())
-    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 7}")
+def test_keys_that_the_model_file_fills_in(sector):
+    config = read(SECTOR + "reduction: {n_modes: 7}")
     d = config.disk
     assert (d.n_blades, d.n_contact_nodes, d.n_directions) == (5, 10, 3)
     assert d.tip_radius_mm == pytest.approx(SMALL.tip)
     assert config.n_coordinates == 40  # 7 modes are two families of 5 blades
     assert Config.from_yaml(config.to_yaml()) == config  # without the file
-    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 7)
-    model_file.write("reduced.h5", neutral.to_arrays(small))
+    model_file.write("reduced.h5", reduced_arrays(7))
     assert read("disk: {model: reduced.h5}").reduction.n_modes == 10
 
 
@@ -79,24 +91,16 @@ def test_keys_that_the_model_file_fills_in(folder):
         ("mistuning: {pattern_unit: hz, pattern: [1, 1, 1, 1, 9]}", "less than 100 % is allowed"),
     ],
 )
-def test_keys_that_do_not_fit_are_refused(folder, keys, words):
-    model_file.write("sector.h5", sector_arrays())
-    text = keys if "model" in keys else f"disk: {{model: sector.h5}}\n{keys}"
+def test_keys_that_do_not_fit_are_refused(sector, keys, words):
     with pytest.raises(InputError, match=words):
-        read(text)
+        read(keys if "model" in keys else SECTOR + keys)
 
 
-def test_cantilever_modes_are_for_model_files():
-    with pytest.raises(InputError, match="mistuning.by: cantilever_modes needs disk.model"):
-        Config.from_yaml("mistuning: {by: cantilever_modes}")
+MEASURED = SECTOR + "mistuning: {by: cantilever_modes, pattern_unit: hz, pattern: "
 
 
-def test_measured_frequencies_deviate_from_their_mean(folder):
-    model_file.write("sector.h5", sector_arrays())
-    config = read(
-        "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
-        "pattern_unit: hz, pattern: [99, 101, 100, 102, 98]}"
-    )
+def test_measured_frequencies_deviate_from_their_mean(sector):
+    config = read(MEASURED + "[99, 101, 100, 102, 98]}")
     exact = np.array([0.99, 1.01, 1.0, 1.02, 0.98]) ** 2 - 1
     np.testing.assert_allclose(config.pattern_deviation, exact, rtol=1e-12)
     problem = build_problem(config)
@@ -104,21 +108,18 @@ def test_measured_frequencies_deviate_from_their_mean(folder):
     assert 0.005 < abs(mistuned[:5] / tuned[:5] - 1).max() < 0.02
 
 
-def test_measured_frequencies_come_from_a_table(folder):
-    model_file.write("sector.h5", sector_arrays())
-    folder.joinpath("bench.csv").write_text("99,101,100,102,98\n100,101,100,99,100\n")
-    keys = "disk: {model: sector.h5}\nmistuning: {by: cantilever_modes, "
-    config = input_files.resolved(Config.from_yaml(keys + "pattern: bench.csv, pattern_unit: hz}"))
-    listed = read(keys + "pattern_unit: hz, pattern: [99, 101, 100, 102, 98]}")
+def test_measured_frequencies_come_from_a_table(sector):
+    sector.joinpath("bench.csv").write_text("99,101,100,102,98\n100,101,100,99,100\n")
+    config = input_files.resolved(Config.from_yaml(MEASURED + "bench.csv}"))
+    listed = read(MEASURED + "[99, 101, 100, 102, 98]}")
     problem = build_problem(config)
     assert config.mistuning.samples == 2
     assert problem.reduced.blade_stiffness.any()
     np.testing.assert_array_equal(deviation(config, 0, 0), listed.pattern_deviation)
 
 
-def test_changed_model_file_is_refused(folder):
-    model_file.write("sector.h5", sector_arrays())
-    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+def test_changed_model_file_is_refused(sector):
+    config = read(SECTOR + "reduction: {n_modes: 4}")
     model_file.write("sector.h5", sector_arrays() | {"n_sectors": np.array(6)}, overwrite=True)
     with pytest.raises(InputError, match="is not the file that this configuration was made of"):
         build_problem(config)
@@ -127,7 +128,7 @@ def test_changed_model_file_is_refused(folder):
 def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
     arrays = {k: v for k, v in sector_arrays().items() if not k.startswith("K_blade")}
     model_file.write("sector.h5", arrays)
-    config = read("disk: {model: sector.h5}\nreduction: {n_modes: 4}")
+    config = read(SECTOR + "reduction: {n_modes: 4}")
     with pytest.raises(InputError, match="has no K_blade"):
         studies.run_of(config).prepare()
     problem = build_problem(config)
@@ -147,10 +148,9 @@ def modal_of(text):
 
 def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
     """Frequencies by a dense solution; shapes are those of the disk on all nodes of its surface."""
-    arrays = sector_arrays()
-    arrays["surface"] = np.array([[0, 1, 2, 3]])
+    arrays = sector_arrays() | {"surface": np.array([[0, 1, 2, 3]])}
     model_file.write("sector.h5", arrays)
-    found = modal_of("disk: {model: sector.h5}\nreduction: {n_modes: 30}")
+    found = modal_of(SECTOR + "reduction: {n_modes: 30}")
     disk = assembly.assemble(neutral.from_arrays(arrays))
     values, vectors = eigh(disk.stiffness[0].toarray(), disk.mass.toarray())
     n = len(found["full/frequencies_hz"])
@@ -168,24 +168,18 @@ def test_modes_of_a_model_file_are_those_of_its_matrices(folder):
     xyz = np.stack([c * radial - s * tangential, s * radial + c * tangential, axial], axis=1)
     xyz /= np.linalg.norm(xyz, axis=1).max()
     shape = found["shapes"][single]
-    sign = np.sign((shape * xyz).sum())
-    np.testing.assert_allclose(shape, sign * xyz, atol=1e-2)
+    np.testing.assert_allclose(shape, np.sign((shape * xyz).sum()) * xyz, atol=1e-2)
     np.testing.assert_allclose(found["position_m"], disk.nodes[on])
 
 
 def test_modes_of_a_reduced_file_are_drawn_at_its_contact_nodes(folder):
-    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 12)
-    model_file.write("reduced.h5", neutral.to_arrays(small))
+    arrays = reduced_arrays(12)
+    model_file.write("reduced.h5", arrays)
     found = modal_of("disk: {model: reduced.h5}")
     assert found["surface"].shape == (0, 4)
-    np.testing.assert_allclose(found["position_m"], small.nodes)
+    np.testing.assert_allclose(found["position_m"], arrays["nodes"])
     assert sorted(found["reduced/nodal_diameters"][:5]) == [0, 1, 1, 2, 2]
     np.testing.assert_allclose(np.linalg.norm(found["shapes"], axis=2).max(axis=1), 1.0)
-
-
-def reduced_arrays():
-    small, _ = reduced.reduce_disk(assembly.assemble(neutral.from_arrays(sector_arrays())), 6)
-    return neutral.to_arrays(small)
 
 
 @pytest.mark.parametrize(
@@ -247,7 +241,6 @@ def test_a_contact_node_that_stands_out_meets_the_bumps(folder):
     own = np.zeros(len(arrays["contact_node"]))
     own[1] = -3e-4
     model_file.write("sector.h5", arrays | {"contact_clearance": own})
-    keys = "disk: {model: sector.h5}\ncasing: {bump_height_mm: 0.5, clearance_mm: 0.7}"
-    config = read(keys)
+    config = read(SECTOR + "casing: {bump_height_mm: 0.5, clearance_mm: 0.7}")
     width = np.sqrt(np.log(0.5 / 0.4)) * 0.2 * 2 * np.pi / config.casing.n_bumps
     assert resolution.width_of_bump(config) == pytest.approx(width)
