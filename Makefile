@@ -42,6 +42,7 @@ test: $(STAMP)  ## run all tests, as many at once as there are cores (ARGS="-k c
 	@$(VENV_PYTHON) -m pytest -n auto --dist worksteal $(ARGS)
 
 test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5 min)
+	@command -v slurmctld >/dev/null || { apt-get update -q; apt-get install -q -y --no-install-recommends slurm-wlm munge; }
 	@$(VENV_PYTHON) -m pytest tests/slurm $(ARGS)
 
 validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/validation.md (5 min; ARGS=--fast)

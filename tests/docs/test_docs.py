@@ -1,19 +1,25 @@
-"""What the pages say is what the program has: tables, fields of the log, exit codes, links."""
+"""What the pages say is what the program has and takes: tables, exit codes, links, notebooks."""
 
 import importlib.util
 import json
+import os
 import re
+import shlex
 import subprocess
+import sys
 
 import pytest
 
-from hpcrub import errors
+from hpcrub import errors, plot
+from hpcrub.config import yaml_text
+from hpcrub.config.schema import load_runs
 from hpcrub.ranks.runlog import RunLog, Work
 from tests.program import ROOT
 
-REFERENCE = ROOT / "docs" / "reference"
+DOCS = ROOT / "docs"
+REFERENCE = DOCS / "reference"
 LINK = re.compile(r"\]\((?!https?:|#)([^)#]+)")
-spec = importlib.util.spec_from_file_location("tables", ROOT / "docs" / "tables.py")
+spec = importlib.util.spec_from_file_location("tables", DOCS / "tables.py")
 tables = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(tables)
 
@@ -45,13 +51,13 @@ def test_links_of_pages_outside_the_site_lead_somewhere(page):
 
 def code(page, language):
     """Blocks of code of a page."""
-    text = (ROOT / "docs" / page).read_text("utf-8")
+    text = (DOCS / page).read_text("utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def test_tests_that_pages_name_are_there():
     there = "".join(path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
-    for page in (ROOT / "docs").glob("*.md"):
+    for page in DOCS.glob("*.md"):
         named = set(re.findall(r"`(test_\w+)`", page.read_text("utf-8")))
         assert [name for name in named if f"def {name}(" not in there] == [], page.name
 
@@ -70,3 +76,80 @@ def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):
     subprocess.run(["bash", "-n", tmp_path / "site.sh"], check=True)
     known = set(setting.findall((ROOT / "jobs" / "slurm" / "site.sh").read_text("utf-8")))
     assert set(setting.findall(block)) <= known
+
+
+TEXT = (DOCS / "questions.md").read_text(encoding="utf-8")
+QUESTIONS = {part.partition("\n")[0]: part for part in TEXT.split("\n## ")[1:]}
+BLOCK = re.compile(r"(?:^`(inputs/\S+)`:\n\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(text, language):
+    """(file that a block claims to be or "", content) of the fenced blocks."""
+    return [(name, body) for name, kind, body in BLOCK.findall(text) if kind == language]
+
+
+def commands(text):
+    """Words of all commands that call Python."""
+    lines = "".join(body for _, body in blocks(text, "")).replace("\\\n", " ").splitlines()
+    return [words for words in map(shlex.split, lines) if "python" in words]
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_a_question_has_an_input_a_command_and_a_figure(question, tmp_path):
+    text = QUESTIONS[question]
+    inputs = blocks(text, "yaml")
+    figures = re.findall(r"!\[.+?\]\((.+?)\)", text)
+    assert inputs
+    assert figures
+    assert commands(text)
+    for figure in figures:
+        assert (DOCS / figure).exists()
+    for name in re.findall(r"inputs/[\w.-]+", text):
+        assert (ROOT / name).exists(), name
+    for name, body in inputs:
+        copied = tmp_path / "input.yaml"
+        copied.write_text(body, encoding="utf-8")
+        assert load_runs(copied)
+        if name:
+            assert yaml_text.parse(body) == yaml_text.parse((ROOT / name).read_text("utf-8")), name
+
+
+@pytest.mark.parametrize("words", commands(TEXT), ids=" ".join)
+def test_the_commands_are_accepted(words):
+    if "main.py" in words:
+        changes = [words[i + 1] for i, word in enumerate(words) if word == "--set"]
+        assert load_runs(ROOT / words[words.index("main.py") + 1], changes)
+    if "--figure" in words:
+        plot.find(words[words.index("--figure") + 1])
+
+
+def test_the_notebook_leads_to_a_decision(monkeypatch, capsys):
+    monkeypatch.chdir(DOCS)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    names = {}
+    for cell in json.loads((DOCS / "decision.ipynb").read_text("utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    # the tuned disk alone would have left out speeds at which a mistuned one vibrates too much
+    avoided = names["speed"][names["first"]], names["speed"][names["last"]]
+    assert avoided[0] < names["tuned_high"].min()
+    assert avoided[1] > names["tuned_high"].max()
+    assert f"to be avoided: {avoided[0]:.1f} to {avoided[1]:.1f} Hz" in capsys.readouterr().out
+
+
+def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
+    """Notebooks draw by a backend that turns the interactive mode on, and need it for the next."""
+    (tmp_path / "inline.py").write_text(
+        "from matplotlib import interactive\n"
+        "from matplotlib.backends.backend_agg import FigureCanvasAgg as FigureCanvas\n"
+        "interactive(True)\n",
+        "utf-8",
+    )
+    code = (
+        "import hpcrub, matplotlib\n"
+        "hpcrub.plot.casing(hpcrub.Config())\n"
+        "assert matplotlib.is_interactive()"
+    )
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    environment = {**os.environ, "MPLBACKEND": "module://inline", "PYTHONPATH": path}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

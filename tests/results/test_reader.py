@@ -1,4 +1,4 @@
-"""Result files among people's tools: xarray, netCDF, pandas, and hpcrub's own reader."""
+"""Result files among people's tools: xarray, netCDF, pandas, hpcrub's own reader and `inspect`."""
 
 import subprocess
 import sys
@@ -11,6 +11,8 @@ import xarray
 
 import hpcrub
 from hpcrub import studies
+from hpcrub.__main__ import main as program
+from hpcrub.commands import inspect
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import layout
@@ -145,3 +147,27 @@ def test_import_is_fast_and_needs_no_mpi():
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout == "[]\n[]\n[]\n"
+
+
+def test_long_attributes_are_cut(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["many"] = np.arange(100_000)
+        file.attrs["note"] = "two\nlines"
+    text = "\n".join(inspect.description(str(path)))
+    assert "note: two\\nlines" in text
+    assert max(map(len, text.splitlines())) < 1000  # the words of all reasons
+
+
+def test_all_files_are_described_and_the_worst_is_the_exit_code(path, capsys):
+    other = path.with_name("other.h5")
+    other.write_text("hello")
+    assert program(["inspect", str(other), str(path)]) == 2
+    out, err = capsys.readouterr()
+    assert err == f"hpcrub: error: {other} is not an HDF5 file\n"
+    assert "done: 0 of 4 samples" in out
+    assert "samples/amplitude_m (level 2 x sample 2 x speed 3) [m]: largest" in out
+
+
+def test_a_command_that_is_misspelt_is_told_the_right_one(capsys):
+    assert program(["runn", "own.yaml"]) == 2
+    assert "runn is no command and no file; did you mean hpcrub run?" in capsys.readouterr().err

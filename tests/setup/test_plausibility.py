@@ -3,6 +3,8 @@
 Truth: a time step many times finer; counts of steps by hand; the limits of the input themselves.
 """
 
+import os
+
 import numpy as np
 import pytest
 
@@ -12,11 +14,12 @@ from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
 from hpcrub.response.sweep import run_sweep
+from hpcrub.runs import memory
 from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from tests.program import ROOT, TINY
+from tests.program import ROOT, TINY, load
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "inputs").glob("*.yaml")), ids=lambda p: p.stem)
@@ -197,3 +200,29 @@ def test_a_model_of_few_modes_is_marked(keys, marked):
     config = Config().replace(keys)
     lines = list(plausibility.warnings(config, build_problem(config)))
     assert [marked in line for line in lines] == [True] * bool(marked)
+
+
+@pytest.fixture
+def laptop(monkeypatch):
+    """This machine has 16 GiB of memory."""
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 2**22, "SC_PAGE_SIZE": 2**12}.get)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "mistuning: {samples: 1000000000000}",
+        "disk: {n_blades: 200, blade: {n_elements: 50}}",
+        "speeds: {from_hz: 1e-6, to_hz: 1e-6}",
+        "time: {step_s: 1e-12}",
+        "contact: {law: abradable}\ntime: {step_s: 1e-10}",
+        "study: interaction_map\nhistory: {duration_s: 1000}\ntime: {step_s: 1e-9}",
+    ],
+)
+def test_what_this_machine_cannot_hold_is_refused_before_work(laptop, text):
+    with pytest.raises(InputError, match="not enough memory: this study needs .* are there"):
+        memory.check(studies.run_of(Config.from_yaml(text)))
+
+
+def test_the_paper_fits_a_laptop(laptop):
+    memory.check(studies.run_of(load(ROOT / "inputs" / "paper_nd4.yaml")))

@@ -1,14 +1,14 @@
 """A Slurm cluster of this one machine, in a folder: munge, slurmctld and slurmd, and their end."""
 
 import os
-import shutil
 import socket
 import subprocess
 import time
 from pathlib import Path
 
-PACKAGES = "slurm-wlm", "munge"
-PROGRAMS = "munged", "slurmctld", "slurmd", "sbatch", "scontrol", "srun"
+from tests.program import ENVIRONMENT
+
+PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 CORES = 6  # said to have, of two hyper-threads each, so that jobs run side by side
 CONFIGURATION = """\
 ClusterName=hpcrub
@@ -44,29 +44,6 @@ PartitionName=test Nodes={host} Default=YES MaxTime=UNLIMITED State=UP
 """
 
 
-def missing():
-    """Names of the programs that are not here."""
-    path = os.environ["PATH"] + ":/usr/sbin:/sbin"
-    return [name for name in PROGRAMS if not shutil.which(name, path=path)]
-
-
-def install():
-    """Install Debian's Slurm. Raises RuntimeError that says what is missing when that cannot be."""
-    if missing() and os.geteuid() == 0 and shutil.which("apt-get"):
-        environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
-        for command in (["update"], ["install", "-y", "--no-install-recommends", *PACKAGES]):
-            subprocess.run(
-                ["apt-get", "-q", *command], env=environment, stdout=subprocess.DEVNULL, check=False
-            )
-    if missing():
-        raise RuntimeError(
-            f"these programs are missing: {', '.join(missing())}; as root on Debian or Ubuntu: "
-            f"apt-get install {' '.join(PACKAGES)}"
-        )
-    if os.geteuid() != 0:
-        raise RuntimeError("only root can start Slurm's daemons on this machine")
-
-
 def _free_port():
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
@@ -79,10 +56,15 @@ class Cluster:
     def __init__(self, folder):
         self.folder = Path(folder)
         self.daemons = []
-        self.environment = os.environ | {
-            "PATH": f"{os.environ['PATH']}:/usr/sbin:/sbin",
-            "SLURM_CONF": str(self.folder / "slurm.conf"),
-        }
+        self.environment = (
+            os.environ
+            | ENVIRONMENT
+            | {
+                "PATH": PATH,
+                "SLURM_CONF": str(self.folder / "slurm.conf"),
+                "HPCRUB_SITE": "./site.sh",  # of the folder that a job is submitted from
+            }
+        )
 
     def start(self):
         """Raises RuntimeError when the node does not become idle."""
@@ -96,7 +78,7 @@ class Cluster:
                 cores=CORES,
                 control_port=_free_port(),
                 node_port=_free_port(),
-            )
+            )  # fmt: skip
         )
         key = self.folder / "munge.key"
         key.write_bytes(os.urandom(128))
@@ -130,20 +112,11 @@ class Cluster:
         """Output of one of Slurm's commands."""
         return self.run(*command).stdout.strip()
 
-    def run(self, *command, folder=None, **environment):
+    def run(self, *command, folder=None):
         """A finished command in the cluster's environment."""
-        return subprocess.run(
-            command,
-            cwd=folder,
-            env=self.environment | environment,
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-        )
+        options = {"cwd": folder, "env": self.environment, "timeout": 120}
+        return subprocess.run(command, capture_output=True, text=True, **options)
 
     def _daemon(self, *command):
-        log = open(self.folder / f"{command[0]}.out", "w")  # noqa: SIM115, the daemon's
-        self.daemons.append(
-            subprocess.Popen(command, env=self.environment, stdout=log, stderr=subprocess.STDOUT)
-        )
+        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.daemons.append(subprocess.Popen(command, env=self.environment, **silent))

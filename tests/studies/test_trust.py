@@ -1,12 +1,12 @@
-"""The trust block of files whose points are made up, and the bending stress at the root."""
+"""How far a contact study is to be trusted: peaks, limits, stress at the root, worn depths."""
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.stats import binom
 
-from evidence.program import TINY
-from hpcrub import studies
+from hpcrub import plot, studies
+from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.errors import InputError
@@ -14,9 +14,17 @@ from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
 from hpcrub.runs import result_files
-from hpcrub.statistics.percentiles import percentile_interval, probability_interval, widened
+from hpcrub.statistics.percentiles import (
+    percentile_interval,
+    probability_interval,
+    running_percentiles,
+    widened,
+)
+from hpcrub.studies import energy, open_result
+from hpcrub.studies.contact import depths, summary, trust
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact.layout import KINDS
+from tests.program import TINY, run_here
 
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
 
@@ -127,3 +135,98 @@ def test_root_stress_is_that_of_a_clamped_beam():
     curvature = (6.0 * across - 2.0 * turned * length / n) / (length / n) ** 2
     stress = modulus * disk.blade.thickness / 2.0 * abs(curvature / tip)
     assert root_stress(disk, config.material) == pytest.approx(stress, rel=1e-3)
+
+
+COATED = (
+    TINY.replace("34.0, to_hz: 34.4", "35.6, to_hz: 36.0").replace("n_modes: 12", "n_modes: 60")
+    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\noutput: coated.h5\n"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder of a finished study."""
+    folder = tmp_path_factory.mktemp("coated")
+    (folder / "coated.yaml").write_text(COATED, encoding="utf-8")
+    assert run_here("coated.yaml", folder=folder) == 0
+    return folder
+
+
+@pytest.fixture
+def coated(folder):
+    """Its open result coated."""
+    coated = open_result(folder / "coated.h5")
+    yield coated
+    coated.close()
+
+
+def test_the_largest_of_every_disk_are_those_of_its_points(coated):
+    for name, of in (("deepest_m", "worn_depth_m"), ("peak_amplitude_m", "largest_amplitude_m")):
+        largest = coated.read(f"samples/{of}").max(axis=2)
+        assert np.array_equal(coated.read(f"samples/{name}"), largest)
+    at = coated.read("speeds_hz")[coated.read("samples/worn_depth_m").argmax(axis=2)]
+    assert np.array_equal(coated.read("samples/deepest_speed_hz"), at)
+    assert coated.read("tuned/run_deepest_m")[0] == coated.read("tuned/worn_depth_m").max()
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
+    for level, values in enumerate(coated.read(f"samples/{kind.of}")):
+        arguments = values, [1, 50, 99], 1, 2.81
+        expected = running_percentiles(*arguments)._asdict()
+        for key in set(expected) - {"samples_seen"}:
+            stored = coated.read(f"statistics/{kind.name}/{key}", level)
+            np.testing.assert_array_equal(stored, expected[key])
+
+
+def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
+    tuned, deepest = (
+        coated.read("tuned/run_deepest_m"),
+        coated.read("samples/deepest_m").max(axis=1),
+    )
+    found = list(depths.lines(coated))
+    assert len(found) == 3
+    for line, depth in zip(found[1:], deepest, strict=True):
+        ratio = depth / np.median(tuned)
+        assert f"cuts {1e3 * depth:.3g} mm deep, {ratio:.2f} times the tuned one" in line
+        # by the binomial distribution: (1 − p)² = 2.5 %, when none of two was deeper
+        assert f"below {100 * (1 - np.sqrt(0.025)):.2g} %" in line
+    printed = list(inspect.description(str(folder / "coated.h5")))
+    assert [line.strip() for line in printed if line.strip() in found] == found
+    assert summary.coating_table(coated).row_count == 6
+
+
+def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
+    """As if the coating had been as thin as the median disk has cut."""
+    least = float(np.median(coated.read("samples/deepest_m")))
+    monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", least)
+    assert list(depths.lines(coated))[-1].startswith("2 of 4 disks cut through the coating")
+
+
+def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
+    """And of the share of points that still wear, not of windows in the end."""
+    found = trust.survey(coated)
+    assert found.largest == coated.read("samples/peak_amplitude_m").max()
+    left = (coated.read("samples/point_status") == NOT_STEADY).mean()
+    (ended, *rest) = trust.lines(coated)
+    assert ended.startswith(f"{100 - 100 * left:.0f} % of the points have ended")
+    assert not any("averaged peaks" in line for line in rest)
+
+
+def test_energy_of_the_disks_that_cut(folder, monkeypatch):
+    """With what their wear has taken, as in the contact study that it starts from."""
+    monkeypatch.chdir(folder)
+    text = COATED.replace("coated.h5", "energy.h5")
+    text += "study: energy\nsources: [coated.h5]\nenergy: {samples: 3}\n"
+    (folder / "energy.yaml").write_text(text, encoding="utf-8")
+    assert run_here("energy.yaml") == 0
+    coated, source = open_result("energy.h5"), open_result("coated.h5")
+    level, number = coated.read("level"), coated.read("number")
+    taken = source.read("samples/wear_energy_j")[level, number]
+    assert taken.min() > 0.0
+    assert np.array_equal(coated.read("wear_energy_j"), taken)
+    assert np.array_equal(coated.read("tuned/wear_energy_j"), source.read("tuned/wear_energy_j"))
+    assert (coated.read("energy_j") > 0.0).all()
+    *_, drawn = plot.energy(coated)
+    np.testing.assert_array_equal(drawn.lines[0].get_ydata(), taken.max(axis=1))
+    assert any(line.startswith("wear takes ") for line in energy.report(coated))

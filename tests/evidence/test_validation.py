@@ -1,0 +1,256 @@
+"""Validation: the bouncing bar, the whole disk, moving walls and the cantilever with a stop.
+
+Truth: the exact solution of the bar (`validation.bouncing_bar` derives it), full matrices with an
+implicit scheme, closed forms under a load, and a reference that goes from event to event.
+"""
+
+import numpy as np
+import pytest
+
+from evidence.truth.disk import MATERIAL, disk_section, mistune, reference_reduced, reference_scene
+from evidence.truth.events import Reference, Wall, fixed_wall
+from evidence.truth.motion import Structure
+from evidence.validation import bouncing_bar as bar
+from evidence.validation import cantilever, full_disk, linear_load, moving_wall
+from evidence.validation.report import fitted_order
+from hpcrub.contact.integrate import run
+from hpcrub.contact.observers import Record
+from hpcrub.contact.status import STEADY
+from hpcrub.model.disk import build_disk
+from hpcrub.model.reduction import craig_bampton, mistuned_modes
+from hpcrub.response.steady import SteadyCriteria
+from hpcrub.response.sweep import run_sweep
+
+SCHEMES = ["central_difference", "exact_modal"]
+
+
+def test_exact_solution_keeps_its_energy_and_never_penetrates():
+    x = np.linspace(0.0, bar.LENGTH, 4001)
+    for t in np.linspace(0.0, 8.0, 47):
+        u, v, _ = bar.exact(x, t)
+        strain = np.gradient(u, x)
+        density = v**2 / 2.0 + bar.E * strain**2 / 2.0 + bar.GRAVITY * u
+        whole = np.sum((density[1:] + density[:-1]) / 2.0) * x[1]
+        assert abs(whole / (bar.LENGTH * bar.GRAVITY * bar.HEIGHT) - 1.0) < 2e-3  # kinks
+        assert u[0] >= -1e-12
+
+
+def test_exact_solution_obeys_newton_for_the_whole_bar():
+    """Momentum gained = impulse of the pressure − weight, over the first cycle."""
+    t = np.linspace(0.0, bar.PERIOD, 200_001)
+    pressure = bar.exact(0.0, t)[2]
+    x = (np.arange(2000) + 0.5) * bar.LENGTH / 2000
+    for end in (1.2, 1.6, 2.5, 3.9, 5.0):
+        momentum = bar.exact(x, end)[1].mean() * bar.LENGTH
+        impulse = np.sum(pressure[t <= end]) * t[1]
+        weight = bar.LENGTH * bar.GRAVITY * end
+        assert abs(momentum - (impulse - weight)) < 1e-2 * weight
+
+
+@pytest.mark.parametrize(
+    ("name", "lumped", "ratio", "order"),
+    [
+        ("central_difference", True, 0.98, 0.9),
+        ("exact_modal", True, 0.98, 0.6),
+        ("central_difference", False, 0.5, 0.55),
+        ("exact_modal", False, 0.5, 0.55),
+    ],
+)
+def test_bar_converges_to_the_exact_motion(name, lumped, ratio, order):
+    """Order one where waves are carried without dispersion, two thirds where they are not."""
+    meshes = np.array([20, 40, 80, 160])
+    rows = []
+    for n in meshes:
+        motion = bar.bounce(n, name, ratio * bar.critical_step(n, lumped), bar.PERIOD, lumped)
+        rows.append(bar.errors(motion, bar.PERIOD))
+    displacement, velocity, pressure, impulse = np.array(rows).T
+    assert fitted_order(1.0 / meshes, displacement) > order
+    assert fitted_order(1.0 / meshes, impulse) > order
+    assert displacement[-1] < 0.07
+    assert fitted_order(1.0 / meshes, velocity) > 0.25
+    assert fitted_order(1.0 / meshes, pressure) > 0.2
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_first_impact_takes_the_energy_of_the_foot(name):
+    """(M⁻¹)_00 of the consistent mass is 2√3/(ρΔx) in the limit: the foot weighs 0.289 ρΔx."""
+    n = 80
+    _, lost = bar.lost_energy(n, name, bar.critical_step(n) / 10.0, bar.FALL + 0.2)
+    foot = bar.RHO * bar.LENGTH / n / (2.0 * np.sqrt(3.0))
+    expected = foot * bar.V0**2 / 2.0 / (bar.RHO * bar.LENGTH * bar.GRAVITY * bar.HEIGHT)
+    assert abs(lost[-1] / expected - 1.0) < 0.05
+    assert np.diff(lost).min() > -1e-12
+
+
+def test_recorded_motion_is_that_of_the_single_steps():
+    step = bar.critical_step(20) / 2.0
+    n = int(2.0 / step)
+    bank, _ = bar.falling_bank(20, "central_difference", step, n)
+    record = Record.allocate(bank, 1, 1)
+    run(bank, 1, record)
+    recorded = bar.HEIGHT + record.history.reshape(n, -1, 8)[:, 0, 0]
+    _, u, _, force = bar.bounce(20, "central_difference", step, (n + 0.5) * step)
+    assert force.max() > 0.0
+    assert np.abs(recorded - u[1:]).max() < 1e-12
+
+
+DAMPING_RATIO = 0.02
+SPEEDS = np.array([33.25, 34.5])
+
+
+def test_periodic_contact_of_a_mistuned_disk_is_that_of_its_full_matrices():
+    """12 blades of two elements, all modes kept: both programs solve the same equations."""
+    deviation = np.linspace(-0.02, 0.02, 12)[[3, 8, 1, 11, 5, 0, 9, 2, 6, 10, 4, 7]]
+    tuned = build_disk(disk_section(blade={"n_elements": 2}), MATERIAL)
+    n_modes = len(tuned.mass) - 24
+    reduced = craig_bampton(tuned, n_modes)
+    modes = mistuned_modes(reduced, deviation)
+    scene = reference_scene(
+        interface=reduced.interface,
+        damping_ratio=DAMPING_RATIO,
+        scheme="exact_modal",
+        step=4e-6,
+        steady=SteadyCriteria(first_check=0.4, max_time=0.4),
+    )
+    result = run_sweep(modes, scene, SPEEDS, width=8)
+    full = mistune(tuned, deviation)
+    casing = full_disk.Casing()
+    before, last = full_disk.amplitudes(full, DAMPING_RATIO, casing, SPEEDS, 1e-5, 0.4)
+    assert (result.point_status == STEADY).all()
+    assert np.abs(before / last - 1.0).max() < 5e-3
+    assert np.abs(result.amplitude / last - 1.0).max() < 0.01
+    assert last.min() > 5e-3
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_a_load_in_time_gives_the_closed_form_response(name):
+    reduced = reference_reduced(12)
+    modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
+    divisions = np.array([256, 512, 1024])
+    errors = linear_load.errors(modes, reduced.interface, name, divisions)
+    assert 1.95 < fitted_order(1.0 / divisions, errors) < 2.05
+    assert errors[-1] < 1e-4
+
+
+def test_an_impact_of_the_independent_scheme_takes_the_whole_velocity():
+    """A free mass with 2 m/s in 1 mm from a wall at rest: e = 0, it stays; none is thrown back."""
+    model = full_disk.Model(
+        np.eye(2), np.zeros((2, 2)) + 1e-9 * np.eye(2), np.array([[0, 1]]), np.zeros(1)
+    )
+    wall = full_disk.Casing(n_bumps=1, height=0.0, clearance=1e-3, friction=1.0)
+    for h in (1e-4, 0.7e-4, 0.31e-4):
+        start = np.zeros((2, 1)), np.array([[2.0], [0.0]]), np.zeros(1)
+        ends = [
+            full_disk.amplitudes(model, 0.0, wall, [1.0], h, t, start=start)[1, 0]
+            for t in (0.01, 0.02)
+        ]
+        # friction p = 2 along −t is all that moves it after the impact: −2 m/s
+        assert abs((ends[1] - ends[0]) / 0.01 - 2.0) < 2e-2
+
+
+def test_the_impulses_solve_their_complementarity_problem():
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        A = rng.normal(size=(6, 6))
+        W = A @ A.T + 6.0 * np.eye(6)
+        approach = rng.normal(size=6)
+        approach[0] = abs(approach[0])
+        p = full_disk._impulses(W, approach)
+        rest = approach - W @ p
+        assert p.min() >= 0.0
+        assert rest.max() < 1e-9
+        assert np.abs(p * rest).max() < 1e-9
+
+
+def test_reference_finds_a_known_impact_and_release():
+    """A mass on a spring (ω = 2, q = sin 2t) stopped at 1/2: at t = π/12; it leaves at once.
+
+    There q' = √3 is taken off; the spring then pulls it back from rest, q = cos(2(t − t₁))/2.
+    """
+    mass = Structure(np.full(1, 2.0), np.ones(1), np.zeros(1), 0.0, 0.0)
+    motion = Reference(mass, fixed_wall(0.5), 0.01).run(np.zeros(1), np.full(1, 2.0), 200)
+    hit = np.pi / 12.0
+    assert abs(motion.impacts[0] - hit) < 1e-12
+    assert abs(motion.impulse[-1] - np.sqrt(3.0)) < 1e-12
+    t = 0.01 * np.arange(201)
+    exact = np.where(t < hit, np.sin(2.0 * t), np.cos(2.0 * (t - hit)) / 2.0)
+    assert np.abs(motion.position[:, 0] - exact).max() < 1e-12
+
+
+def test_reference_follows_a_wall_and_leaves_it_in_time():
+    """A mass on a spring (ω = 1), at rest on a wall that moves in as w = −a sin² t, a = 0.3.
+
+    λ = −(ẅ + w) = a (2 cos 2t + sin² t) turns zero where cos 2t = −1/3.
+    """
+    a, left = 0.3, np.arccos(-1.0 / 3.0) / 2.0
+    wall = Wall(
+        lambda t: 1e-9 - a * np.sin(t) ** 2,
+        lambda t: -a * np.sin(2.0 * t),
+        lambda t: -2.0 * a * np.cos(2.0 * t),
+    )
+    mass = Structure(np.ones(1), np.ones(1), np.zeros(1), 0.0, 0.0)
+    motion = Reference(mass, wall, 0.01).run(np.zeros(1), np.zeros(1), 120)
+    t = 0.01 * np.arange(121)
+    free = t > left
+    on_wall = wall.place(t)
+    assert np.abs(motion.position[1:, 0] - on_wall[1:])[~free[1:]].max() < 1e-12
+    u, v = wall.place(left), wall.velocity(left)
+    exact = u * np.cos(t - left) + v * np.sin(t - left)
+    assert np.abs(motion.position[:, 0] - exact)[free].max() < 1e-8
+
+
+@pytest.mark.parametrize("wall", moving_wall.WALLS)
+def test_reference_does_not_depend_on_its_own_step(wall):
+    coarse, fine = (moving_wall.reference(wall, 0.4, n) for n in (500, 2000))
+    assert len(fine.impacts) >= 2
+    assert np.abs(np.subtract(coarse.impacts, fine.impacts)).max() < 1e-12
+    assert np.abs(coarse.position - fine.position[::4]).max() < 1e-11
+    assert abs(coarse.impulse[-1] - fine.impulse[-1]) < 1e-11
+
+
+@pytest.mark.parametrize("wall", moving_wall.WALLS)
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_mass_and_moving_wall_are_of_first_order(wall, friction, name):
+    divisions = np.array([500, 1000, 2000, 4000])
+    exact = moving_wall.reference(wall, friction, 4000)
+    rows = [moving_wall.errors(exact, wall, friction, name, n) for n in divisions]
+    normal, tangential, impulse = np.array(rows).T
+    for error in (normal, tangential, impulse):
+        assert fitted_order(1.0 / divisions, error) > 0.7
+        assert error[-1] < 5e-3
+
+
+def test_reference_of_the_cantilever_balances_its_energy():
+    """Without damping: energy at the start − losses in impacts = energy at the end."""
+    structure, q, v = cantilever.beam(4)
+    structure = structure._replace(damping_ratio=0.0)
+    motion = Reference(structure, fixed_wall(cantilever.GAP), 0.15 / 1600).run(q, v, 1600)
+    q, v = motion.position, motion.velocity
+    energy = np.sum(v**2 + (structure.omega * q) ** 2, axis=1) / 2.0
+    assert len(motion.impacts) >= 3
+    assert abs(energy[-1] - (energy[0] - motion.lost)) < 1e-9 * energy[0]
+    assert (q @ structure.radial).max() < cantilever.GAP + 1e-12
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_cantilever_with_a_stop_converges_to_the_events(name):
+    divisions = 800 * 2 ** np.arange(4)
+    error = cantilever.step_errors(2, name, divisions)
+    assert len(cantilever.reference(2, 1600).impacts) >= 3
+    assert fitted_order(1.0 / divisions, error) > 0.7
+    assert error[-1] < 2e-3
+
+
+def test_cantilever_with_eight_modes_converges_to_the_events():
+    divisions = 6400 * 2 ** np.arange(3)
+    error = cantilever.step_errors(8, "exact_modal", divisions)
+    assert fitted_order(1.0 / divisions, error) > 0.7
+    assert error[-1] < 1e-4
+
+
+def test_cantilever_converges_in_modes():
+    modes = np.array([1, 2, 4, 8])
+    by_events, by_kernel = cantilever.mode_errors(modes, 16, 6400)
+    assert fitted_order(1.0 / modes, by_events) > 1.0
+    assert np.abs(by_kernel / by_events - 1.0).max() < 0.1
