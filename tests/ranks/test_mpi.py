@@ -113,16 +113,13 @@ from hpcrub.ranks import parallel
 
 inputs = {
     "unknown key": ["tiny.yaml", "--set", "casing.n_bumpz=4"],
-    "long step": [
-        "long.yaml",
-        "--set=time.scheme=central_difference",
-        "--set=time.step_s=2e-4",
-        "--set=time.steps_per_bump_width=1",
-    ],
+    "long step": ["tiny.yaml", "--set=time.scheme=central_difference", "--set=time.step_s=2e-4",
+                  "--set=time.steps_per_bump_width=1", "--output=long.h5"],
     "not YAML": ["broken.yaml"],
     "output folder is a file": ["tiny.yaml", "--output", "tiny.yaml/x.h5"],
     "other configuration": ["tiny.yaml", "--resume", "--set", "casing.n_bumps=3"],
     "unknown option": ["tiny.yaml", "--nonsense"],
+    "two options": ["tiny.yaml", "--resume", "--overwrite"],
 }
 
 def program(team):
@@ -146,6 +143,7 @@ MESSAGES = {  # of BAD_INPUTS
     "output folder is a file": "tiny.yaml is no folder",
     "other configuration": "tiny.h5 has another configuration: casing.n_bumps: 4 in the file, 3",
     "unknown option": "unrecognized arguments: --nonsense (--help lists the options)",
+    "two options": "not allowed with",
 }
 
 
@@ -176,16 +174,14 @@ def on_one_rank(folder, text):
 @pytest.fixture
 def held(tmp_path):
     """The program, but every rank goes on to the end only when nobody stops it."""
-    path = tmp_path / "held.py"
-    path.write_text(HELD)
-    return path
+    (tmp_path / "held.py").write_text(HELD)
+    return tmp_path / "held.py"
 
 
 @pytest.fixture
 def driver(tmp_path):
-    path = tmp_path / "driver.py"
-    path.write_text(DRIVER)
-    return path
+    (tmp_path / "driver.py").write_text(DRIVER)
+    return tmp_path / "driver.py"
 
 
 @pytest.mark.parametrize(("kind", "ranks"), [("study", 2), ("spatial", 3)])
@@ -291,18 +287,6 @@ def resume(folder, ranks, arguments, capfd):
     assert f"of {2 * N_SAMPLES} samples are already there" in out
 
 
-def test_a_signal_to_one_rank_stops_all(driver, tmp_path):
-    code, _, err = run(3, "signal", 2, folder=tmp_path, script=driver, timeout=30)
-    assert code == 75
-    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
-
-
-def test_a_signal_when_all_is_done_stops_all(driver, tmp_path):
-    code, _, err = run(3, "late", 2, folder=tmp_path, script=driver, timeout=30)
-    assert code == 75
-    assert error_lines(err) == ["hpcrub: stopped: SIGTERM"]
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the ranks in /proc")
 @pytest.mark.parametrize(("victim", "resumed_on"), [("mpirun", 1), ("all ranks", 3)])
 def test_killed_and_resumed_gives_the_same_bits(study, held, capfd, victim, resumed_on):
@@ -338,23 +322,25 @@ def test_a_rank_that_raises_aborts_the_job(driver, tmp_path, rank):
     assert "ZeroDivisionError: one rank only" in err
 
 
-def test_a_known_error_of_one_rank_is_one_line_and_its_code(driver, tmp_path):
-    code, _, err = run(3, "known", 1, folder=tmp_path, script=driver, timeout=30)
-    assert code == 2
-    assert error_lines(err) == ["hpcrub: error: one rank only"]
+@pytest.mark.parametrize(
+    ("words", "code", "line"),
+    [
+        (["signal", 2], 75, "stopped: SIGTERM"),
+        (["late", 2], 75, "stopped: SIGTERM"),  # all is done
+        (["known", 1], 2, "error: one rank only"),
+        (["together"], 2, "error: rank 1 cannot"),
+    ],
+)
+def test_what_happens_to_some_ranks_stops_all_and_is_said_once(driver, tmp_path, words, code, line):
+    found, _, err = run(3, *words, folder=tmp_path, script=driver, timeout=30)
+    assert found == code
+    assert error_lines(err) == [f"hpcrub: {line}"]
     assert "Traceback" not in err
-
-
-def test_an_error_of_several_ranks_is_said_once(driver, tmp_path):
-    code, _, err = run(3, "together", folder=tmp_path, script=driver, timeout=30)
-    assert code == 2
-    assert error_lines(err) == ["hpcrub: error: rank 1 cannot"]
 
 
 def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path):
     """All in one job, which every rank survives: the next input is tried on the same ranks."""
     (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
-    (tmp_path / "long.yaml").write_text(TINY)
     (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
     result_files.lay_out(tmp_path / "results" / "tiny.h5", studies.run_of(load(tiny)))
     code, out, err = run(2, folder=tmp_path, script="bad_inputs.py")
