@@ -4,10 +4,8 @@ import pytest
 from hypothesis import settings
 
 import hpcrub.commands.run  # noqa: F401, before NumPy: its BLAS gets one thread, as in the program
-from hpcrub import studies
 from hpcrub.config import schema as config
-from hpcrub.runs import result_files
-from tests.program import TINY
+from tests.program import TINY, lay_out
 
 # the same examples in every run; how long one takes is no result
 settings.register_profile("reproducible", derandomize=True, deadline=None)
@@ -36,8 +34,6 @@ def tiny_config():
 
 
 @pytest.fixture
-def path(tmp_path, tiny_config):
+def path(tmp_path):
     """An empty result file."""
-    path = tmp_path / "result.h5"
-    result_files.lay_out(path, studies.run_of(tiny_config))
-    return path
+    return lay_out(tmp_path / "result.h5")

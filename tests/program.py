@@ -8,9 +8,11 @@ import pytest
 
 from evidence.page import ROOT
 from evidence.program import ENVIRONMENT, TINY, command
+from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
+from hpcrub.runs import result_files
 from hpcrub.studies.contact.layout import LAYOUT
 
 __all__ = ["ENVIRONMENT", "ROOT", "TINY"]  # the tests import them from here
@@ -54,6 +56,13 @@ def refusal(function, *arguments):
     assert message
     assert message.isprintable()
     return message
+
+
+def lay_out(path, study=TINY):
+    """An empty result file of a study, its input or its Config."""
+    cfg = config.Config.from_yaml(study) if isinstance(study, str) else study
+    result_files.lay_out(path, studies.run_of(cfg))
+    return path
 
 
 def error_lines(text):

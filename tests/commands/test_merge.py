@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.commands import merge
 from hpcrub.config import parts
@@ -17,12 +16,11 @@ from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import provenance
 from hpcrub.results.layout import PENDING
-from hpcrub.runs import result_files
 from hpcrub.setup import problem as study
 from hpcrub.studies import open_result
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import merge as merging
-from tests.program import TINY, datasets, error_lines, load, run_here
+from tests.program import TINY, datasets, error_lines, lay_out, load, run_here
 
 STUDY = TINY.replace("samples: 2", "samples: 5") + "output: whole.h5\n"
 
@@ -64,37 +62,33 @@ def assert_nothing_is_left(folder):
     assert {p.suffix for p in folder.iterdir()} <= {".h5", ".yaml", ".jsonl"}
 
 
+def assert_merged_is_single():
+    assert datasets("whole.h5") == datasets("single.h5")
+    assert attributes("whole.h5") == attributes("single.h5")
+
+
 THREE = [f"whole.part-{k}-of-3.h5" for k in (1, 2, 3)]
 
 
-@pytest.mark.parametrize(
-    "names",
-    [THREE, THREE[::-1], [*THREE, "single.h5"]],
-    ids=["in order", "reversed", "overlapping"],
-)
-def test_merged_is_the_single_run_to_the_bit(folder, names, capsys):
+@pytest.mark.parametrize("at_once", [1, merging.AT_ONCE])
+@pytest.mark.parametrize("names", [THREE, THREE[::-1], [*THREE, "single.h5"]])
+def test_merged_is_the_single_run_to_the_bit(folder, names, at_once, capsys, monkeypatch):
+    """In any order, overlapping, and however many samples are copied at once."""
+    monkeypatch.setattr(merging, "AT_ONCE", at_once)
     assert merge.main(["whole.h5", *names]) == 0
     assert "whole.h5: 10 of 10 samples" in capsys.readouterr().out
-    assert datasets("whole.h5") == datasets("single.h5")
-    assert attributes("whole.h5") == attributes("single.h5")
+    assert_merged_is_single()
     assert_nothing_is_left(folder)
-
-
-def test_a_group_of_samples_at_a_time(folder, monkeypatch):
-    """Memory does not grow with the samples, and the groups' borders do not show."""
-    monkeypatch.setattr(merging, "AT_ONCE", 1)
-    assert merging.merge("whole.h5", THREE) == (10, 10)
-    assert datasets("whole.h5") == datasets("single.h5")
 
 
 def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert merge.main(["whole.h5", THREE[0], THREE[2]]) == 0
     assert "6 of 10 samples" in capsys.readouterr().out
-    file = open_result("whole.h5")
-    np.testing.assert_array_equal(file.status == PENDING, [[False, True, True, False, False]] * 2)
-    known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
+    with open_result("whole.h5") as file:
+        pending = file.status == PENDING
+        known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
+    np.testing.assert_array_equal(pending, [[False, True, True, False, False]] * 2)
     np.testing.assert_array_equal(known, [True, False, False, False, False])
-    file.close()
     assert run_here("study.yaml", "--status") == 75
     assert run_here("study.yaml", "--resume") == 0
     assert run_here("study.yaml", "--status") == 0
@@ -113,8 +107,7 @@ def test_a_study_goes_on_with_more_samples(folder, capsys):
     assert "whole.h5: 6 of 10 samples" in out
     assert "--output whole.h5 --set mistuning.samples=5 --resume computes the others" in out
     assert run_here("study.yaml", "--resume") == 0
-    assert datasets("whole.h5") == datasets("single.h5")
-    assert attributes("whole.h5") == attributes("single.h5")
+    assert_merged_is_single()
 
 
 def test_a_file_has_no_fewer_samples_than_its_parts(folder):
@@ -126,8 +119,7 @@ def test_a_file_has_no_fewer_samples_than_its_parts(folder):
 def test_a_merged_file_takes_further_parts(folder):
     merging.merge("whole.h5", THREE[:1])
     merging.merge("whole.h5", ["whole.h5", *THREE[1:]], overwrite=True)
-    assert datasets("whole.h5") == datasets("single.h5")
-    assert attributes("whole.h5") == attributes("single.h5")
+    assert_merged_is_single()
 
 
 def test_an_unfinished_sample_is_not_taken(folder):
@@ -136,18 +128,16 @@ def test_an_unfinished_sample_is_not_taken(folder):
         file["samples/status"][0, 0] = PENDING
         file["samples/amplitude_m"][0, 0] = -1.0
     assert merging.merge("whole.h5", THREE) == (9, 10)
-    file = open_result("whole.h5")
-    assert np.isnan(file.read("samples/amplitude_m", (0, 1))).all()
-    file.close()
+    with open_result("whole.h5") as file:
+        assert np.isnan(file.read("samples/amplitude_m", (0, 1))).all()
 
 
 def test_parts_that_have_not_begun(folder):
     for k in (1, 2):
-        result_files.lay_out(f"{k}.h5", studies.run_of(parts.cut(load("study.yaml"), k, 3)))
+        lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
     assert merging.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
-    file = open_result("whole.h5")
-    assert contact_file.read_tuned(file) is None
-    file.close()
+    with open_result("whole.h5") as file:
+        assert contact_file.read_tuned(file) is None
     assert run_here("study.yaml", "--resume") == 0
     assert datasets("whole.h5") == datasets("single.h5")
 
@@ -233,26 +223,18 @@ def test_an_existing_file_is_kept(folder, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("text", "message"),
     [
-        ("nowhere.h5", "does not exist"),
-        ("study.yaml", "is not an HDF5 file"),
-        ("modal.h5", "is of the study modal, not contact"),
-        ("short.h5", "stops when it has converged"),
+        ("study: modal", "is of the study modal, not contact"),
+        ("convergence: {stop_when_converged: true}", "stops when it has converged"),
     ],
 )
-def test_no_part_of_anything(folder, capsys, name, message):
-    result_files.lay_out("modal.h5", studies.run_of(config.Config.from_yaml("study: modal")))
-    result_files.lay_out(
-        "short.h5",
-        studies.run_of(config.Config.from_yaml("convergence: {stop_when_converged: true}")),
-    )
-    assert message in refused(capsys, "whole.h5", name)
+def test_no_part_of_anything(folder, capsys, text, message):
+    assert message in refused(capsys, "whole.h5", lay_out("none.h5", text))
 
 
 def test_a_part_cannot_pass_for_the_study(folder, capfd):
-    text = "study: energy\nsources: [whole.part-1-of-3.h5]"
-    (folder / "energy.yaml").write_text(text)
+    (folder / "energy.yaml").write_text(f"study: energy\nsources: [{THREE[0]}]")
     assert run_here("energy.yaml") == 2
     assert "is a part; merge all parts" in capfd.readouterr().err
 

@@ -12,9 +12,10 @@ from hpcrub.config.schema import Config, differences, load_runs
 from hpcrub.errors import InputError
 from hpcrub.plot.pictures import draw
 from hpcrub.ranks.runlog import RunLog, Work
-from hpcrub.runs import execution, result_files
+from hpcrub.runs import execution
 from hpcrub.studies import open_result
-from tests.program import TINY, refusal
+from tests.plot.stored import PATTERN, PHYSICS
+from tests.program import TINY, lay_out, refusal
 
 RUNS = "study: modal\nruns: [{disk.blade.n_elements: 3}, {disk.blade.n_elements: 5}]\n"
 DAMPINGS = "runs: [{material.damping_ratio: 5e-3}, {material.damping_ratio: 4e-3, output: low.h5}]"
@@ -46,8 +47,7 @@ def test_runs_are_one_file_each_with_the_same_disks(folder):
 
 
 def test_runs_of_one_pattern_have_no_statistics(folder):
-    pattern = f"mistuning: {{pattern_unit: gpa, pattern: {[209.0, 211.0] * 6}}}\n"
-    Path("a.yaml").write_text(TINY[: TINY.index("mistuning")] + pattern + DAMPINGS)
+    Path("a.yaml").write_text(PHYSICS + PATTERN + DAMPINGS)
     assert cli.main(["a.yaml"]) == 0
     pictures = sorted(p.name for p in Path("results/a").glob("*.png"))
     assert pictures == ["compare.png", "damping_ratio=0.005.png"]
@@ -101,8 +101,8 @@ def test_wrong_runs(folder, runs, message):
     ("second", "message"),
     [
         (
-            "{time.scheme: central_difference, time.step_s: 2.0e-4, time.steps_per_bump_width: 1}",
-            "the stability limit",
+            "{time: {scheme: central_difference, step_s: 2.0e-4, steps_per_bump_width: 1}}",
+            "the stab",
         ),
         ("{output: there.h5}", "there.h5 exists: --resume goes on with it"),
         ("{study: energy, sources: [nowhere.h5]}", "nowhere.h5 does not exist"),
@@ -122,7 +122,7 @@ def test_results_whose_names_hold_numbers_share_nothing(folder):
     beside, runs = [], []
     for name in ("r_0.25", "r_0.50.h5"):
         cfg = Config.from_yaml(TINY + f"output: {folder / name}")
-        result_files.lay_out(cfg.output, studies.run_of(cfg))
+        lay_out(cfg.output, cfg)
         RunLog(cfg.output, 1).end(Work(), 0)
         part = parts.cut(cfg, 1, 2).output
         Path("a.yaml").write_text(f"output: {name}\nruns: [{{casing.n_bumps: 3}}]")

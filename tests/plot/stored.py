@@ -10,6 +10,7 @@ from hpcrub.results.layout import DONE
 from tests.program import TINY
 
 N = 40  # samples of every level
+PHYSICS = TINY[: TINY.index("mistuning")]
 PATTERN = f"mistuning: {{pattern_unit: gpa, pattern: {[205.0, 215.0] * 6}}}\n"
 
 

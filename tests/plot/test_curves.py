@@ -15,21 +15,17 @@ from hpcrub.plot.amplifications import BESIDE
 from hpcrub.plot.families import finished
 from hpcrub.results.layout import DONE
 from hpcrub.studies.contact import measured
-from tests.plot.drawn import (
-    arrows,
-    assert_drawn,
-    assert_intervals,
-    assert_percentiles,
-    done,
-    edges,
-    lines,
-    words,
-)
-from tests.plot.stored import PATTERN, contact_file
+from tests.plot import drawn
+from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
+from tests.plot.stored import PATTERN, PHYSICS, contact_file
 from tests.program import TINY
 
 N = 40  # samples of every level
 NAMES = "amplification", "linear_amplification"
+
+
+def of_bumps(random, *numbers):
+    return [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in numbers]
 
 
 @pytest.mark.parametrize("n", [N, 300])
@@ -52,10 +48,7 @@ def test_summary(random, n):
 
 
 def test_summary_of_measured_disks_has_a_row_for_each(random):
-    text = (
-        TINY[: TINY.index("mistuning")]
-        + "mistuning: {pattern: disks.csv, half_range_percent: [2], samples: 2}\n"
-    )
+    text = PHYSICS + "mistuning: {pattern: disks.csv, half_range_percent: [2], samples: 2}\n"
     file = contact_file(random, text, (1, 2), samples__peak_speed_hz=np.array([[34.0, 34.4]]))
     file.values["samples/point_status"][0, 1] = AVERAGED
     file.values["samples/amplitude_error_m"] = np.full((1, 2, 3), 1e-4)
@@ -73,7 +66,7 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
 
 
 def test_summary_of_a_pattern(random):
-    file = contact_file(random, TINY[: TINY.index("mistuning")] + PATTERN, (1, 1))
+    file = contact_file(random, PHYSICS + PATTERN, (1, 1))
     file.values["samples/point_status"][0, 0, 1] = NOT_STEADY
     panels = plot.summary(file)
     speeds = file.read("speeds_hz")
@@ -85,10 +78,8 @@ def test_summary_of_a_pattern(random):
 
 def test_responses_of_a_family_and_their_differences(random):
     """The finest model is the reference; the grey band is twice the scatter of both disks."""
-    text = TINY[: TINY.index("mistuning")].replace("reduction: {n_modes: 12}\n", "") + PATTERN
-    files = [
-        contact_file(random, f"{text}reduction: {{n_modes: {n}}}\n", (1, 1)) for n in (36, 84, 60)
-    ]
+    texts = [PHYSICS.replace("modes: 12", f"modes: {n}") + PATTERN for n in (36, 84, 60)]
+    files = [contact_file(random, text, (1, 1)) for text in texts]
     panels = np.reshape(plot.compare(files), (2, 2))
     speeds = files[0].read("speeds_hz")
     for column, (group, where) in enumerate((("tuned", ()), ("samples", (0, 0)))):
@@ -104,7 +95,7 @@ def test_responses_of_a_family_and_their_differences(random):
 
 
 def test_a_family_of_other_speeds_has_a_panel_for_each(random):
-    files = [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in (5, 3)]
+    files = of_bumps(random, 5, 3)
     files[0].values["speeds_hz"] = np.array([27.0, 27.2, 27.4])
     panels = plot.compare(files)
     assert [panel.get_title() for panel in panels] == ["$n_d$ = 3", "$n_d$ = 5"]
@@ -140,7 +131,7 @@ def test_percentiles_of_one_level_are_rows(random):
 
 
 def test_convergence_has_a_panel_for_each_file_and_percentile(random):
-    files = [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in (3, 4)]
+    files = of_bumps(random, 3, 4)
     seen = files[0].read("statistics/contact/samples_seen")
     for draw, name, scale in (
         (plot.running_means, "mean_of_percentile", 1.0),
@@ -155,7 +146,7 @@ def test_convergence_has_a_panel_for_each_file_and_percentile(random):
 
 def test_amplitudes_over_the_bumps(random):
     """Sorted by n_d; the spread of the tuned runs and the intervals are the error bars."""
-    files = [contact_file(random, f"{TINY}casing: {{n_bumps: {n}}}\n") for n in (5, 3)]
+    files = of_bumps(random, 5, 3)
     axes = plot.amplitudes(files)
     files = files[::-1]
     tuned = [1e3 * file.read("tuned/reference_amplitude_m") for file in files]
@@ -168,7 +159,7 @@ def test_amplitudes_over_the_bumps(random):
             assert_intervals(axes, at, values, [99])
     spread = np.array(axes.collections[0].get_segments())[:, :, 1]
     np.testing.assert_allclose(spread, np.full((2, 2), [12.0, 15.0]))
-    assert len(arrows(axes)) == 4  # percentile 99 of 39 samples has no upper end
+    assert len(drawn.arrows(axes)) == 4  # percentile 99 of 39 samples has no upper end
 
 
 def test_damping(random):
@@ -185,14 +176,12 @@ def test_damping(random):
 def test_dampings_are_compared_of_the_same_disks_only(random):
     """Other samples are no matter, other physics are."""
     more = "material: {damping_ratio: 0.004}\n"
-    files = [
-        contact_file(random),
-        contact_file(random, f"{TINY}{more}contact: {{friction: 0.2}}\n"),
-    ]
+    first = contact_file(random)
+    rougher = contact_file(random, f"{TINY}{more}contact: {{friction: 0.2}}\n")
     with pytest.raises(InputError, match="only material.damping_ratio may differ, not contact"):
-        plot.damping(files)
+        plot.damping([first, rougher])
     seeded = TINY.replace("samples: 2", "samples: 3, seed: 7")
-    plot.damping([files[0], contact_file(random, seeded + more)])
+    plot.damping([first, contact_file(random, seeded + more)])
 
 
 @pytest.mark.parametrize("n", [40, 2000])
@@ -214,7 +203,7 @@ def test_contact_over_linear(random, n):
     if n == 40:
         assert_drawn(axes, (linear[0], contact[0]))
         assert not axes.collections
-        assert len(lines(axes)) == 2  # with the diagonal
+        assert len(drawn.lines(axes)) == 2  # with the diagonal
         return
     tops = np.percentile(contact, 99), np.percentile(linear, 99)
     assert_drawn(axes, ([0, 1], [tops[0]] * 2), ([tops[1]] * 2, [0, 1]))

@@ -3,8 +3,6 @@
 Truth: the words a reader expects, and that all that is written lies inside the figure.
 """
 
-import inspect
-
 import numpy as np
 import pytest
 from matplotlib import pyplot as plt
@@ -12,20 +10,17 @@ from matplotlib import rc_context, rcParams
 
 import hpcrub
 from evidence.truth.hexahedra import sector_arrays
-from hpcrub import plot, studies
-from hpcrub.config.schema import Config
+from hpcrub import plot
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.results import model_file
-from hpcrub.runs import result_files
 from tests.plot.drawn import words
-from tests.plot.stored import PATTERN, contact_file
-from tests.program import TINY
+from tests.plot.stored import PATTERN, PHYSICS, contact_file
+from tests.program import TINY, lay_out
 
 
 def test_a_figure_of_a_path_into_axes_of_ones_own(tmp_path):
-    path = tmp_path / "modal.h5"
-    result_files.lay_out(path, studies.run_of(Config.from_yaml("study: modal")))
+    path = lay_out(tmp_path / "modal.h5", "study: modal")
     figure, axes = plt.subplots(1, 3)
     drawn = hpcrub.plot.casing(str(path), ax=axes)
     assert list(drawn) == list(axes)
@@ -69,18 +64,9 @@ def test_the_users_style_and_figures_stay(random):
 def test_wrong_calls_say_what_is_wrong(random, draw, message):
     with pytest.raises(InputError, match=message):
         draw(contact_file(random))
-    pattern = contact_file(random, TINY[: TINY.index("mistuning")] + PATTERN, (1, 1))
+    pattern = contact_file(random, PHYSICS + PATTERN, (1, 1))
     with pytest.raises(InputError, match="is for random samples, and this is one explicit"):
         plot.percentiles(pattern)
-
-
-@pytest.mark.parametrize("figure", plot.FIGURES, ids=lambda f: f.__name__)
-def test_every_figure_is_documented_and_exported(figure):
-    assert getattr(hpcrub.plot, figure.__name__) is figure
-    assert list(inspect.signature(figure).parameters)[:2] == ["file", "ax"]
-    text = inspect.getdoc(figure)
-    assert all(part in text for part in ("Parameters\n----", "Returns\n----", "Raises\n----"))
-    assert all(study in text for study in figure.about.studies)
 
 
 def assert_nothing_clipped(figure):

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 from evidence.truth.hexahedra import sector_arrays
-from hpcrub import studies
 from hpcrub.results import model_file
-from hpcrub.runs import result_files
-from tests.program import TINY, datasets, error_lines, load, run, run_here, start
+from tests.program import TINY, datasets, error_lines, lay_out, load, run, run_here, start
 
 pytestmark = pytest.mark.mpi
 
@@ -342,7 +340,7 @@ def test_bad_input_is_one_line_on_any_number_of_ranks(tiny, tmp_path):
     """All in one job, which every rank survives: the next input is tried on the same ranks."""
     (tmp_path / "broken.yaml").write_text("casing: {n_bumps: [4\n")
     (tmp_path / "bad_inputs.py").write_text(BAD_INPUTS)
-    result_files.lay_out(tmp_path / "results" / "tiny.h5", studies.run_of(load(tiny)))
+    lay_out(tmp_path / "results" / "tiny.h5", load(tiny))
     code, out, err = run(2, folder=tmp_path, script="bad_inputs.py")
     assert code == 0, out + err
     attempts = err.split("== ")[1:]

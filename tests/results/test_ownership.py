@@ -12,7 +12,7 @@ from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
 from hpcrub.results import ownership
-from hpcrub.runs import result_files
+from tests.program import lay_out
 
 
 def check(path):
@@ -30,40 +30,40 @@ def check(path):
     ],
     ids=["text", "HDF5", "folder", "fifo", "device"],
 )
-def test_what_is_not_ours_is_never_replaced(tmp_path, tiny_config, make):
+def test_what_is_not_ours_is_never_replaced(tmp_path, make):
     path = tmp_path / "precious"
     make(path)
     before = path.lstat()
     with pytest.raises(InputError, match="is not a result file of hpcrub"):
-        result_files.lay_out(path, studies.run_of(tiny_config))
+        lay_out(path)
     assert [found.name for found in tmp_path.iterdir()] == ["precious"]
     assert os.path.samestat(path.lstat(), before)
 
 
-def test_a_link_to_nothing_is_followed(tmp_path, tiny_config):
+def test_a_link_to_nothing_is_followed(tmp_path):
     (tmp_path / "link.h5").symlink_to("nowhere/result.h5")
-    result_files.lay_out(tmp_path / "link.h5", studies.run_of(tiny_config))
+    lay_out(tmp_path / "link.h5")
     check(tmp_path / "nowhere" / "result.h5")
 
 
-def test_our_own_and_empty_files_are_replaced(path, tiny_config):
+def test_our_own_and_empty_files_are_replaced(path):
     link = path.with_name("link.h5")
     link.symlink_to(path)
     for content in (path.read_bytes(), b""):
         path.write_bytes(content)
-        result_files.lay_out(link, studies.run_of(tiny_config))
+        lay_out(link)
         check(path)
     assert link.is_symlink()
 
 
-@pytest.mark.parametrize("output", ["study.yaml", "a.png", "a.runs.jsonl", "", "study.yaml/a.h5"])
+@pytest.mark.parametrize("output", ["a.yaml", "a.png", "a.runs.jsonl", "", ".", "a.yaml/a.h5"])
 def test_no_output_harms_the_input_or_passes_for_a_figure_or_log(tiny, monkeypatch, capfd, output):
     monkeypatch.chdir(tiny.parent)
-    tiny.rename("study.yaml")
-    before = os.listdir(), (tiny.parent / "study.yaml").read_bytes()
-    assert program(["run", "study.yaml", "--overwrite", "--output", output]) == 2
+    tiny.rename("a.yaml")
+    before = os.listdir(), (tiny.parent / "a.yaml").read_bytes()
+    assert program(["run", "a.yaml", "--overwrite", "--output", output]) == 2
     assert capfd.readouterr().err.count("\n") == 1
-    assert before == (os.listdir(), (tiny.parent / "study.yaml").read_bytes())
+    assert before == (os.listdir(), (tiny.parent / "a.yaml").read_bytes())
 
 
 def in_another_job(path):

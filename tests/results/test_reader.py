@@ -13,15 +13,13 @@ import hpcrub
 from hpcrub import studies
 from hpcrub.__main__ import main as program
 from hpcrub.commands import inspect
-from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import layout
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import result_files
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import layout as contact_layout
-from tests.program import ROOT, TINY
+from tests.program import ROOT, TINY, lay_out
 
 
 @pytest.fixture(params=STUDIES)
@@ -32,8 +30,7 @@ def any_study(request, tmp_path, monkeypatch):
     text += "history: {duration_s: 0.6}\nspectrum: {window_s: 0.2}\nenergy: {samples: 2}\n"
     if STUDIES[request.param].n_sources:
         source = tmp_path / "source.h5"
-        result_files.lay_out(source, studies.run_of(config.Config.from_yaml(TINY)))
-        with ResultFile(source, mode="r+") as file:
+        with ResultFile(lay_out(source), mode="r+") as file:
             contact_file.write_tuned(
                 file, {name: 1.0 for name in contact_layout.TUNED if name[0] != "c"}
             )
@@ -41,9 +38,7 @@ def any_study(request, tmp_path, monkeypatch):
                 numbers = {"deviation": np.zeros(12), "amplification": 1.0, "status": layout.DONE}
                 contact_file.write_sample(file, level, sample, numbers)
         text += f"sources: [{source}]\n"
-    path = tmp_path / "a.h5"
-    result_files.lay_out(path, studies.run_of(config.Config.from_yaml(text)))
-    return path
+    return lay_out(tmp_path / "a.h5", text)
 
 
 def groups(path):

@@ -18,7 +18,7 @@ from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import layout as contact_layout
-from tests.program import ROOT, refusal
+from tests.program import ROOT, lay_out, refusal
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
     "speeds_hz": (3,),
@@ -34,10 +34,8 @@ SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve bla
 def names_in(file):
     """Names of all datasets."""
     found = []
-    file.visititems(
-        lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None
-    )
-    return found
+    file.visititems(lambda name, item: found.append(name))
+    return [name for name in found if isinstance(file[name], h5py.Dataset)]
 
 
 def test_the_file_has_the_datasets_of_its_study_and_no_others(path, tiny_config):
@@ -86,23 +84,20 @@ def test_written_values_come_back(path, tiny_config):
     values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
     tuned = {name: np.float64(i + 1) for i, name in enumerate(contact_layout.TUNED)}
     running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
-    file = studies.open_result(path, tiny_config, mode="r+")
-    assert contact_file.read_tuned(file) is None
-    contact_file.write_sample(file, 1, 0, values)
-    contact_file.write_tuned(file, tuned)
-    contact_file.write_statistics(file, "linear", 1, running)
-    file.close()
-    file = studies.open_result(path, tiny_config)
-    np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
-    assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
-    np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
-    assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
-    assert contact_file.read_tuned(file)["peak_speed_hz"] == tuned["peak_speed_hz"]
-    read = file.read("statistics/linear/percentile", 1)
-    np.testing.assert_array_equal(read, running.percentile)
-    read = file.read("statistics/linear/percentile_high", 1)
-    np.testing.assert_array_equal(read, running.percentile_high)
-    file.close()
+    with studies.open_result(path, tiny_config, mode="r+") as file:
+        assert contact_file.read_tuned(file) is None
+        contact_file.write_sample(file, 1, 0, values)
+        contact_file.write_tuned(file, tuned)
+        contact_file.write_statistics(file, "linear", 1, running)
+    with studies.open_result(path, tiny_config) as file:
+        np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
+        assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
+        np.testing.assert_array_equal(file.read("samples/point_status", (1, 0)), [1, 2, 3])
+        assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
+        assert contact_file.read_tuned(file)["peak_speed_hz"] == tuned["peak_speed_hz"]
+        for name in ("percentile", "percentile_high"):
+            read = file.read(f"statistics/linear/{name}", 1)
+            np.testing.assert_array_equal(read, getattr(running, name))
 
 
 class Full:
@@ -119,12 +114,10 @@ def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
     values, dataset = dict.fromkeys(names, 1) | {"status": layout.DONE}, file._dataset
     for last in names:
         full = {f"samples/{last}": Full()}
-        monkeypatch.setattr(
-            file, "_dataset", lambda name, full=full: full.get(name) or dataset(name)
-        )
-        with pytest.raises(HpcrubError, match="No space left"):
-            contact_file.write_sample(file, 1, 0, values)
-        monkeypatch.setattr(file, "_dataset", dataset)
+        with monkeypatch.context() as patch:
+            patch.setattr(file, "_dataset", lambda name, full=full: full.get(name) or dataset(name))
+            with pytest.raises(HpcrubError, match="No space left"):
+                contact_file.write_sample(file, 1, 0, values)
         assert file.status[1, 0] == 0, last
     contact_file.write_sample(file, 1, 0, values)
     assert file.status[1, 0] == layout.DONE
@@ -132,13 +125,11 @@ def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
 
 
 def test_more_samples_than_a_percentile_needs(tmp_path):
-    cfg = config.Config.from_yaml("mistuning: {samples: 5}\nconvergence: {step: 10}")
-    result_files.lay_out(tmp_path / "short.h5", studies.run_of(cfg))
-    file = storage.ResultFile(tmp_path / "short.h5", mode="r+")
-    assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
-    arguments = np.ones(5), [1, 50, 99], 10, 2.81
-    contact_file.write_statistics(file, "contact", 0, running_percentiles(*arguments))
-    file.close()
+    path = lay_out(tmp_path / "short.h5", "mistuning: {samples: 5}\nconvergence: {step: 10}")
+    with storage.ResultFile(path, mode="r+") as file:
+        assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
+        empty = running_percentiles(np.ones(5), [1, 50, 99], 10, 2.81)
+        contact_file.write_statistics(file, "contact", 0, empty)
 
 
 def inside(change):
@@ -170,18 +161,9 @@ def times(values):
         (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "is truncated"),
         (lambda path: h5py.File(path, "w").close(), "is not a result file of hpcrub"),
         (inside(lambda file: file.attrs.update(layout=99)), "has layout 99 (hpcrub"),
-        (
-            inside(lambda file: file.attrs.update(config="n_blades: [1")),
-            "its configuration cannot be read",
-        ),
-        (
-            times(np.zeros((2, 2, 4000))),
-            "samples/time_s is float64[2, 2, 4000], not float64[2, 2, 3]",
-        ),
-        (
-            times(np.zeros((2, 2, 3), "f4")),
-            "samples/time_s is float32[2, 2, 3], not float64[2, 2, 3]",
-        ),
+        (inside(lambda file: file.attrs.update(config="n: [1")), "configuration cannot be read"),
+        (times(np.zeros((2, 2, 4000))), "time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
+        (times(np.zeros((2, 2, 3), "f4")), "time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
         (inside(lambda file: file.pop("samples/time_s")), "has no dataset samples/time_s"),
     ],
 )
@@ -199,9 +181,8 @@ def test_what_people_add_to_a_file_harms_nothing(path, tiny_config):
         file["my/own"] = np.arange(5)
         file["samples/mine"] = "text"
     with studies.open_result(path, tiny_config, mode="r+") as file:
-        contact_file.write_sample(
-            file, 1, 0, {"amplitude_m": np.arange(3.0), "status": layout.DONE}
-        )
+        values = {"amplitude_m": np.arange(3.0), "status": layout.DONE}
+        contact_file.write_sample(file, 1, 0, values)
         assert file.attributes["note"] == "mine"
         assert "my/own" in file.names()
     result_files.check_resumable(path, studies.run_of(tiny_config))
@@ -249,11 +230,11 @@ def test_another_configuration_is_refused_by_name(path):
         studies.open_result(path, other)
 
 
-def test_a_failed_replacement_leaves_the_old_file(path, tiny_config, monkeypatch):
+def test_a_failed_replacement_leaves_the_old_file(path, monkeypatch):
     before = path.read_bytes()
     monkeypatch.setattr(storage, "_attach_scales", lambda *_: (_ for _ in ()).throw(OSError("no")))
     with pytest.raises(InputError, match="cannot write"):
-        result_files.lay_out(path, studies.run_of(tiny_config))
+        lay_out(path)
     assert path.read_bytes() == before
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
@@ -263,13 +244,11 @@ def test_a_quota_is_a_message_and_leaves_nothing(tmp_path):
     program = f"""if True:
         import resource, sys
         sys.path.insert(0, {str(ROOT)!r})
-        from hpcrub.config import schema as config
-        from hpcrub.errors import HpcrubError, InputError, WriteError
-        from hpcrub import studies
-        from hpcrub.runs import result_files
+        from hpcrub.errors import InputError
+        from tests.program import lay_out
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, -1))
         try:
-            result_files.lay_out({str(tmp_path / "a.h5")!r}, studies.run_of(config.Config()))
+            lay_out({str(tmp_path / "a.h5")!r})
         except InputError as error:
             print(error)
     """

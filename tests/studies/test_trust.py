@@ -13,7 +13,6 @@ from hpcrub.errors import InputError
 from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
-from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
@@ -24,7 +23,7 @@ from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import depths, summary, trust
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.layout import KINDS
-from tests.program import TINY, run_here
+from tests.program import TINY, lay_out, run_here
 
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
 
@@ -34,7 +33,7 @@ def file(tmp_path):
     """Four disks of two levels: peaks at the lowest, the highest and twice the middle speed."""
     config = Config.from_yaml(TINY + "limits: {amplitude_mm: 35, stress_mpa: 1e4}\n")
     config = config.replace({"output": str(tmp_path / "x.h5")})
-    result_files.lay_out(config.output, studies.run_of(config))
+    lay_out(config.output, config)
     sizes = np.array([[40, 30, 20], [10, 20, 50], [28, 30, 29], [10, 30, 12]]) * 1e-3
     states = [[AVERAGED, 1, 1], [1, 1, NOT_STEADY], [1, STEADY, 1], [1, AVERAGED, 1]]
     with studies.open_result(config.output, mode="r+") as found:
