@@ -21,6 +21,7 @@ from hpcrub.contact.lcp.gauss_seidel import MAX_SWEEPS
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 
 FAST = 0.01  # share of the cases: the first of every corner
+COUNTED = "unconfirmed", "followed", "early", "contacts", "audited", "histories"  # by the checks
 MOST_SECONDS = 60  # for one case with all its checks
 
 
@@ -92,14 +93,10 @@ def corner_table(findings):
             continue
         found = np.concatenate([f.status for f in mine])
         counts = [np.count_nonzero(found == s) for s in (STEADY, NOT_STEADY, DIVERGED)]
-        sums = (sum(getattr(f, name) for f in mine) for name in ("followed", "early"))
-        worst = np.max([f.penetration for f in mine])
-        numbers = [len(found), *counts, sum(f.unconfirmed for f in mine), *sums]
-        numbers += [sum(f.contacts for f in mine)]
+        checked = [f"{sum(f.counts[name] for f in mine):,}" for name in COUNTED]
+        checked.insert(4, f"{np.max([f.counts['penetration'] for f in mine]):.2g}")
         most = max(f.sweeps.max() for f in mine)
-        again = [sum(getattr(f, name) for f in mine) for name in ("audited", "histories")]
-        row = [*(f"{n:,}" for n in numbers), f"{worst:.2g}"]
-        rows.append([corner, *row, *(f"{n:,}" for n in again), f"{most}"])
+        rows.append([corner, *(f"{n:,}" for n in (len(found), *counts)), *checked, f"{most}"])
     return page.table(heads, rows)
 
 
@@ -108,9 +105,9 @@ def reason_table(findings):
     reason = np.concatenate([f.reason for f in findings])
     counts = np.bincount(reason, minlength=len(status.WORDS))
     sweeps = np.concatenate([f.sweeps for f in findings])
-    counts[status.BALANCE] = sum(f.unbalanced for f in findings)
+    counts[status.BALANCE] = sum(f.counts["unbalanced"] for f in findings)
     rows = [[w, f"{n:,}"] for w, n in zip(status.WORDS, counts, strict=True)]
-    rows[status.BALANCE][0] += f" (of {sum(f.audited for f in findings):,} audited)"
+    rows[status.BALANCE][0] += f" (of {sum(f.counts['audited'] for f in findings):,} audited)"
     pivoted = np.count_nonzero(sweeps >= MAX_SWEEPS)
     rows.append([f"(pivoting was needed, after {MAX_SWEEPS} sweeps)", f"{pivoted:,}"])
     return page.table(["reason", "points"], rows)

@@ -1,12 +1,17 @@
-"""What must hold for every case, checked by other means than the sweep's own."""
+"""What must hold for every case, checked by other means than the sweep's own.
 
-import time
+A check takes modes, Scene, speeds and their SweepResult, and returns what it has counted and faults
+as texts.
+"""
+
+import functools
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 
-from evidence.stress import repeats
 from evidence.stress.corners import build
+from evidence.truth.energy import audit
 from hpcrub.contact import status
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
@@ -14,8 +19,10 @@ from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.casing import bump_table
+from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.sweep import run_sweep
+from hpcrub.studies.time_response import gap
 
 WIDTH = 8
 STEPWISE = 300  # time steps that are looked at one by one
@@ -28,60 +35,62 @@ NEAR = 0.5  # of the amplitude at which a point diverges
 # The solver stops at 1e-12 of the deepest penetration, which may be some hundred units
 MOST_ROUND_OFF = 1000.0
 EVERY = 8  # cases of which one is audited, and another integrated as a whole history
+STEEPEST = np.sqrt(2.0 / np.e) / (0.2 * np.pi)  # slope of a bump, of its height and their number
 
 
 class Findings(NamedTuple):
     """What one case gave."""
 
     corner: str
-    number: int
-    seconds: float
     status: np.ndarray  # (S,)
     reason: np.ndarray  # (S,)
     sweeps: np.ndarray  # (S,)
-    followed: int  # steady points that were run on
-    early: int  # of these, points whose amplitude changed by more than TOO_EARLY
-    penetration: float  # largest after the corrector, in round-off units
-    contacts: int  # forces looked at
-    unconfirmed: int  # diverged points that do not diverge with a quarter of the step
-    audited: int  # points whose energy was
-    unbalanced: int  # of these, points whose audit does not close
-    histories: int  # speeds integrated as whole histories
-    faults: tuple  # texts; empty when all is well
+    counts: Counter  # what the checks have counted, and the largest penetration in round-off units
+    faults: list  # texts; empty when all is well
 
 
 def examine(case):
     """Run a case and check everything; returns Findings."""
-    began = time.perf_counter()
     modes, scene, speeds = build(case)
     # amplitudes are those of every step: what is compared with them has to see every step, too
     scene = scene._replace(record_interval=0.0)
+    checks = [consistent, follow, stepwise, refine]
+    checks += {0: [audited], 1: [histories]}.get(case.number % EVERY, [])
+    counts, faults = Counter(), []
     with np.errstate(all="ignore"):
         result = run_sweep(modes, scene, speeds, width=WIDTH)
-        seconds = time.perf_counter() - began
-        faults = list(consistent(result, scene, speeds))
-        followed, early, more = follow(modes, scene, speeds, result)
-        faults += more
-        penetration, contacts, more = stepwise(modes, scene, speeds, result)
-        faults += more
-        unconfirmed, more = refine(modes, scene, speeds, result)
-        faults += more
-        audited, unbalanced, n_histories = 0, 0, 0
-        if case.number % EVERY == 0:
-            audited, unbalanced, more = repeats.audited(modes, scene, speeds, result, WIDTH)
-            faults += more
-        if case.number % EVERY == 1:
-            n_histories, more = repeats.whole(modes, scene, speeds, result, MOST_ROUND_OFF)
+        for check in checks:
+            found, more = check(modes, scene, speeds, result)
+            counts.update(found)
             faults += more
     return Findings(
-        case.corner, case.number, seconds, result.point_status, result.point_reason,
-        result.max_sweeps, followed, early, penetration, contacts, unconfirmed,
-        audited, unbalanced, n_histories, tuple(faults),
-    )  # fmt: skip
+        case.corner, result.point_status, result.point_reason, result.max_sweeps, counts, faults
+    )
 
 
-def consistent(result, scene, speeds):
+def by_band(check):
+    """The check of all speeds that checks those of each band, which share a grid."""
+
+    @functools.wraps(check)
+    def checked(modes, scene, speeds, result):
+        counts, faults = Counter(), []
+        for band in speed_bands(speeds):
+            names = "time", "point_status", "amplitude"
+            part = result._replace(**{name: getattr(result, name)[band] for name in names})
+            found, more = check(modes, scene, speeds[band], part)
+            counts.update(found)
+            faults += more
+        return counts, faults
+
+    return checked
+
+
+def consistent(_modes, scene, speeds, result):
     """No NaN or infinity in a result, no result without a status, no failure without a reason."""
+    return {}, list(_inconsistent(scene, speeds, result))
+
+
+def _inconsistent(scene, speeds, result):
     numbers = np.stack([result.amplitude, result.localisation])
     failed = result.point_status == DIVERGED
     if not np.isin(result.point_status, (STEADY, NOT_STEADY, DIVERGED)).all():
@@ -98,27 +107,20 @@ def consistent(result, scene, speeds):
         yield "simulated longer than allowed"
 
 
+@by_band
 def follow(modes, scene, speeds, result):
     """Integrate all points again, at once, nothing skipped, and go on after they were steady.
 
-    Returns the number of steady points, of those whose amplitude still changed, and faults.
+    Counts the steady points ("followed") and those whose amplitude still changed ("early").
     """
-    found = [follow_band(modes, scene, speeds[band], band, result) for band in speed_bands(speeds)]
-    counts, early, faults = zip(*found, strict=True)
-    return sum(counts), sum(early), [fault for part in faults for fault in part]
-
-
-def follow_band(modes, scene, speeds, band, result):
-    """`follow` of the speeds (S,) of one band, which share a grid; band: their places (S,)."""
-    amplitude, time = result.amplitude[band], result.time[band]
     grid = cut_revolution(speeds[0], scene)
     per_turn = grid.blocks_per_revolution
-    n_blocks = np.round(time * speeds * per_turn).astype(int)
-    steady = np.flatnonzero((result.point_status[band] == STEADY) & (n_blocks > 0))
+    n_blocks = np.round(result.time * speeds * per_turn).astype(int)
+    steady = np.flatnonzero((result.point_status == STEADY) & (n_blocks > 0))
     rows = grid.steps_per_block // grid.stride * (-(-len(modes.observed) // 12) * 12)
     total = n_blocks.max(initial=0) + AFTER * per_turn
     if not len(steady) or total * rows * WIDTH * 8 > 4e8:
-        return 0, 0, []
+        return {}, []
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     record = Record.allocate(bank, total, grid.stride)
     run(bank, total, record)
@@ -130,15 +132,15 @@ def follow_band(modes, scene, speeds, band, result):
         both = history[end - 2 * window : end, :, :, i]
         before, last = np.abs(both).reshape(2, -1, both.shape[-1]).max(axis=1)
         tip = np.argmax(last)
-        if last[tip] != amplitude[i]:
-            faults.append(f"amplitude {amplitude[i]:.17g}, once more {last[tip]:.17g}")
+        if last[tip] != result.amplitude[i]:
+            faults.append(f"amplitude {result.amplitude[i]:.17g}, once more {last[tip]:.17g}")
         if not accepted(both[:, :, tip], before[tip], last[tip], scene.steady):
             faults.append("steady against the criteria")
         after = np.abs(history[end : end + AFTER * per_turn, :, :, i]).max()
         if not after < scene.interface.radius.max():
             faults.append(f"steady, then {after:.3g} m")
         early += abs(after - last[tip]) > TOO_EARLY * last[tip]
-    return len(steady), early, faults
+    return {"followed": len(steady), "early": early}, faults
 
 
 def accepted(signal, before, last, steady):
@@ -156,23 +158,18 @@ def accepted(signal, before, last, steady):
 def stepwise(modes, scene, speeds, result):
     """λ ≥ 0, no penetration and λ·gap = 0 after every single step of a part of the run.
 
-    Returns the largest penetration, or gap at a force, in units of round-off; the number of contact
-    forces seen; and faults. Points that diverged are left out.
+    Counts the contact forces seen; "penetration" is the largest one, or gap at a force, in units of
+    round-off. Points that diverged are left out.
     """
     fine = np.flatnonzero(result.point_status != DIVERGED)
     if not len(fine):
-        return 0.0, 0, []
+        return {}, []
     grid = cut_revolution(speeds[speed_bands(speeds)[0][0]], scene)
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     run(bank, 1)
     table = bank.scheme.bump
-    shown = bump_table(
-        scene.interface.angle,
-        scene.n_bumps,
-        scene.bump_height,
-        grid.steps_per_revolution,
-        len(table),
-    )
+    shown = bump_table(scene.interface.angle, scene.n_bumps, scene.bump_height,
+                       grid.steps_per_revolution, len(table))  # fmt: skip
     row = aligned_zeros((1, table.shape[1]))
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
     worst, contacts, faults = 0.0, 0, set()
@@ -190,7 +187,7 @@ def stepwise(modes, scene, speeds, result):
             faults.add("tension in a contact")
     if not worst <= MOST_ROUND_OFF:
         faults.add(f"penetration or gap at a contact of {worst:.3g} units of round-off")
-    return float(worst), contacts, sorted(faults)
+    return {"penetration": float(worst), "contacts": contacts}, sorted(faults)
 
 
 def _contacts(bank, scene, bump):
@@ -216,23 +213,23 @@ def refine(modes, scene, speeds, result):
     Copies of it at speeds next to each other tell: at a quarter of the step, too, some of them
     must come near the limit.
 
-    Returns how many points do not diverge with a quarter of the step, and a fault for each of
+    Counts points that do not diverge with a quarter of the step ("unconfirmed"); a fault is each of
     these whose copies stay away from the limit, at a fine step within the limit of stability.
     """
     failed = np.flatnonzero(
         np.isin(result.point_reason, (status.NOT_FINITE, status.TOO_LARGE, status.UNSOLVED))
     )
     if not len(failed):
-        return 0, []
+        return {}, []
     finer = scene._replace(step=scene.step / 4.0)
     again = run_sweep(modes, finer, speeds, width=WIDTH, selection=failed)
     well = failed[again.point_status[failed] != DIVERGED]
     stable = scene.scheme == "exact_modal" or scene.step * modes.omega.max() < 2.0
     if not stable or scene.step > LARGEST_FINE_STEP:
-        return len(well), []
+        return {"unconfirmed": len(well)}, []
     alone = [i for i in well if not _comes_near(modes, finer, speeds[i])]
     words = sorted({status.WORDS[r] for r in result.point_reason[alone]})
-    return len(well), [f"{w}, but not with a quarter of the step" for w in words]
+    return {"unconfirmed": len(well)}, [f"{w}, but not with a quarter of the step" for w in words]
 
 
 def _comes_near(modes, scene, speed):
@@ -240,3 +237,72 @@ def _comes_near(modes, scene, speed):
     copies = run_sweep(modes, scene, speed * (1.0 + APART * np.arange(COPIES)), width=WIDTH)
     limit = scene.interface.radius.max()
     return bool((copies.point_status == DIVERGED).any() or copies.amplitude.max() > NEAR * limit)
+
+
+def audited(modes, scene, speeds, result):
+    """All speeds with their energy audited, as long as the longest: no energy from nowhere.
+
+    Counts the points that touched ("audited"), and those whose audit does not close ("unbalanced").
+    """
+    grid = cut_revolution(speeds.min(), scene)
+    n_blocks = int(np.round(result.time * speeds * grid.blocks_per_revolution).max())
+    if not n_blocks:
+        return {}, []  # no bump reaches a tip: nothing was integrated
+    lanes = allocate(modes, scene, grid, WIDTH, speeds)
+    balanced = audit(lanes, n_blocks * len(lanes.scheme.bump)).is_balanced()[: len(speeds)]
+    n_open = np.count_nonzero(~balanced & (result.point_status != DIVERGED))
+    faults = ["the energy audit does not close"] if n_open else []
+    return {"audited": np.count_nonzero(result.max_sweeps), "unbalanced": n_open}, faults
+
+
+@by_band
+def histories(modes, scene, speeds, result):
+    """All speeds as histories, each as long as in the sweep.
+
+    No NaN, tension or penetration without a fatal reason, a reason where the sweep has one and
+    nowhere else, and the sweep's amplitude.
+    """
+    grid, faults = cut_revolution(speeds.min(), scene), set()
+    per_turn = grid.blocks_per_revolution
+    ends = np.round(result.time * speeds * per_turn).astype(int)
+    if not ends.any():
+        return {}, []  # no bump reaches a tip: nothing was integrated
+    window = scene.steady.window_revolutions * per_turn
+    amplitude, failed = np.zeros(len(speeds)), np.zeros(len(speeds), dtype=bool)
+    duration = (ends.max() - 0.5) / (speeds.max() * per_turn)
+    for block, piece in enumerate(history.integrate(modes, scene, speeds, duration), 1):
+        lost = status.are_fatal(piece.reason)
+        failed[block == ends] = lost[block == ends]
+        last = (block <= ends) & (block > ends - window) & ~lost
+        amplitude[last] = np.maximum(amplitude[last], piece.peak[:, last].max(axis=0))
+        faults |= set(_odd(piece, ~lost))
+        faults |= set(_depth(modes, scene, speeds, piece, np.flatnonzero(last)))
+    if not np.array_equal(failed, result.point_status == DIVERGED):
+        faults.add("a history fails where its sweep does not, or the other way round")
+    well = ~failed & (result.point_status != DIVERGED)
+    if not np.allclose(amplitude[well], result.amplitude[well], rtol=1e-9, atol=0.0):
+        faults.add("a history has another amplitude than its sweep")
+    return {"histories": len(speeds)}, sorted(faults)
+
+
+def _odd(piece, well):
+    forces = piece.normal_force, piece.tangential_force
+    if not all(np.isfinite(v[..., well]).all() for v in (piece.time, piece.position, *forces)):
+        yield "NaN or infinity in a history without a reason"
+
+
+def _depth(modes, scene, speeds, piece, lanes):
+    """Contact law at the records of some lanes."""
+    for lane in lanes:
+        q = piece.position[:, :, lane]
+        time, radial = piece.time[:, lane], q @ modes.normal.T
+        depth = -gap(scene, speeds[lane], time, radial)
+        size = np.abs(q) @ np.abs(modes.normal.T) + scene.bump_height + scene.clearance
+        unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max() + 5e-324
+        # the casing's own angle is rounded, too
+        turns = 2.0 * np.pi * (speeds[lane] * time[-1] + 1.0) * np.finfo(float).eps
+        unit += turns * STEEPEST * scene.n_bumps * scene.bump_height
+        if not depth.max() <= MOST_ROUND_OFF * unit:
+            yield "a history goes through the casing without a reason"
+        if not piece.normal_force[..., lane].min() >= 0.0:
+            yield "tension in a contact of a history"

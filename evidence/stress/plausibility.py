@@ -96,7 +96,7 @@ def scene(rng: random.Random) -> dict[str, Any]:
     most = n_blades * (3 * n_elements + 3)
     height, n_bumps = log(0.02, 5.0), rng.choice((1, 2, 3, 4, 6, 12, 50, 300))
     speed = log(20.0, 500.0) / n_bumps if rng.random() < 0.7 else log(2.0, 10_000.0)
-    keys = STRICT | {
+    keys = speeds_from(speed) | {
         "disk.n_blades": n_blades,
         "disk.blade.n_elements": n_elements,
         "disk.blade.thickness_mm": log(5.0, 50.0),
@@ -112,9 +112,6 @@ def scene(rng: random.Random) -> dict[str, Any]:
         "time.step_s": log(1e-5, 1e-2),
         "mistuning.half_range_percent": [rng.choice((TUNED, 4.0))],
         "mistuning.seed": rng.randrange(1000),
-        "speeds.from_hz": speed,
-        "speeds.to_hz": speed * 1.04,
-        "speeds.step_hz": speed * 0.04 / (N_SPEEDS - 0.5),
         "steady_state.window_revolutions": rng.choice((1, 3, 3, 10)),
     }
     kind = rng.random()
@@ -125,11 +122,7 @@ def scene(rng: random.Random) -> dict[str, Any]:
     elif kind < 0.45:
         amplitudes = (height * rng.random(), height * rng.random())
         keys["casing.harmonics"] = [
-            {
-                "order": rng.choice((1, 2, 3, 5)),
-                "amplitude_mm": a,
-                "phase_deg": 360.0 * rng.random(),
-            }
+            {"order": rng.choice((1, 2, 3, 5)), "amplitude_mm": a, "phase_deg": 360 * rng.random()}
             for a in amplitudes
         ]
     else:
@@ -137,6 +130,13 @@ def scene(rng: random.Random) -> dict[str, Any]:
     if rng.random() < 0.2:
         keys |= {"time.scheme": "central_difference", "time.step_s": log(3e-7, 1e-5)}
     return keys
+
+
+def speeds_from(speed: float) -> dict[str, Any]:
+    """Keys of every scene: strict criteria, and speeds from one on [Hz]."""
+    step = speed * 0.04 / (N_SPEEDS - 0.5)
+    speeds = {"speeds.from_hz": speed, "speeds.to_hz": speed * 1.04, "speeds.step_hz": step}
+    return STRICT | speeds
 
 
 def measured(rng: random.Random, height: float) -> dict[str, Any]:
@@ -171,7 +171,7 @@ def blisk(rng: random.Random) -> dict[str, Any]:
     factor = rng.choice((0.1, 0.3, 1.0, 3.0, 10.0))
     n_bumps, height = rng.choice((2, 3, 4, 24)), math.exp(rng.uniform(-4.0, 0.0))
     speed = factor * rng.uniform(550.0, 700.0) / n_bumps
-    return STRICT | {
+    return speeds_from(speed) | {
         "casing.growth_time_s": 1e-3,
         "disk.model": scaled_blisk(factor),
         "material.damping_ratio": math.exp(rng.uniform(math.log(3e-3), math.log(0.05))),
@@ -181,27 +181,19 @@ def blisk(rng: random.Random) -> dict[str, Any]:
         "contact.friction": rng.choice((0.0, 0.02, 0.05)),
         "time.step_s": 1e-4,
         "mistuning.half_range_percent": [rng.choice((TUNED, 2.0))],
-        "speeds.from_hz": speed,
-        "speeds.to_hz": speed * 1.04,
-        "speeds.step_hz": speed * 0.04 / (N_SPEEDS - 0.5),
     }
 
 
-def input_of(keys: dict[str, Any], most: float = MOST) -> Config:
+def input_of(keys: dict[str, Any]) -> Config:
     """Checked configuration of a scene, with as long a simulated time as its step allows here.
 
     Raises InputError.
     """
     config = imported.resolved(Config().replace(keys))
     window = config.steady_state.window_revolutions / config.speeds.from_hz
-    time = min(4.0 * max(FIRST_CHECK, 2.0 * window), most * config.step)
+    time = min(4.0 * max(FIRST_CHECK, 2.0 * window), MOST * config.step)
     times = {"steady_state.first_check_s": time / 4.0, "steady_state.max_time_s": time}
     return studies.run_of(config.replace(times)).checked().config
-
-
-def finer(config: Config, factor: float) -> Config:
-    """The same with a time step so many times shorter."""
-    return config.replace({"time.step_s": config.step / factor})
 
 
 def sweep(config: Config, motion: Motion | None = None) -> tuple[SweepResult, Motion]:
@@ -233,7 +225,7 @@ def compare(keys: dict[str, Any]) -> Outcome:
         said = next(plausibility.warnings(config, problem), "")
         if said:
             return Outcome(keys, said, marked=True)
-        fine = finer(config, FINER)
+        fine = config.replace({"time.step_s": config.step / FINER})
         (found, end), (true, _) = sweep(config), sweep(fine)
     except InputError as error:
         return Outcome(keys, str(error))
