@@ -9,7 +9,7 @@ from typing import Any
 
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import any_lane, below, splat
+from hpcrub.contact.lanes import any_lane
 from hpcrub.contact.observers import NOTHING
 from hpcrub.contact.passes import correct
 from hpcrub.model import casing
@@ -53,7 +53,7 @@ def integrate(lanes: tuple, bank: Bank, observer: Any, n_blocks: int) -> None:
                 bank.state.n_steps[lane] += 1
             deepest = bank.law.predict(lanes, bank, step, n_active)
             n_active = 0
-            if any_lane(below(splat(lanes, 0.0), deepest)):
+            if any_lane(deepest > 0.0):
                 n_active = bank.law.forces(lanes, bank, step, deepest)
             n_active = observer.observe(lanes, bank, observer, block, step, n_active)
     correct(lanes, bank.scheme, bank.state, n_active)

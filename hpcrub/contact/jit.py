@@ -20,6 +20,8 @@ from numba.core.caching import FunctionCache
 from numba.core.imputils import lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
+from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
+
 STATIC_METHODS = (  # of contact laws, observers and surfaces
     "predict", "forces", "respond", "observe",
     "tick", "meet", "near", "relieve", "total", "keep",

@@ -5,22 +5,18 @@ one hardware vector that holds the same quantity of every lane, and a *tile* is 
 vectors that stays in registers. numba alone keeps neither in registers (a loop over lanes loads and
 stores its accumulators at every pass), which costs a factor of three to five here.
 
-Every function below has a plain-Python body, in which a lane vector is a NumPy row, and a compiled
-one that emits LLVM vector instructions; so ``kernel.py_func`` runs unchanged in plain Python.
+Every function below is plain Python, in which a lane vector is a NumPy row; so ``kernel.py_func``
+runs unchanged in plain Python. In compiled code it is a few LLVM vector instructions (`simd`), as
+are the sums, differences, products and comparisons of two vectors, or a vector and a number.
 
 Lane arrays have shape (rows, width) and are C-contiguous; ``lanes`` is a tuple of ``width`` zeros
 whose *length* tells the compiler the vector width, ``tile`` one whose length tells the tile size.
+Where vectors are taken lane by lane, a number in place of one stands for all lanes.
 """
 
-import operator
 from typing import Any
 
 import numpy as np
-from numba.core import types
-from numba.core.extending import overload
-from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
-
-from hpcrub.contact import simd
 
 TILE = 12  # vectors of a full tile: with their operands they fill the registers
 TIPS = (0,) * TILE
@@ -51,13 +47,8 @@ def splat(lanes: tuple, x: float) -> np.ndarray:
 
 
 def load(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
-    """Row ``row`` of a lane array."""
-    return array[row].copy()
-
-
-def per_lane(lanes: tuple, array: np.ndarray, row: int) -> np.ndarray:
     """Row ``row`` of a lane array, or the number at ``row`` of one that all lanes share."""
-    return np.full(len(lanes), array[row]) if array.ndim == 1 else array[row].copy()
+    return array[row].copy()
 
 
 def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
@@ -65,7 +56,7 @@ def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
     array[row] = vector
 
 
-def fma(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+def fma(a: Any, b: Any, c: Any) -> np.ndarray:
     """a·b + c, fused where the machine can."""
     return a * b + c
 
@@ -75,7 +66,7 @@ def positive_part(a: np.ndarray) -> np.ndarray:
     return np.where(a > 0.0, a, 0.0)
 
 
-def larger(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def larger(a: Any, b: Any) -> np.ndarray:
     """The larger of a and b in every lane; b where a is NaN."""
     return np.where(a > b, a, b)
 
@@ -91,12 +82,12 @@ def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sqrt(a * a + b * b)
 
 
-def below(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def below(a: Any, b: Any) -> np.ndarray:
     """Mask of the lanes in which a < b; False where either is NaN."""
     return a < b
 
 
-def select(mask: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def select(mask: np.ndarray, a: Any, b: Any) -> np.ndarray:
     """A where the mask holds, b elsewhere."""
     return np.where(mask, a, b)
 
@@ -111,20 +102,7 @@ def tile_splat(tile: tuple, vector: np.ndarray) -> tuple:
     return tuple(vector for _ in tile)
 
 
-def tile_store(array: np.ndarray, row: int, tile: tuple) -> None:
-    """Write a tile to rows ``row`` … of a lane array (modified)."""
-    for i, vector in enumerate(tile):
-        array[row + i] = vector
-
-
-def tile_add(tile: tuple, matrix: np.ndarray, row: int, column: int, vector: np.ndarray) -> tuple:
-    """Each tile member plus ``matrix[row, column + i]`` times the vector."""
-    return tuple(t + matrix[row, column + i] * vector for i, t in enumerate(tile))
-
-
-def tile_add_at(
-    tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: np.ndarray
-) -> tuple:
+def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: Any) -> tuple:
     """Each tile member plus ``matrix[row, columns[i]]`` times the vector."""
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
@@ -143,7 +121,7 @@ def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
     return tuple(array[row].copy() for row in rows)
 
 
-def tile_scatter(array: np.ndarray, rows: tuple, tile: tuple) -> None:
+def tile_store(array: np.ndarray, rows: tuple, tile: tuple) -> None:
     """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
     for row, vector in zip(rows, tile, strict=True):
         array[row] = vector
@@ -189,56 +167,6 @@ def indices(tile: tuple, array: np.ndarray, first: int) -> tuple:
     return tuple(int(array[first + i]) for i in range(len(tile)))
 
 
-def _compile_as(plain, emitted):
-    """In compiled code the function ``plain`` is the instruction ``emitted``."""
-    template = make_intrinsic_template(plain, emitted._defn, plain.__name__)
-    infer(template)
-    infer_global(plain, types.Function(template))
-
-
-def _compile_operator(operation, emitted):
-    """In compiled code ``operation`` on two lane vectors is ``emitted``."""
-
-    def typed(typing, a, b):
-        if isinstance(a, simd.LaneVector) and isinstance(b, simd.LaneVector):
-            return emitted._defn(typing, a, b)
-        return None
-
-    infer_global(operation, types.Function(make_intrinsic_template(operation, typed, "lanes")))
-
-
-@overload(per_lane, strict=False)
-def _typed_per_lane(lanes, array, row):
-    """Which of the two it is, the compiler knows from the array's type."""
-    if array.ndim == 1:
-        return lambda lanes, array, row: simd.splat(lanes, array[row])
-    return lambda lanes, array, row: simd.load(lanes, array, row)
-
-
-for _plain in (
-    splat,
-    load,
-    store,
-    fma,
-    positive_part,
-    larger,
-    inverse,
-    length,
-    below,
-    select,
-    any_lane,
-    tile_splat,
-    tile_store,
-    tile_add,
-    tile_add_at,
-    tile_dot,
-    tile_gather,
-    tile_scatter,
-    tile_relax,
-    tile_largest,
-    indices,
-):
-    _compile_as(_plain, getattr(simd, _plain.__name__))
-_compile_operator(operator.add, simd.add)
-_compile_operator(operator.sub, simd.sub)
-_compile_operator(operator.mul, simd.mul)
+def consecutive(tile: tuple, first: int) -> tuple:
+    """Numbers ``first`` … as a tuple as long as ``tile``."""
+    return tuple(range(first, first + len(tile)))

@@ -16,6 +16,7 @@ from hpcrub.contact.lanes import (
     TILE,
     TIPS,
     aligned_zeros,
+    consecutive,
     larger,
     load,
     splat,
@@ -51,15 +52,15 @@ def record_displacements(
         seen = settle(lanes, SOME, scheme, state)
     else:
         seen = settle(lanes, MANY, scheme, state)
-    tile_store(history, row * n_observed, seen)
+    tile_store(history, consecutive(TIPS, row * n_observed), seen)
     for first in range(TILE, n_observed, TILE):
-        seen = tile_splat(TIPS, splat(lanes, 0.0))
+        seen, rows = tile_splat(TIPS, splat(lanes, 0.0)), consecutive(TIPS, first)
         for k in range(state.position.shape[0]):
-            seen = tile_add(seen, scheme.observed, k, first, load(lanes, state.position, k))
-        tile_store(history, row * n_observed + first, seen)
+            seen = tile_add(seen, scheme.observed, k, rows, load(lanes, state.position, k))
+        tile_store(history, consecutive(TIPS, row * n_observed + first), seen)
     for i in range(n_observed):
         u = load(lanes, history, row * n_observed + i)
-        size = larger(u, splat(lanes, 0.0) - u)
+        size = larger(u, 0.0 - u)
         at = block * n_observed + i
         store(peak, at, larger(size, load(lanes, peak, at)))
 

@@ -19,10 +19,10 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
     TIPS,
+    consecutive,
     indices,
     larger,
     load,
-    per_lane,
     splat,
     store,
     tile_add,
@@ -46,9 +46,10 @@ def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) 
 
     first: first contact point.
     """
-    depth = tile_splat(TIPS, splat(lanes, 0.0) - load(lanes, scheme.clearance, 0))
-    depth = tile_add(depth, scheme.own, 0, first, splat(lanes, -1.0))
-    return tile_add(depth, scheme.bump, step, first, load(lanes, state.ramp, 0))
+    depth = tile_splat(TIPS, 0.0 - load(lanes, scheme.clearance, 0))
+    points = consecutive(TIPS, first)
+    depth = tile_add(depth, scheme.own, 0, points, splat(lanes, -1.0))
+    return tile_add(depth, scheme.bump, step, points, load(lanes, state.ramp, 0))
 
 
 @compiled(inline=True, inner=True)
@@ -60,7 +61,7 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
-    depth = open_gap(lanes, scheme, state, step, 0)
+    depth, points = open_gap(lanes, scheme, state, step, 0), consecutive(TIPS, 0)
     loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
         gain = load(lanes, scheme.gain, k)
@@ -70,14 +71,14 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
             kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
-        d = load(lanes, scheme.decay, k) * d - (gain * per_lane(lanes, scheme.squared, k)) * q
+        d = load(lanes, scheme.decay, k) * d - (gain * load(lanes, scheme.squared, k)) * q
         if loaded:
-            d = d + splat(lanes, scheme.external[step, k]) * gain
+            d = d + scheme.external[step, k] * gain
         q = q + d
         store(state.increment, k, d)
         store(state.position, k, q)
-        depth = tile_add(depth, scheme.normal, k, 0, q)
-    tile_store(state.penetration, 0, depth)
+        depth = tile_add(depth, scheme.normal, k, points, q)
+    tile_store(state.penetration, points, depth)
     return tile_largest(depth)
 
 
@@ -88,10 +89,10 @@ def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: i
     first: first contact point of the tile.
     Returns (L,); deepest of these penetrations [m].
     """
-    depth = open_gap(lanes, scheme, state, step, first)
+    depth, points = open_gap(lanes, scheme, state, step, first), consecutive(TIPS, first)
     for k in range(state.position.shape[0]):
-        depth = tile_add(depth, scheme.normal, k, first, load(lanes, state.position, k))
-    tile_store(state.penetration, first, depth)
+        depth = tile_add(depth, scheme.normal, k, points, load(lanes, state.position, k))
+    tile_store(state.penetration, points, depth)
     return tile_largest(depth)
 
 
@@ -143,7 +144,7 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
     """
     columns = indices(contacts, state.active, 0)
     forces = tile_gather(lanes, state.multiplier, columns)
-    seen = tile_splat(TIPS, splat(lanes, 0.0))
+    seen, points = tile_splat(TIPS, splat(lanes, 0.0)), consecutive(TIPS, 0)
     for k in range(state.position.shape[0]):
         q = load(lanes, state.position, k)
         if len(contacts) > 0:
@@ -152,5 +153,5 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
             q = q + kick
             store(state.position, k, q)
             store(state.increment, k, load(lanes, state.increment, k) + kick)
-        seen = tile_add(seen, scheme.observed, k, 0, q)
+        seen = tile_add(seen, scheme.observed, k, points, q)
     return seen

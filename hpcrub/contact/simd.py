@@ -1,16 +1,19 @@
-"""LLVM vector instructions: compiled bodies of the functions of the same names in ``lanes.py``."""
+"""LLVM vector instructions: what the functions of ``lanes.py`` are in compiled code."""
 
+import operator
 from collections.abc import Callable
-from typing import Any
+from inspect import Parameter, signature
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.extending import intrinsic, models, register_model
+from numba.core.extending import models, register_model
+from numba.core.typing.templates import infer_global, make_intrinsic_template
+
+from hpcrub.contact import lanes
 
 DOUBLE = ir.DoubleType()
 INDEX = ir.IntType(64)
-
-Emitter = tuple[Any, Callable]  # signature of an instruction, and the function that emits it
+ZERO = ir.Constant(INDEX, 0)
 
 
 class LaneVector(types.Type):
@@ -41,14 +44,61 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
 
 
+def _compile_as(function, typed):
+    """In compiled code a function is the instruction that ``typed`` gives for types."""
+    context = Parameter("typing", Parameter.POSITIONAL_ONLY)
+    parameters = [context, *signature(function).parameters.values()]
+    typed.__signature__ = signature(function).replace(parameters=parameters)
+    template = make_intrinsic_template(function, typed, function.__name__)
+    infer_global(function, types.Function(template))
+
+
+def _instruction(function: Callable, returns: Callable) -> Callable:
+    """A decorator: in compiled code ``function`` is what the decorated one emits.
+
+    returns: numba types of the arguments to that of the result.
+    """
+
+    def decorate(emit):
+        def typed(typing, *kinds):
+            known = [types.intp if isinstance(kind, types.Integer) else kind for kind in kinds]
+            return returns(*kinds)(*known), emit
+
+        _compile_as(function, typed)
+        return emit
+
+    return decorate
+
+
+def _lane_by_lane(function, kind, emit):
+    """In compiled code ``function`` of vectors and numbers is ``emit(builder, *vectors)``."""
+
+    def typed(typing, *kinds):
+        lanes = [k for k in kinds if isinstance(k, LaneVector | LaneMask)]
+        if not lanes or any(k not in lanes and not isinstance(k, types.Number) for k in kinds):
+            return None
+        width = lanes[0].width
+
+        def code(context, builder, sig, args):
+            return emit(builder, *(
+                _broadcast(builder, a, width) if a.type == DOUBLE else a for a in args
+            ))  # fmt: skip
+
+        return kind(width)(*(k if k in lanes else types.float64 for k in kinds)), code
+
+    _compile_as(function, typed)
+
+
 def _vector(fe_type):
     return ir.VectorType(DOUBLE, fe_type.width)
 
 
 def _address(context, builder, fe_type, array, row, column, pointee):
-    """Pointer to array[row, column], whether rows or columns lie in one piece."""
+    """Pointer to array[row, column], whether rows or columns lie in one piece, or to array[row]."""
     struct = context.make_array(fe_type)(context, builder, array)
-    if fe_type.layout == "F":
+    if fe_type.ndim == 1:
+        offset = row
+    elif fe_type.layout == "F":
         offset = builder.add(builder.mul(column, builder.extract_value(struct.shape, 0)), row)
     else:
         offset = builder.add(builder.mul(row, builder.extract_value(struct.shape, 1)), column)
@@ -62,7 +112,7 @@ def _broadcast(builder, scalar, width):
     return builder.shuffle_vector(one, one, zeros)
 
 
-def _fmuladd(builder, a, b, c):
+def _fma(builder, a, b, c):
     # llvm.fmuladd, not llvm.fma: on a machine without the instruction that one is a library call
     function = cgutils.get_or_insert_function(
         builder.module, ir.FunctionType(a.type, [a.type] * 3), f"llvm.fmuladd.v{a.type.count}f64"
@@ -70,328 +120,176 @@ def _fmuladd(builder, a, b, c):
     return builder.call(function, [a, b, c])
 
 
-def _scalar_at(context, builder, fe_type, array, row, column, i):
-    """Load ``matrix[row, column + i]``."""
-    column = builder.add(column, ir.Constant(INDEX, i))
-    return builder.load(_address(context, builder, fe_type, array, row, column, DOUBLE), align=8)
+def _larger(builder, a, b):
+    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+
+def _positive_part(builder, a):
+    return _larger(builder, a, ir.Constant(a.type, None))
+
+
+def _inverse(builder, a):
+    one = _broadcast(builder, ir.Constant(DOUBLE, 1.0), a.type.count)
+    zero = ir.Constant(a.type, None)
+    positive = builder.fcmp_ordered(">", a, zero)
+    return builder.select(positive, builder.fdiv(one, a), zero)
+
+
+def _length(builder, a, b):
+    total = builder.fadd(builder.fmul(a, a), builder.fmul(b, b))
+    root = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(a.type, [a.type]), f"llvm.sqrt.v{a.type.count}f64"
+    )
+    return builder.call(root, [total])
+
+
+for _function, _kind, _emit in (
+    (operator.add, LaneVector, ir.IRBuilder.fadd),
+    (operator.sub, LaneVector, ir.IRBuilder.fsub),
+    (operator.mul, LaneVector, ir.IRBuilder.fmul),
+    (operator.lt, LaneMask, lambda builder, a, b: builder.fcmp_ordered("<", a, b)),
+    (operator.gt, LaneMask, lambda builder, a, b: builder.fcmp_ordered(">", a, b)),
+    (lanes.below, LaneMask, lambda builder, a, b: builder.fcmp_ordered("<", a, b)),
+    (lanes.fma, LaneVector, _fma),
+    (lanes.larger, LaneVector, _larger),
+    (lanes.positive_part, LaneVector, _positive_part),
+    (lanes.inverse, LaneVector, _inverse),
+    (lanes.length, LaneVector, _length),
+    (lanes.select, LaneVector, ir.IRBuilder.select),
+):
+    _lane_by_lane(_function, _kind, _emit)
+
+
+@_instruction(lanes.splat, lambda lanes, x: LaneVector(len(lanes)))
+def _splat(context, builder, sig, args):
+    return _broadcast(builder, args[1], sig.return_type.width)
 
 
 def _load_row(context, builder, fe_type, array, row, width):
     pointee = ir.VectorType(DOUBLE, width)
-    at = _address(context, builder, fe_type, array, row, ir.Constant(INDEX, 0), pointee)
-    return builder.load(at, align=8)
+    return builder.load(_address(context, builder, fe_type, array, row, ZERO, pointee), align=8)
 
 
 def _store_row(context, builder, fe_type, array, row, vector):
-    zero = ir.Constant(INDEX, 0)
-    at = _address(context, builder, fe_type, array, row, zero, vector.type)
+    at = _address(context, builder, fe_type, array, row, ZERO, vector.type)
     builder.store(vector, at, align=8)
 
 
-@intrinsic
-def splat(typing: object, lanes: types.UniTuple, x: types.Type) -> Emitter:
-    """Broadcast a number to all lanes."""
-    out = LaneVector(len(lanes))
-
-    def code(context, builder, signature, args):
-        return _broadcast(builder, args[1], out.width)
-
-    return out(lanes, types.float64), code
-
-
-@intrinsic
-def load(typing: object, lanes: types.UniTuple, array: types.Type, row: types.Type) -> Emitter:
-    """Load a row as a vector."""
-    out = LaneVector(len(lanes))
-
-    def code(context, builder, signature, args):
-        return _load_row(context, builder, array, args[1], args[2], out.width)
-
-    return out(lanes, array, types.intp), code
-
-
-@intrinsic
-def store(typing: object, array: types.Type, row: types.Type, vector: LaneVector) -> Emitter:
-    """Store a vector as a row."""
-
-    def code(context, builder, signature, args):
-        _store_row(context, builder, array, args[0], args[1], args[2])
-        return context.get_dummy_value()
-
-    return types.none(array, types.intp, vector), code
-
-
-def _arithmetic(emit):
-    """An intrinsic of lane vectors whose instruction is ``emit(builder, *args)``."""
-
-    @intrinsic
-    def binary(typing, a, b):
-        return a(a, b), lambda context, builder, signature, args: emit(builder, *args)
-
-    return binary
-
-
-def _max(builder, a, b):
-    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
-
-
-add = _arithmetic(lambda builder, a, b: builder.fadd(a, b))
-sub = _arithmetic(lambda builder, a, b: builder.fsub(a, b))
-mul = _arithmetic(lambda builder, a, b: builder.fmul(a, b))
-larger = _arithmetic(_max)
-
-
-@intrinsic
-def fma(typing: object, a: LaneVector, b: LaneVector, c: LaneVector) -> Emitter:
-    """Multiply and add, fused where the machine can."""
-    return a(a, b, c), lambda context, builder, signature, args: _fmuladd(builder, *args)
-
-
-@intrinsic
-def positive_part(typing: object, a: LaneVector) -> Emitter:
-    """Larger of a vector and 0."""
-
-    def code(context, builder, signature, args):
-        return _max(builder, args[0], ir.Constant(args[0].type, None))
-
-    return a(a), code
-
-
-@intrinsic
-def inverse(typing: object, a: LaneVector) -> Emitter:
-    """One over a vector, 0 where it is not positive."""
-
-    def code(context, builder, signature, args):
-        one = _broadcast(builder, ir.Constant(DOUBLE, 1.0), a.width)
-        zero = ir.Constant(args[0].type, None)
-        positive = builder.fcmp_ordered(">", args[0], zero)
-        return builder.select(positive, builder.fdiv(one, args[0]), zero)
-
-    return a(a), code
-
-
-@intrinsic
-def length(typing: object, a: LaneVector, b: LaneVector) -> Emitter:
-    """Root of the sum of two squares."""
-
-    def code(context, builder, signature, args):
-        kind = args[0].type
-        total = builder.fadd(builder.fmul(args[0], args[0]), builder.fmul(args[1], args[1]))
-        root = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(kind, [kind]), f"llvm.sqrt.v{a.width}f64"
-        )
-        return builder.call(root, [total])
-
-    return a(a, b), code
-
-
-@intrinsic
-def below(typing: object, a: LaneVector, b: LaneVector) -> Emitter:
-    """Ordered comparison of two vectors."""
-
-    def code(context, builder, signature, args):
-        return builder.fcmp_ordered("<", *args)
-
-    return LaneMask(a.width)(a, b), code
-
-
-@intrinsic
-def select(typing: object, mask: LaneMask, a: LaneVector, b: LaneVector) -> Emitter:
-    """Blend of two vectors by a mask."""
-    return a(mask, a, b), lambda context, builder, signature, args: builder.select(*args)
-
-
-@intrinsic
-def any_lane(typing: object, mask: LaneMask) -> Emitter:
-    """Whether any bit of a mask is set."""
-
-    def code(context, builder, signature, args):
-        bits = builder.bitcast(args[0], ir.IntType(mask.width))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
-
-    return types.boolean(mask), code
-
-
-@intrinsic
-def tile_splat(typing: object, tile: types.UniTuple, vector: LaneVector) -> Emitter:
-    """Tuple of the same vector."""
-    out = types.UniTuple(vector, len(tile))
-
-    def code(context, builder, signature, args):
-        return cgutils.pack_array(builder, [args[1]] * out.count)
-
-    return out(tile, vector), code
-
-
-@intrinsic
-def tile_gather(
-    typing: object, lanes: types.UniTuple, array: types.Type, rows: types.UniTuple
-) -> Emitter:
-    """Load the rows of a tuple of numbers."""
-    out = types.UniTuple(LaneVector(len(lanes)), len(rows))
-
-    def code(context, builder, signature, args):
-        members = [
-            _load_row(context, builder, array, args[1], row, len(lanes))
-            for row in cgutils.unpack_tuple(builder, args[2])
-        ]
-        return cgutils.pack_array(builder, members, ty=_vector(out.dtype))
-
-    return out(lanes, array, rows), code
-
-
-@intrinsic
-def tile_store(typing: object, array: types.Type, row: types.Type, tile: types.UniTuple) -> Emitter:
-    """Store consecutive rows."""
-
-    def code(context, builder, signature, args):
-        for i, member in enumerate(cgutils.unpack_tuple(builder, args[2])):
-            row_i = builder.add(args[1], ir.Constant(INDEX, i))
-            _store_row(context, builder, array, args[0], row_i, member)
-        return context.get_dummy_value()
-
-    return types.none(array, types.intp, tile), code
-
-
-def _add_columns(context, builder, matrix, args, columns, width):
-    value = args[0]
-    for i, (column, offset) in enumerate(columns):
-        scalar = _scalar_at(context, builder, matrix, args[1], args[2], column, offset)
-        factor = _broadcast(builder, scalar, width)
-        member = _fmuladd(builder, factor, args[4], builder.extract_value(args[0], i))
-        value = builder.insert_value(value, member, i)
-    return value
-
-
-@intrinsic
-def tile_add(
-    typing: object,
-    tile: types.UniTuple,
-    matrix: types.Type,
-    row: types.Type,
-    column: types.Type,
-    vector: LaneVector,
-) -> Emitter:
-    """Multiply-add with consecutive numbers of a row of a matrix."""
-
-    def code(context, builder, signature, args):
-        columns = [(args[3], i) for i in range(len(tile))]
-        return _add_columns(context, builder, matrix, args, columns, vector.width)
-
-    return tile(tile, matrix, types.intp, types.intp, vector), code
-
-
-@intrinsic
-def tile_add_at(
-    typing: object,
-    tile: types.UniTuple,
-    matrix: types.Type,
-    row: types.Type,
-    columns: types.UniTuple,
-    vector: LaneVector,
-) -> Emitter:
-    """Multiply-add with chosen numbers of a row of a matrix."""
-
-    def code(context, builder, signature, args):
-        chosen = [(column, 0) for column in cgutils.unpack_tuple(builder, args[3])]
-        return _add_columns(context, builder, matrix, args, chosen, vector.width)
-
-    return tile(tile, matrix, types.intp, columns, vector), code
-
-
-@intrinsic
-def tile_dot(
-    typing: object,
-    matrix: types.Type,
-    row: types.Type,
-    columns: types.UniTuple,
-    tile: types.UniTuple,
-    total: LaneVector,
-) -> Emitter:
-    """Multiply-adds into one vector, in order."""
-
-    def code(context, builder, signature, args):
-        result = args[4]
-        members = cgutils.unpack_tuple(builder, args[3])
-        for column, member in zip(cgutils.unpack_tuple(builder, args[2]), members, strict=True):
-            scalar = _scalar_at(context, builder, matrix, args[0], args[1], column, 0)
-            factor = _broadcast(builder, scalar, total.width)
-            result = _fmuladd(builder, factor, member, result)
-        return result
-
-    return total(matrix, types.intp, columns, tile, total), code
-
-
-@intrinsic
-def tile_scatter(
-    typing: object, array: types.Type, rows: types.UniTuple, tile: types.UniTuple
-) -> Emitter:
-    """Store the rows of a tuple of numbers."""
-
-    def code(context, builder, signature, args):
-        vectors = cgutils.unpack_tuple(builder, args[2])
-        for row, member in zip(cgutils.unpack_tuple(builder, args[1]), vectors, strict=True):
-            _store_row(context, builder, array, args[0], row, member)
-        return context.get_dummy_value()
-
-    return types.none(array, rows, tile), code
-
-
-@intrinsic
-def tile_relax(
-    typing: object,
-    coupling: types.Type,
-    n_rows: types.Type,
-    rows: types.UniTuple,
-    depth: types.UniTuple,
-    x: types.UniTuple,
-    changing: LaneMask,
-) -> Emitter:
-    """Sweep of projected Gauss–Seidel, unrolled."""
-    out = types.Tuple((depth, x, depth.dtype))
-
-    def code(context, builder, signature, args):
-        rows_, depth_, x_ = (cgutils.unpack_tuple(builder, args[i]) for i in (2, 3, 4))
-        zero = ir.Constant(_vector(depth.dtype), None)
-        change = zero
-        for a, column in enumerate(rows_):
-            new = builder.select(args[5], _max(builder, depth_[a], zero), x_[a])
-            less = builder.fsub(x_[a], new)
-            change = _max(builder, _max(builder, builder.fsub(zero, less), less), change)
-            x_[a] = new
-            for b, row in enumerate(rows_):
-                if b != a:
-                    at = builder.add(builder.mul(row, args[1]), column)
-                    factor = _load_row(context, builder, coupling, args[0], at, depth.dtype.width)
-                    depth_[b] = _fmuladd(builder, factor, less, depth_[b])
-        tiles = [cgutils.pack_array(builder, members) for members in (depth_, x_)]
-        return context.make_tuple(builder, out, [*tiles, change])
-
-    return out(coupling, types.intp, rows, depth, x, changing), code
-
-
-@intrinsic
-def tile_largest(typing: object, tile: types.UniTuple) -> Emitter:
-    """Largest member of a tile."""
-
-    def code(context, builder, signature, args):
-        result, *others = cgutils.unpack_tuple(builder, args[0])
-        for member in others:
-            result = _max(builder, member, result)
-        return result
-
-    return tile.dtype(tile), code
-
-
-@intrinsic
-def indices(typing: object, tile: types.UniTuple, array: types.Type, first: types.Type) -> Emitter:
-    """Load consecutive integers as a tuple."""
-    out = types.UniTuple(types.intp, len(tile))
-
-    def code(context, builder, signature, args):
-        struct = context.make_array(array)(context, builder, args[1])
-        at = [builder.add(args[2], ir.Constant(INDEX, i)) for i in range(out.count)]
-        members = [builder.load(builder.gep(struct.data, [i])) for i in at]
-        return cgutils.pack_array(builder, members, ty=INDEX)
-
-    return out(tile, array, types.intp), code
+def _scalar_at(context, builder, fe_type, array, row, column, width):
+    """Number of a matrix in every lane."""
+    at = _address(context, builder, fe_type, array, row, column, DOUBLE)
+    return _broadcast(builder, builder.load(at, align=8), width)
+
+
+@_instruction(lanes.load, lambda lanes, array, row: LaneVector(len(lanes)))
+def _load(context, builder, sig, args):
+    (_, kind, _), (_, array, row), width = sig.args, args, sig.return_type.width
+    if kind.ndim == 1:
+        return _scalar_at(context, builder, kind, array, row, ZERO, width)
+    return _load_row(context, builder, kind, array, row, width)
+
+
+@_instruction(lanes.store, lambda array, row, vector: types.none)
+def _store(context, builder, sig, args):
+    _store_row(context, builder, sig.args[0], *args)
+    return context.get_dummy_value()
+
+
+@_instruction(lanes.any_lane, lambda mask: types.boolean)
+def _any_lane(context, builder, sig, args):
+    bits = builder.bitcast(args[0], ir.IntType(sig.args[0].width))
+    return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+
+@_instruction(lanes.tile_splat, lambda tile, vector: types.UniTuple(vector, len(tile)))
+def _tile_splat(context, builder, sig, args):
+    return cgutils.pack_array(builder, [args[1]] * sig.return_type.count)
+
+
+@_instruction(
+    lanes.tile_gather, lambda lanes, array, rows: types.UniTuple(LaneVector(len(lanes)), len(rows))
+)
+def _tile_gather(context, builder, sig, args):
+    kind = sig.return_type.dtype
+    members = [
+        _load_row(context, builder, sig.args[1], args[1], row, kind.width)
+        for row in cgutils.unpack_tuple(builder, args[2])
+    ]
+    return cgutils.pack_array(builder, members, ty=_vector(kind))
+
+
+@_instruction(lanes.tile_store, lambda array, rows, tile: types.none)
+def _tile_store(context, builder, sig, args):
+    rows, members = (cgutils.unpack_tuple(builder, tile) for tile in args[1:])
+    for row, member in zip(rows, members, strict=True):
+        _store_row(context, builder, sig.args[0], args[0], row, member)
+    return context.get_dummy_value()
+
+
+@_instruction(lanes.tile_add, lambda tile, matrix, row, columns, vector: tile)
+def _tile_add(context, builder, sig, args):
+    tile, matrix, row, columns, vector = args
+    for i, column in enumerate(cgutils.unpack_tuple(builder, columns)):
+        kind, width = sig.args[1], sig.args[4].width
+        factor = _scalar_at(context, builder, kind, matrix, row, column, width)
+        member = _fma(builder, factor, vector, builder.extract_value(tile, i))
+        tile = builder.insert_value(tile, member, i)
+    return tile
+
+
+@_instruction(lanes.tile_dot, lambda matrix, row, columns, tile, total: total)
+def _tile_dot(context, builder, sig, args):
+    matrix, row, columns, tile, total = args
+    columns, members = (cgutils.unpack_tuple(builder, values) for values in (columns, tile))
+    for column, member in zip(columns, members, strict=True):
+        kind, width = sig.args[0], sig.return_type.width
+        factor = _scalar_at(context, builder, kind, matrix, row, column, width)
+        total = _fma(builder, factor, member, total)
+    return total
+
+
+@_instruction(
+    lanes.tile_relax,
+    lambda coupling, n_rows, rows, depth, x, changing: types.Tuple((depth, x, depth.dtype)),
+)
+def _tile_relax(context, builder, sig, args):
+    coupling, n_rows, *tiles, changing = args
+    rows, depth, x = (cgutils.unpack_tuple(builder, tile) for tile in tiles)
+    kind = sig.args[3].dtype
+    zero = change = ir.Constant(_vector(kind), None)
+    for a, column in enumerate(rows):
+        new = builder.select(changing, _larger(builder, depth[a], zero), x[a])
+        less = builder.fsub(x[a], new)
+        change = _larger(builder, _larger(builder, builder.fsub(zero, less), less), change)
+        x[a] = new
+        for b, row in enumerate(rows):
+            if b != a:
+                at = builder.add(builder.mul(row, n_rows), column)
+                factor = _load_row(context, builder, sig.args[0], coupling, at, kind.width)
+                depth[b] = _fma(builder, factor, less, depth[b])
+    packed = [cgutils.pack_array(builder, members) for members in (depth, x)]
+    return context.make_tuple(builder, sig.return_type, [*packed, change])
+
+
+@_instruction(lanes.tile_largest, lambda tile: tile.dtype)
+def _tile_largest(context, builder, sig, args):
+    result, *others = cgutils.unpack_tuple(builder, args[0])
+    for member in others:
+        result = _larger(builder, member, result)
+    return result
+
+
+@_instruction(lanes.consecutive, lambda tile, first: types.UniTuple(types.intp, len(tile)))
+def _consecutive(context, builder, sig, args):
+    count = sig.return_type.count
+    members = [builder.add(args[1], ir.Constant(INDEX, i)) for i in range(count)]
+    return cgutils.pack_array(builder, members, ty=INDEX)
+
+
+@_instruction(lanes.indices, lambda tile, array, first: types.UniTuple(types.intp, len(tile)))
+def _indices(context, builder, sig, args):
+    struct = context.make_array(sig.args[1])(context, builder, args[1])
+    count = sig.return_type.count
+    at = [builder.add(args[2], ir.Constant(INDEX, i)) for i in range(count)]
+    members = [builder.load(builder.gep(struct.data, [i])) for i in at]
+    return cgutils.pack_array(builder, members, ty=INDEX)

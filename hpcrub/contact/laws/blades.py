@@ -19,7 +19,6 @@ from hpcrub.contact.arrays import SWEEPS, UNSOLVED, Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     any_lane,
-    below,
     fma,
     larger,
     load,
@@ -60,7 +59,7 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
                 deepest = larger(depth, deepest)
                 end += 1
             store(law.deepest, blade, deepest)
-            if any_lane(below(threshold, deepest)):
+            if any_lane(threshold < deepest):
                 for place in range(first, end):
                     state.active[n_active] = law.points[place]
                     n_active += 1
@@ -80,14 +79,12 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
 
     deepest: (L,) deepest penetration of the step [m]; lanes without contact keep their guess.
     """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    contact = below(zero, deepest)
     for i in law.points:
         before = load(lanes, law.touching, i)
-        penetrates = below(zero, load(lanes, state.penetration, i))
-        new = select(penetrates, select(below(before, zero), zero, larger(one, before)), zero)
-        store(law.touching, i, select(contact, new, before))
-        store(state.multiplier, i, zero)
+        penetrates = load(lanes, state.penetration, i) > 0.0
+        new = select(penetrates, select(before < 0.0, 0.0, larger(1.0, before)), 0.0)
+        store(law.touching, i, select(deepest > 0.0, new, before))
+        store(state.multiplier, i, splat(lanes, 0.0))
 
 
 @compiled(inner=True)
@@ -104,13 +101,13 @@ def solve_blades(
 
     Returns entries of `State.active` that count.
     """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
-    threshold = zero - positive_part(deepest) * splat(lanes, NEAR)
+    zero = splat(lanes, 0.0)
+    limit = positive_part(deepest) * TOLERANCE
+    threshold = 0.0 - positive_part(deepest) * NEAR
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
     turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
-    changing, trials, stuck = below(zero, deepest), zero, zero
+    changing, trials, stuck = deepest > 0.0, zero, zero
     for _ in range(MOST_SWEEPS):
         change, most, stuck = zero, zero, zero
         for g in range(n_groups):
@@ -122,25 +119,25 @@ def solve_blades(
             for a in range(law.groups[g], law.groups[g + 1]):
                 moved = load(lanes, state.multiplier, state.active[a])
                 moved = moved - load(lanes, law.wrong, a - law.groups[g])
-                change = larger(larger(moved, zero - moved), change)
-        trials = trials + select(below(limit, change), most, zero)
-        unsettled = select(below(limit, select(changing, change, zero)), one, zero)
+                change = larger(larger(moved, 0.0 - moved), change)
+        trials = trials + select(limit < change, most, 0.0)
+        unsettled = select(limit < select(changing, change, 0.0), 1.0, 0.0)
         if n_groups == 1:
             unsettled = zero
         felt = reach_of_forces(lanes, state, law, law.groups[n_groups])
-        if any_lane(below(felt, threshold)):
+        if any_lane(felt < threshold):
             more = count_between(lanes, law, felt, threshold)
-            threshold = select(below(felt, threshold), felt, threshold)
-            if any_lane(below(zero, more)):
+            threshold = select(felt < threshold, felt, threshold)
+            if any_lane(more > 0.0):
                 n_groups = list_near(lanes, state, law, threshold)
                 turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
                 unsettled = larger(more, unsettled)
-        changing = below(zero, unsettled)
+        changing = unsettled > 0.0
         if not any_lane(changing):
             break
-    stuck = larger(stuck, select(changing, one, zero))
+    stuck = larger(stuck, select(changing, 1.0, 0.0))
     store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
-    if any_lane(below(zero, stuck)):
+    if any_lane(stuck > 0.0):
         n_groups = list_near(lanes, state, law, splat(lanes, -np.inf))
         turn_all(lanes, scheme, state, law, law.groups[n_groups])
         store(law.right, 0, stuck)
@@ -157,16 +154,16 @@ def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.n
             i = state.active[a]
             total = law.surface.total(lanes, law.surface, i, total)
             total = fma(load(lanes, state.multiplier, i), load(lanes, law.stiffness, i), total)
-    return splat(lanes, 0.0) - total * load(lanes, law.across, 0)
+    return 0.0 - total * load(lanes, law.across, 0)
 
 
 @compiled(inner=True)
 def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
-    zero, one, count = splat(lanes, 0.0), splat(lanes, 1.0), splat(lanes, 0.0)
+    count = splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
         depth = load(lanes, law.deepest, blade)
-        count = count + select(below(high, depth), zero, select(below(low, depth), one, zero))
+        count = count + select(high < depth, 0.0, select(low < depth, 1.0, 0.0))
     return count
 
 
@@ -191,7 +188,7 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
     law.surface.relieve(lanes, law.surface, state, law, start, end, law.groups[n_groups])
     for b in range(law.groups[n_groups]):
         if law.turned[b] and not start <= b < end:
-            less = splat(lanes, 0.0) - load(lanes, state.multiplier, state.active[b])
+            less = 0.0 - load(lanes, state.multiplier, state.active[b])
             for a in range(start, end):
                 effect = load(lanes, law.coupling, b * n_rows + a)
                 store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))

@@ -13,10 +13,11 @@ from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
+    TIPS,
+    consecutive,
     indices,
     larger,
     load,
-    per_lane,
     splat,
     store,
     tile_add,
@@ -28,15 +29,6 @@ from hpcrub.contact.lanes import (
 from hpcrub.contact.passes import FEW, MANY, SOME, open_gap
 
 BLOCK = 32  # modes whose motion, coefficients and projections the first-level cache holds
-
-
-@compiled(inline=True, inner=True)
-def rows_from(first: int) -> tuple:
-    """Numbers of TILE consecutive rows."""
-    return (
-        first, first + 1, first + 2, first + 3, first + 4, first + 5,
-        first + 6, first + 7, first + 8, first + 9, first + 10, first + 11,
-    )  # fmt: skip
 
 
 @compiled(inner=True)
@@ -89,9 +81,9 @@ def advance_modes(
             kick = load(lanes, law.before, k) * gain
             q, d = q + kick, d + kick
         store(law.before, k, d)
-        d = load(lanes, scheme.decay, k) * d - (gain * per_lane(lanes, scheme.squared, k)) * q
+        d = load(lanes, scheme.decay, k) * d - (gain * load(lanes, scheme.squared, k)) * q
         if loaded:
-            d = d + splat(lanes, scheme.external[step, k]) * gain
+            d = d + scheme.external[step, k] * gain
         store(state.increment, k, d)
         store(state.position, k, q + d)
 
@@ -108,7 +100,8 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
     n_modes, n_points = scheme.normal.shape
     deepest = splat(lanes, -np.inf)
     for first in range(0, n_points, TILE):
-        tile_store(state.penetration, first, open_gap(lanes, scheme, state, step, first))
+        points = consecutive(TIPS, first)
+        tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
     for begin in range(0, n_modes, BLOCK):
         end = min(begin + BLOCK, n_modes)
         for first in range(0, n_active, TILE):
@@ -120,10 +113,11 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
                 add_forces(lanes, MANY, scheme, state, law, first, begin, end)
         advance_modes(lanes, scheme, state, law, step, n_active, begin, end)
         for first in range(0, n_points, TILE):
-            depth = tile_gather(lanes, state.penetration, rows_from(first))
+            points = consecutive(TIPS, first)
+            depth = tile_gather(lanes, state.penetration, points)
             for k in range(begin, end):
-                depth = tile_add(depth, scheme.normal, k, first, load(lanes, state.position, k))
-            tile_store(state.penetration, first, depth)
+                depth = tile_add(depth, scheme.normal, k, points, load(lanes, state.position, k))
+            tile_store(state.penetration, points, depth)
             if end == n_modes:
                 deepest = larger(tile_largest(depth), deepest)
     return deepest

@@ -17,7 +17,6 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
     any_lane,
-    below,
     fma,
     indices,
     inverse,
@@ -28,9 +27,9 @@ from hpcrub.contact.lanes import (
     select,
     splat,
     store,
-    tile_add_at,
-    tile_scatter,
+    tile_add,
     tile_splat,
+    tile_store,
 )
 from hpcrub.contact.passes import FEW, MANY, SOME
 from hpcrub.contact.status import JAMMING
@@ -39,13 +38,13 @@ from hpcrub.contact.status import JAMMING
 @compiled(inner=True)
 def turn_penetrating(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int) -> None:
     """Columns of all listed points that penetrate or touch (law is modified)."""
-    zero, n = splat(lanes, 0.0), 0
+    n = 0
     for a in range(n_active):
         i = state.active[a]
         law.turned[a] = False
         near = larger(load(lanes, state.penetration, i), load(lanes, law.touching, i))
         near = law.surface.near(lanes, law.surface, i, law.stiffness, near)
-        if any_lane(below(zero, near)):
+        if any_lane(near > 0.0):
             law.fresh[n] = a
             n += 1
     turn(lanes, scheme, state, law, n, n_active)
@@ -89,12 +88,12 @@ def slip(lanes: tuple, slots: tuple, scheme: Scheme, state: State, law: Any, fir
     points = indices(slots, law.slipping, 0)
     way = tile_splat(slots, splat(lanes, 0.0))
     for k in range(law.before.shape[0]):
-        way = tile_add_at(way, law.tangential, k, points, load(lanes, law.before, k))
-    tile_scatter(law.cosine, points, way)
+        way = tile_add(way, law.tangential, k, points, load(lanes, law.before, k))
+    tile_store(law.cosine, points, way)
     way = tile_splat(slots, splat(lanes, 0.0))
     for k in range(law.before.shape[0]):
-        way = tile_add_at(way, law.axial, k, points, load(lanes, law.before, k))
-    tile_scatter(law.sine, points, way)
+        way = tile_add(way, law.axial, k, points, load(lanes, law.before, k))
+    tile_store(law.sine, points, way)
 
 
 @compiled(inner=True)
@@ -106,22 +105,21 @@ def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> 
     """
     n_rows = state.penetration.shape[0]
     j = state.active[b]
-    along = splat(lanes, law.way[j]) + load(lanes, law.cosine, j)
+    along = law.way[j] + load(lanes, law.cosine, j)
     across = load(lanes, law.sine, j)
     unit = inverse(length(along, across))
     along, across = along * unit, across * unit
     store(law.cosine, j, along)
     store(law.sine, j, across)
-    mu = splat(lanes, law.friction)
-    along, across = mu * along, mu * across
+    along, across = law.friction * along, law.friction * across
     first = 3 * j * (n_rows - 1)
     own = load(lanes, law.compliance, first + 3 * j)
     own = fma(along, load(lanes, law.compliance, first + 3 * j + 1), own)
     own = fma(across, load(lanes, law.compliance, first + 3 * j + 2), own)
     # where the point penetrates: a force there would pull its blade further in
-    near = below(splat(lanes, 0.0), load(lanes, state.penetration, j))
-    jamming = below(select(near, own, splat(lanes, 1.0)), splat(lanes, 1e-300))
-    code = select(jamming, splat(lanes, float(JAMMING)), load(lanes, state.report, FLAW))
+    near = load(lanes, state.penetration, j) > 0.0
+    jamming = select(near, own, 1.0) < 1e-300
+    code = select(jamming, float(JAMMING), load(lanes, state.report, FLAW))
     store(state.report, FLAW, code)
     scale = inverse(own)
     store(law.stiffness, j, scale)

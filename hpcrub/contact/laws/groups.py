@@ -13,7 +13,6 @@ from hpcrub.contact.arrays import Scheme, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     any_lane,
-    below,
     fma,
     inverse,
     load,
@@ -43,10 +42,10 @@ def choose(
     n_groups: groups with listed points; group: one of them; solving: (L,) bool, lanes that count.
     Returns points whose places ``law.chosen`` holds, in order.
     """
-    zero, n, n_fresh = splat(lanes, 0.0), 0, 0
+    n, n_fresh = 0, 0
     for a in range(law.groups[group], law.groups[group + 1]):
-        touches = select(solving, load(lanes, law.touching, state.active[a]), zero)
-        if any_lane(below(zero, touches)):
+        touches = select(solving, load(lanes, law.touching, state.active[a]), 0.0)
+        if any_lane(touches > 0.0):
             law.chosen[n] = a
             n += 1
             if not law.turned[a]:
@@ -67,7 +66,7 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
     matrix, and its force 0.
     """
-    n_rows, zero, one = state.penetration.shape[0], splat(lanes, 0.0), splat(lanes, 1.0)
+    n_rows = state.penetration.shape[0]
     for r in range(n):
         a = law.chosen[r]
         i = state.active[a]
@@ -76,14 +75,14 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
         for c in range(n):
             value = slope * load(lanes, law.coupling, law.chosen[c] * n_rows + a)
             if r == c:
-                value = value + (one - slope)
+                value = value + (1.0 - slope)
             store(law.factor, r * n + c, value)
     for p in range(n):
         scale = inverse(load(lanes, law.factor, p * n + p))
         store(law.factor, p * n + p, scale)
         known = load(lanes, law.right, p)
         for r in range(p + 1, n):
-            less = zero - load(lanes, law.factor, r * n + p) * scale
+            less = 0.0 - load(lanes, law.factor, r * n + p) * scale
             store(law.right, r, fma(less, known, load(lanes, law.right, r)))
             for c in range(p + 1, n):
                 at = r * n + c
@@ -91,7 +90,7 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
                 store(law.factor, at, fma(less, pivot, load(lanes, law.factor, at)))
     for back in range(n):
         p = n - 1 - back
-        less = zero
+        less = splat(lanes, 0.0)
         for c in range(p + 1, n):
             factor = load(lanes, law.factor, p * n + c)
             less = fma(factor, load(lanes, law.right, c), less)
@@ -135,13 +134,13 @@ def find_wrong(
         if own < n and law.chosen[own] == a:
             force = load(lanes, law.right, own)
             own += 1
-        elif not law.turned[a] and any_lane(below(limit, depth)):
+        elif not law.turned[a] and any_lane(limit < depth):
             law.fresh[0] = a
             turn(lanes, scheme, state, law, 1, law.groups[n_groups])
-        near = below(threshold, load(lanes, law.deepest, law.blade[i]))
+        near = threshold < load(lanes, law.deepest, law.blade[i])
         code = load(lanes, law.touching, i)
         wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
-        wrong = select(trying, select(near, wrong, zero), zero)
+        wrong = select(trying, select(near, wrong, 0.0), 0.0)
         store(law.wrong, a - start, wrong)
         count = count + wrong
     return count
@@ -156,14 +155,14 @@ def change_sides(
     start, end: places in `State.active` of the first point of the group and after the last.
     all_at_once: whether all change, or only the last.
     """
-    zero, free = splat(lanes, 0.0), splat(lanes, 1.0)
+    free = splat(lanes, 1.0)
     for back in range(end - start):
         a = end - 1 - back
         i = state.active[a]
         wrong = load(lanes, law.wrong, a - start)
         if not all_at_once:
-            found = below(zero, wrong)
-            wrong, free = select(below(zero, free), wrong, zero), select(found, zero, free)
+            found = wrong > 0.0
+            wrong, free = select(free > 0.0, wrong, 0.0), select(found, 0.0, free)
         store(law.touching, i, law.surface.change(lanes, load(lanes, law.touching, i), wrong))
 
 
@@ -192,15 +191,15 @@ def solve_group(
 
     On return ``law.wrong`` holds the multipliers from before.
     """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    zero = splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
         n = choose(lanes, scheme, state, law, n_groups, group, solving)
         solve_set(lanes, state, law, n)
         count = find_wrong(lanes, scheme, state, law, n_groups, group, n, threshold, limit, trying)
-        tried = tried + select(trying, one, zero)
-        trying = below(zero, count)
+        tried = tried + select(trying, 1.0, 0.0)
+        trying = count > 0.0
         if not any_lane(trying):
             break
         change_sides(lanes, state, law, start, end, trial < ALL_AT_ONCE)
@@ -213,4 +212,4 @@ def solve_group(
             own += 1
         store(law.wrong, a - start, old)
         store(state.multiplier, i, select(solving, force, old))
-    return tried, select(trying, one, zero)
+    return tried, select(trying, 1.0, 0.0)

@@ -15,7 +15,6 @@ from hpcrub.contact.lanes import (
     TILE,
     aligned_zeros,
     any_lane,
-    below,
     larger,
     load,
     select,
@@ -39,16 +38,14 @@ def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 
     n_active: entries of `State.active` that count, blade by blade.
     """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
-    force = zero
+    force = splat(lanes, 0.0)
     for a in range(n_active):
         force = larger(force, load(lanes, state.multiplier, state.active[a]))
         blade = law.blade[state.active[a]]
         if a + 1 == n_active or law.blade[state.active[a + 1]] != blade:
-            touched = select(below(zero, force), one, zero)
-            touched = touched + load(lanes, law.touched, blade)
+            touched = select(force > 0.0, 1.0, 0.0) + load(lanes, law.touched, blade)
             store(law.touched, blade, touched)
-            force = zero
+            force = splat(lanes, 0.0)
 
 
 @compiled(inner=True)
@@ -58,19 +55,19 @@ def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     Returns rows of ``state.multiplier`` that count, without those of no force in any lane.
     """
     n_points = state.penetration.shape[0] - 1
-    zero, mu, n = splat(lanes, 0.0), splat(lanes, law.friction), 0
+    n = 0
     for a in range(n_active):
         i = state.active[a]
         force = load(lanes, state.multiplier, i)
         touches = load(lanes, law.touching, i)
-        held = select(below(zero, load(lanes, state.penetration, i)), splat(lanes, -1.0), zero)
-        store(law.touching, i, select(below(zero, touches), touches, held))
+        held = select(load(lanes, state.penetration, i) > 0.0, -1.0, 0.0)
+        store(law.touching, i, select(touches > 0.0, touches, held))
         force = force * load(lanes, law.stiffness, i)
         law.surface.keep(lanes, law.surface, i, force)
         force = law.surface.total(lanes, law.surface, i, force)
-        if any_lane(below(zero, force)):
+        if any_lane(force > 0.0):
             store(state.multiplier, i, force)
-            friction = mu * force
+            friction = law.friction * force
             store(state.multiplier, n_points + i, friction * load(lanes, law.cosine, i))
             store(state.multiplier, 2 * n_points + i, friction * load(lanes, law.sine, i))
             state.active[n] = i
@@ -128,7 +125,7 @@ class Solid(NamedTuple):
         """Contact forces of a step (bank is modified); see ``laws``."""
         scheme, state, law = bank.scheme, bank.state, bank.law
         deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
-        if not any_lane(below(splat(lanes, 0.0), deepest)):
+        if not any_lane(deepest > 0.0):
             return 0
         n_active = solve_blades(lanes, scheme, state, law, deepest)
         law.surface.wear(lanes, law.surface, state, n_active)

@@ -17,7 +17,6 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
     any_lane,
-    below,
     fma,
     indices,
     larger,
@@ -28,8 +27,8 @@ from hpcrub.contact.lanes import (
     store,
     tile_gather,
     tile_relax,
-    tile_scatter,
     tile_splat,
+    tile_store,
 )
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 from hpcrub.contact.passes import FEW, MANY, SOME
@@ -53,10 +52,10 @@ def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int
     changes no bit.
     """
     last = state.penetration.shape[0] - 1
-    threshold = splat(lanes, 0.0) - positive_part(deepest) * load(lanes, law.bound, 0)
+    threshold = 0.0 - positive_part(deepest) * load(lanes, law.bound, 0)
     n = 0
     for i in range(last):
-        if any_lane(below(threshold, load(lanes, state.penetration, i))):
+        if any_lane(threshold < load(lanes, state.penetration, i)):
             state.active[n] = i
             n += 1
     for i in range(n, n + TILE):
@@ -70,9 +69,8 @@ def unsettled(
 ) -> np.ndarray:
     """Lanes (L,) that did not converge, by the change of the last sweep and the largest [m]."""
     # the tolerance of a denormal penetration is 0
-    far = larger(splat(lanes, RUNAWAY) * limit, splat(lanes, RUNAWAY * TOLERANCE))
-    ran_away = below(far, largest)
-    return below(limit, select(ran_away, largest, change))
+    far = larger(RUNAWAY * limit, RUNAWAY * TOLERANCE)
+    return limit < select(far < largest, largest, change)
 
 
 @compiled(inline=True, inner=True)
@@ -99,11 +97,11 @@ def solve_few(
     n_rows = state.penetration.shape[0]
     for _ in range(MAX_SWEEPS):
         depth, x, change = tile_relax(law.coupling, n_rows, rows, depth, x, changing)
-        sweeps = select(changing, sweeps + splat(lanes, 1.0), sweeps)
-        changing, largest = below(limit, change), larger(change, largest)
+        sweeps = select(changing, sweeps + 1.0, sweeps)
+        changing, largest = limit < change, larger(change, largest)
         if not any_lane(changing):
             break
-    tile_scatter(state.multiplier, rows, x)
+    tile_store(state.multiplier, rows, x)
     return unsettled(lanes, limit, change, largest), sweeps
 
 
@@ -114,8 +112,7 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
     changing: (L,) bool, lanes to relax; the others stay as they are.
     Returns (L,); largest change of any x [m].
     """
-    n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
-    change = zero
+    n_rows, change = state.penetration.shape[0], splat(lanes, 0.0)
     for a in range(n_active):
         j = state.active[a]
         old = load(lanes, state.multiplier, j)
@@ -123,7 +120,7 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
         new = select(changing, new, old)
         less = old - new
         moved = larger(new - old, less)
-        if not any_lane(below(zero, moved)):
+        if not any_lane(moved > 0.0):
             continue
         change = larger(moved, change)
         store(state.multiplier, j, new)
@@ -151,7 +148,7 @@ def solve_many(
 
     Parameters and returns as of `solve_few`.
     """
-    zero, one = splat(lanes, 0.0), splat(lanes, 1.0)
+    zero = splat(lanes, 0.0)
     sweeps, change, largest = zero, zero, zero
     for a in range(n_active):
         i = state.active[a]
@@ -159,8 +156,8 @@ def solve_many(
         store(state.multiplier, i, zero)
     for _ in range(MAX_SWEEPS):
         change = relax(lanes, law, state, n_active, changing)
-        sweeps = select(changing, sweeps + one, sweeps)
-        changing, largest = below(limit, change), larger(change, largest)
+        sweeps = select(changing, sweeps + 1.0, sweeps)
+        changing, largest = limit < change, larger(change, largest)
         if not any_lane(changing):
             break
     return unsettled(lanes, limit, change, largest), sweeps
@@ -207,8 +204,8 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
     frozen, so that its result does not depend on how long the others take; one that has not after
     MAX_SWEEPS is solved by pivoting.
     """
-    limit = positive_part(deepest) * splat(lanes, TOLERANCE)
-    changing = below(splat(lanes, 0.0), deepest)
+    limit = positive_part(deepest) * TOLERANCE
+    changing = deepest > 0.0
     if n_active <= len(FEW):
         stuck, sweeps = solve_few(lanes, FEW, law, state, limit, changing)
     elif n_active <= len(SOME):
@@ -219,7 +216,7 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
         stuck, sweeps = solve_many(lanes, law, state, n_active, limit, changing)
     store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
     if any_lane(stuck):
-        store(state.report, STUCK, select(stuck, splat(lanes, 1.0), splat(lanes, 0.0)))
+        store(state.report, STUCK, select(stuck, 1.0, 0.0))
         solve_stuck(law, state, n_active)
     for a in range(n_active):
         i = state.active[a]
