@@ -82,11 +82,6 @@ def length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.sqrt(a * a + b * b)
 
 
-def below(a: Any, b: Any) -> np.ndarray:
-    """Mask of the lanes in which a < b; False where either is NaN."""
-    return a < b
-
-
 def select(mask: np.ndarray, a: Any, b: Any) -> np.ndarray:
     """A where the mask holds, b elsewhere."""
     return np.where(mask, a, b)

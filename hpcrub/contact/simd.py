@@ -149,7 +149,6 @@ for _function, _kind, _emit in (
     (operator.mul, LaneVector, ir.IRBuilder.fmul),
     (operator.lt, LaneMask, lambda builder, a, b: builder.fcmp_ordered("<", a, b)),
     (operator.gt, LaneMask, lambda builder, a, b: builder.fcmp_ordered(">", a, b)),
-    (lanes.below, LaneMask, lambda builder, a, b: builder.fcmp_ordered("<", a, b)),
     (lanes.fma, LaneVector, _fma),
     (lanes.larger, LaneVector, _larger),
     (lanes.positive_part, LaneVector, _positive_part),

@@ -10,16 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    aligned_zeros,
-    any_lane,
-    below,
-    load,
-    positive_part,
-    splat,
-    store,
-)
+from hpcrub.contact.lanes import TILE, aligned_zeros, any_lane, load, positive_part, store
 from hpcrub.contact.passes import predict_all
 from hpcrub.contact.tables import columns
 
@@ -43,7 +34,7 @@ class Spring(NamedTuple):
         n_points = law.stiffness.shape[0]
         for i in range(n_points):
             depth = load(lanes, state.penetration, i)
-            if any_lane(below(splat(lanes, 0.0), depth)):
+            if any_lane(depth > 0.0):
                 store(state.multiplier, i, positive_part(depth) * load(lanes, law.stiffness, i))
                 state.active[n] = i
                 n += 1

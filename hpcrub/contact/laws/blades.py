@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import SWEEPS, UNSOLVED, Scheme, State
+from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     any_lane,
@@ -88,13 +88,7 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
 
 
 @compiled(inner=True)
-def solve_blades(
-    lanes: tuple,
-    scheme: Scheme,
-    state: State,
-    law: Any,
-    deepest: np.ndarray,
-) -> int:
+def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> int:
     """Multipliers of all points that may carry a force (state, law are modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
@@ -106,14 +100,14 @@ def solve_blades(
     threshold = 0.0 - positive_part(deepest) * NEAR
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
-    turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
+    turn_penetrating(lanes, state, law, law.groups[n_groups])
     changing, trials, stuck = deepest > 0.0, zero, zero
     for _ in range(MOST_SWEEPS):
         change, most, stuck = zero, zero, zero
         for g in range(n_groups):
             left_by_others(lanes, state, law, n_groups, g)
             tried, unfinished = solve_group(
-                lanes, scheme, state, law, n_groups, g, threshold, limit, changing
+                lanes, state, law, n_groups, g, threshold, limit, changing
             )
             most, stuck = larger(tried, most), larger(unfinished, stuck)
             for a in range(law.groups[g], law.groups[g + 1]):
@@ -130,7 +124,7 @@ def solve_blades(
             threshold = select(felt < threshold, felt, threshold)
             if any_lane(more > 0.0):
                 n_groups = list_near(lanes, state, law, threshold)
-                turn_penetrating(lanes, scheme, state, law, law.groups[n_groups])
+                turn_penetrating(lanes, state, law, law.groups[n_groups])
                 unsettled = larger(more, unsettled)
         changing = unsettled > 0.0
         if not any_lane(changing):
@@ -139,7 +133,7 @@ def solve_blades(
     store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
     if any_lane(stuck > 0.0):
         n_groups = list_near(lanes, state, law, splat(lanes, -np.inf))
-        turn_all(lanes, scheme, state, law, law.groups[n_groups])
+        turn_all(lanes, state, law, law.groups[n_groups])
         store(law.right, 0, stuck)
         law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
@@ -168,11 +162,11 @@ def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> 
 
 
 @compiled(inner=True)
-def turn_all(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int) -> None:
+def turn_all(lanes: tuple, state: State, law: Any, n_active: int) -> None:
     """Columns of all listed points; as `turn_penetrating`."""
     for a in range(n_active):
         law.fresh[a] = a
-    turn(lanes, scheme, state, law, n_active, n_active)
+    turn(lanes, state, law, n_active, n_active)
 
 
 @compiled(inner=True)

@@ -12,7 +12,7 @@ solver of `blades` asks for it.
 
 from typing import Any
 
-from hpcrub.contact.arrays import FLAW, Scheme, State
+from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
@@ -36,7 +36,7 @@ from hpcrub.contact.status import JAMMING
 
 
 @compiled(inner=True)
-def turn_penetrating(lanes: tuple, scheme: Scheme, state: State, law: Any, n_active: int) -> None:
+def turn_penetrating(lanes: tuple, state: State, law: Any, n_active: int) -> None:
     """Columns of all listed points that penetrate or touch (law is modified)."""
     n = 0
     for a in range(n_active):
@@ -47,18 +47,11 @@ def turn_penetrating(lanes: tuple, scheme: Scheme, state: State, law: Any, n_act
         if any_lane(near > 0.0):
             law.fresh[n] = a
             n += 1
-    turn(lanes, scheme, state, law, n, n_active)
+    turn(lanes, state, law, n, n_active)
 
 
 @compiled(inner=True)
-def turn(
-    lanes: tuple,
-    scheme: Scheme,
-    state: State,
-    law: Any,
-    n_fresh: int,
-    n_active: int,
-) -> None:
+def turn(lanes: tuple, state: State, law: Any, n_fresh: int, n_active: int) -> None:
     """Directions and columns of the points in ``law.fresh`` (law is modified).
 
     n_fresh: entries of ``law.fresh`` that count, places in `State.active`.
@@ -68,17 +61,17 @@ def turn(
         law.fresh[a] = law.fresh[0]
     for first in range(0, n_fresh, TILE):
         if n_fresh - first <= len(FEW):
-            slip(lanes, FEW, scheme, state, law, first)
+            slip(lanes, FEW, state, law, first)
         elif n_fresh - first <= len(SOME):
-            slip(lanes, SOME, scheme, state, law, first)
+            slip(lanes, SOME, state, law, first)
         else:
-            slip(lanes, MANY, scheme, state, law, first)
+            slip(lanes, MANY, state, law, first)
     for b in range(n_fresh):
         fill_column(lanes, state, law, law.fresh[b], n_active)
 
 
 @compiled(inner=True)
-def slip(lanes: tuple, slots: tuple, scheme: Scheme, state: State, law: Any, first: int) -> None:
+def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None:
     """Directions of slip of a few points in the step before (law is modified).
 
     slots: as many zeros as there are points; first: place of the first one in ``law.fresh``.

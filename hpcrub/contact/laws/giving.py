@@ -13,7 +13,6 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
     any_lane,
-    below,
     fma,
     inverse,
     larger,
@@ -23,7 +22,7 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
-from hpcrub.contact.laws.lines import find_gains
+from hpcrub.contact.laws.lines import find_gains, follow
 from hpcrub.contact.laws.rigid import Rigid
 from hpcrub.contact.laws.surfaces import Coated, relief
 from hpcrub.contact.lcp import gauss_seidel
@@ -38,10 +37,10 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
 
     On return ``state.depth`` holds the depths d that the others leave.
     """
-    limit = positive_part(deepest) * splat(lanes, gauss_seidel.TOLERANCE)
-    changing = below(splat(lanes, 0.0), deepest)
+    limit = positive_part(deepest) * gauss_seidel.TOLERANCE
+    changing = deepest > 0.0
     failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, limit, changing)
-    stuck = select(failed, splat(lanes, 1.0), splat(lanes, 0.0))
+    stuck = select(failed, 1.0, 0.0)
     store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
     store(state.report, UNSOLVED, larger(stuck, load(lanes, state.report, UNSOLVED)))
 
@@ -54,9 +53,9 @@ def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
     """
     last, zero = state.penetration.shape[0] - 1, splat(lanes, 0.0)
     for j in range(last):
-        less = zero - relief(lanes, law.surface, j, law.stiffness)
+        less = 0.0 - relief(lanes, law.surface, j, law.stiffness)
         store(state.multiplier, j, zero)
-        if any_lane(below(less, zero)):
+        if any_lane(less < 0.0):
             for i in range(last):
                 effect = load(lanes, law.coupling, i * (last + 1) + j)
                 left = fma(effect, less, load(lanes, state.penetration, i))
@@ -86,7 +85,7 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
         surface.keep(lanes, surface, i, force)
         force = surface.total(lanes, surface, i, force)
         store(state.multiplier, i, force)
-        if any_lane(below(splat(lanes, 0.0), force)):
+        if any_lane(force > 0.0):
             state.active[n] = i
             n += 1
     for a in range(n, n + TILE):
@@ -113,7 +112,7 @@ class Giving(NamedTuple):
     @compiled(inline=True, inner=True)
     def respond(lanes: tuple, law: "Giving", j: int, depth: np.ndarray) -> np.ndarray:
         """Depth that the force of point j undoes; see `lcp.gauss_seidel`."""
-        return law.surface.follow(lanes, law.surface, j, depth)[0]
+        return follow(lanes, law.surface, j, depth)[0]
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -121,7 +120,7 @@ class Giving(NamedTuple):
         """Contact forces of a step (bank is modified); see ``laws``."""
         state, law = bank.state, bank.law
         deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
-        if not any_lane(below(splat(lanes, 0.0), deepest)):
+        if not any_lane(deepest > 0.0):
             return 0
         deepest = relieve(lanes, law, state)
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.contact.arrays import Scheme, State
+from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     any_lane,
@@ -29,13 +29,7 @@ ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign cha
 
 @compiled(inner=True)
 def choose(
-    lanes: tuple,
-    scheme: Scheme,
-    state: State,
-    law: Any,
-    n_groups: int,
-    group: int,
-    solving: np.ndarray,
+    lanes: tuple, state: State, law: Any, n_groups: int, group: int, solving: np.ndarray
 ) -> int:
     """Points of a group that touch in the guess of any lane (law is modified).
 
@@ -52,7 +46,7 @@ def choose(
                 law.fresh[n_fresh] = a
                 n_fresh += 1
     if n_fresh > 0:
-        turn(lanes, scheme, state, law, n_fresh, law.groups[n_groups])
+        turn(lanes, state, law, n_fresh, law.groups[n_groups])
     return n
 
 
@@ -101,7 +95,6 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
 @compiled(inner=True)
 def find_wrong(
     lanes: tuple,
-    scheme: Scheme,
     state: State,
     law: Any,
     n_groups: int,
@@ -111,7 +104,7 @@ def find_wrong(
     limit: np.ndarray,
     trying: np.ndarray,
 ) -> np.ndarray:
-    """Mark the points that are not on the line guessed (law.wrong, modified).
+    """Mark points that are not on the line guessed, by 1 and the right one (law.wrong, modified).
 
     A point that others push in needs its column before its surface can tell its line.
 
@@ -136,7 +129,7 @@ def find_wrong(
             own += 1
         elif not law.turned[a] and any_lane(limit < depth):
             law.fresh[0] = a
-            turn(lanes, scheme, state, law, 1, law.groups[n_groups])
+            turn(lanes, state, law, 1, law.groups[n_groups])
         near = threshold < load(lanes, law.deepest, law.blade[i])
         code = load(lanes, law.touching, i)
         wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
@@ -163,13 +156,13 @@ def change_sides(
         if not all_at_once:
             found = wrong > 0.0
             wrong, free = select(free > 0.0, wrong, 0.0), select(found, 0.0, free)
-        store(law.touching, i, law.surface.change(lanes, load(lanes, law.touching, i), wrong))
+        code = load(lanes, law.touching, i)
+        store(law.touching, i, select(wrong > 0.0, wrong - 1.0, code))
 
 
 @compiled(inner=True)
 def solve_group(
     lanes: tuple,
-    scheme: Scheme,
     state: State,
     law: Any,
     n_groups: int,
@@ -195,9 +188,9 @@ def solve_group(
     start, end = law.groups[group], law.groups[group + 1]
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
-        n = choose(lanes, scheme, state, law, n_groups, group, solving)
+        n = choose(lanes, state, law, n_groups, group, solving)
         solve_set(lanes, state, law, n)
-        count = find_wrong(lanes, scheme, state, law, n_groups, group, n, threshold, limit, trying)
+        count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
         tried = tried + select(trying, 1.0, 0.0)
         trying = count > 0.0
         if not any_lane(trying):

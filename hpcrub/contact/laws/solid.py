@@ -123,11 +123,11 @@ class Solid(NamedTuple):
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
         """Contact forces of a step (bank is modified); see ``laws``."""
-        scheme, state, law = bank.scheme, bank.state, bank.law
+        state, law = bank.state, bank.law
         deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
         if not any_lane(deepest > 0.0):
             return 0
-        n_active = solve_blades(lanes, scheme, state, law, deepest)
+        n_active = solve_blades(lanes, state, law, deepest)
         law.surface.wear(lanes, law.surface, state, n_active)
         count_contacts(lanes, state, law, n_active)
         return turned_forces(lanes, state, law, n_active)

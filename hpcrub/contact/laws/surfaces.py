@@ -34,7 +34,6 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     aligned_zeros,
     any_lane,
-    below,
     fma,
     inverse,
     larger,
@@ -56,8 +55,8 @@ LEAST = 0.25  # a of a point that is soft
 @compiled(inline=True, inner=True)
 def relief(lanes: tuple, surface: Any, j: int, stiffness: np.ndarray) -> np.ndarray:
     """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
-    earlier, zero = load(lanes, surface.earlier, j), splat(lanes, 0.0)
-    return select(below(zero, earlier), earlier * inverse(load(lanes, stiffness, j)), zero)
+    earlier = load(lanes, surface.earlier, j)
+    return select(earlier > 0.0, earlier * inverse(load(lanes, stiffness, j)), 0.0)
 
 
 class Coated(NamedTuple):
@@ -180,7 +179,7 @@ class Coated(NamedTuple):
         """
         surface.clock[0] += 1
         goes_on = surface.clock[0] - surface.clock[2] <= 2
-        return larger(deepest, splat(lanes, 1.0)) if goes_on else deepest
+        return larger(deepest, 1.0) if goes_on else deepest
 
     @staticmethod
     @compiled(inner=True)
@@ -194,13 +193,13 @@ class Coated(NamedTuple):
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
         surface.clock[1] = surface.clock[0]
-        zero, thickness = splat(lanes, 0.0), splat(lanes, surface.thickness)
+        zero = splat(lanes, 0.0)
         deepest = splat(lanes, -np.inf)
         for i in range(surface.strip.shape[0]):
             at = now + surface.offset[i]
             at = at - surface.n_steps if at >= surface.n_steps else at
             surface.bar[i] = surface.strip[i] * surface.n_steps + at
-            last = positive_part(load(lanes, surface.reached, i) - thickness)
+            last = positive_part(load(lanes, surface.reached, i) - surface.thickness)
             store(surface.last, i, last if follows else zero)
             p = load(lanes, state.penetration, i)
             store(surface.reached, i, p)
@@ -237,8 +236,8 @@ class Coated(NamedTuple):
         n_rows = state.penetration.shape[0]
         for b in range(n):
             j = state.active[b]
-            less = splat(lanes, 0.0) - relief(lanes, surface, j, law.stiffness)
-            if any_lane(below(less, splat(lanes, 0.0))):
+            less = 0.0 - relief(lanes, surface, j, law.stiffness)
+            if any_lane(less < 0.0):
                 for a in range(start, end):
                     effect = load(lanes, law.coupling, b * n_rows + a)
                     store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
@@ -253,39 +252,17 @@ class Coated(NamedTuple):
     @compiled(inner=True)
     def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
         """Remember the force N of a point, ``pushed`` its part a N (surface is modified)."""
-        share = larger(load(lanes, surface.weights, WEIGHTS * j), splat(lanes, LEAST))
+        share = larger(load(lanes, surface.weights, WEIGHTS * j), LEAST)
         new = pushed * inverse(share)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
             t, worn = surface.thickness, load(lanes, surface.worn, surface.bar[j])
-            most = splat(lanes, surface.bars[BEFORE, j]) * (splat(lanes, t) - worn)
-            beyond = splat(lanes, surface.bars[BEYOND, j] * t + surface.bars[START, j])
-            most = select(below(beyond, most), beyond, most)
-            new = select(below(most, new), most, new)
+            most = surface.bars[BEFORE, j] * (t - worn)
+            beyond = surface.bars[BEYOND, j] * t + surface.bars[START, j]
+            most = select(beyond < most, beyond, most)
+            new = select(most < new, most, new)
         store(surface.remembered, 2 * j + LATEST, new)
-        if any_lane(below(splat(lanes, 0.0), new)):
+        if any_lane(new > 0.0):
             surface.clock[2] = surface.clock[0]
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def comply(lanes: tuple, surface: "Coated", j: int, compliance: np.ndarray) -> None:
-        """Lines of point j, which a unit force moves by ``compliance`` (L,) [m/N] in a step."""
-        lines.gains_found(lanes, surface, j, compliance)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def follow(
-        lanes: tuple, surface: "Coated", j: int, d: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Depth and code; see `lines.follow`."""
-        return lines.follow(lanes, surface, j, d)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def line(
-        lanes: tuple, surface: "Coated", j: int, code: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Slope and start; see `lines.line`."""
-        return lines.line(lanes, surface, j, code)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -295,34 +272,27 @@ class Coated(NamedTuple):
     ) -> np.ndarray:  # fmt: skip
         """1 and the right code where x (L,) [m] is not the depth that the force at p (L,) undoes.
 
+        code: (L,) that x was found with.
+
         limit: (L,) tolerance [m].
         trying: (L,) bool, lanes that count (their ``reached`` is modified).
         """
         worn = load(lanes, surface.worn, surface.bar[j])
         store(surface.reached, j, select(trying, p + worn, load(lanes, surface.reached, j)))
-        right, found = surface.follow(lanes, surface, j, p + x)
-        zero, off = splat(lanes, 0.0), right - x
-        off = larger(off, zero - off)
-        return select(below(limit, off), splat(lanes, 1.0) + found, zero)
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def change(lanes: tuple, code: np.ndarray, wrong: np.ndarray) -> np.ndarray:
-        """The code that `check` has found, where it was not right."""
-        return select(below(splat(lanes, 0.0), wrong), wrong - splat(lanes, 1.0), code)
+        right, found = lines.follow(lanes, surface, j, p + x)
+        off = right - x
+        return select(limit < larger(off, 0.0 - off), 1.0 + found, 0.0)
 
     @staticmethod
     @compiled(inner=True)
     def wear(lanes: tuple, surface: "Coated", state: State, n_active: int) -> None:
         """Worn depths under the first points of ``state.active`` after the step (modified)."""
-        kept = splat(lanes, surface.kept)
-        start = splat(lanes, surface.kept * surface.depth_at_yield)
-        most = splat(lanes, surface.thickness)
+        start = surface.kept * surface.depth_at_yield
         for a in range(n_active):
             i = state.active[a]
             bar = surface.bar[i]
-            new = kept * load(lanes, surface.reached, i) - start
-            new = select(below(new, most), new, most)
+            new = surface.kept * load(lanes, surface.reached, i) - start
+            new = select(new < surface.thickness, new, surface.thickness)
             store(surface.worn, bar, larger(new, load(lanes, surface.worn, bar)))
 
     @staticmethod
@@ -332,6 +302,10 @@ class Coated(NamedTuple):
         for lane in range(state.report.shape[1]):
             if law.right[0, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
+
+
+Coated.comply = staticmethod(lines.gains_found)  # type: ignore[attr-defined]
+Coated.line = staticmethod(lines.line)  # type: ignore[attr-defined]
 
 
 def surface_of(scene: Any, grid: Any, n_points: int, width: int) -> Hard | Coated:
