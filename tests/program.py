@@ -4,6 +4,7 @@ import os
 import subprocess
 
 import h5py
+import numpy as np
 import pytest
 
 from evidence.page import ROOT
@@ -12,6 +13,7 @@ from hpcrub import studies
 from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
+from hpcrub.response import history
 from hpcrub.runs import result_files
 from hpcrub.studies.contact.layout import LAYOUT
 
@@ -56,6 +58,12 @@ def refusal(function, *arguments):
     assert message
     assert message.isprintable()
     return message
+
+
+def whole(modes, scene, speeds, duration, *names, motion=None):
+    """Arrays of a whole history, such as its times, (T, ..., S) each."""
+    pieces = list(history.integrate(modes, scene, speeds, duration, motion))
+    return [np.concatenate([getattr(piece, name) for piece in pieces]) for name in names]
 
 
 def lay_out(path, study=TINY):

@@ -59,6 +59,9 @@ WRONG = [
      "mistuning.half_range_percent: [3.0] cannot be combined with mistuning.pattern"),
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
     ("mistuning: {by: cantilever_modes}", "mistuning.by: cantilever_modes needs disk.model"),
+    ("study: time_response\nspeeds: {from_hz: 30, to_hz: 31}", "31.0 is not speeds.from_hz, 30.0"),
+    ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
+    ("disk: {model: x.h5}\nlimits: {stress_mpa: 100}", "limits.stress_mpa: a model file"),
     # YAML
     ("", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),

@@ -8,10 +8,6 @@ disk the forces of recorded steps are those of the incremental law of plasticity
     f > 0:  ε_p ← ε_p + f/(E + H),  σ = σ* − E f/(E + H).
 """
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -26,12 +22,11 @@ from hpcrub.contact.integrate import run
 from hpcrub.model.casing import bump_table, ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import history
 from hpcrub.response.revolution import Grid, cut_revolution
 from hpcrub.setup.plausibility import rebound_lost
-from tests.contact.test_kernel import integrate_lanes
+from tests.contact.test_kernel import integrate_lanes, plain_python
 from tests.contact.test_spatial import integrate, made_up
-from tests.program import ROOT
+from tests.program import whole
 
 
 @pytest.mark.parametrize("name", WALLS)
@@ -158,10 +153,10 @@ def test_a_disk_feels_the_incremental_law(name):
     modes, scene, speed = rubbing(*KINDS[name])
     grid = cut_revolution(speed, scene)
     assert grid.stride == 1
-    pieces = list(history.integrate(modes, scene, [speed], 2.4 / speed))
-    force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
-    position = np.concatenate([piece.position[:, :, 0] for piece in pieces])
-    n, h, face = grid.steps_per_revolution, pieces[0].time[0, 0], scene.interface
+    names = "time", "position", "normal_force"
+    time, position, force = whole(modes, scene, [speed], 2.4 / speed, *names)
+    position, force = position[:, :, 0], force[:, :, 0]
+    n, h, face = grid.steps_per_revolution, time[0, 0], scene.interface
     rows = bump_table(face.angle, scene.n_bumps, scene.bump_height, n, n)
     done = np.arange(len(force))
     grown = np.array([ramp(h * (step + 1), scene.ramp_time) for step in done])
@@ -183,16 +178,6 @@ def test_a_disk_feels_the_incremental_law(name):
     assert p.max() < t * (1.0 + 1e-9) or scene.elastic_casing
 
 
-TWIN = """
-import sys
-import numpy as np
-sys.path.insert(0, {root!r})
-from tests.contact.test_coating import LAWS, turned
-np.savez({out!r}, **{{str(solid): turned("both", solid=solid, revolution=240)
-                  for solid in (False, True)}})
-"""
-
-
 def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200, solid=False):
     """Displacements and worn depths of some lanes after some blocks, in one row."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
@@ -204,18 +189,12 @@ def turned(name, speeds=(33.5, 34.0, 34.5), width=8, n_blocks=1, revolution=1200
     return np.concatenate([found.reshape(-1, len(speeds)), worn[:, : len(speeds)]])
 
 
-def test_compiled_laws_are_their_plain_python_twins(tmp_path):
-    out = tmp_path / "twin.npz"
-    code = TWIN.format(root=str(ROOT), out=str(out))
-    subprocess.run(
-        [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    )
-    with np.load(out) as twins:
-        for solid in (False, True):
-            twin = twins[str(solid)]
-            assert np.abs(twin).max() > 1e-5
-            off = turned("both", revolution=240, solid=solid) - twin
-            assert np.abs(off).max() < 1e-10 * np.abs(twin).max()
+@pytest.mark.parametrize("solid", [False, True])
+def test_compiled_laws_are_their_plain_python_twins(tmp_path, solid):
+    twin = plain_python(f"turned('both', revolution=240, solid={solid})", __name__, tmp_path)
+    assert np.abs(twin).max() > 1e-5
+    off = turned("both", revolution=240, solid=solid) - twin
+    assert np.abs(off).max() < 1e-10 * np.abs(twin).max()
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -26,13 +26,12 @@ from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes, craig_bampton, mistuned_modes
-from hpcrub.response import history as histories
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import Grid, cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria, localisation
 from hpcrub.response.sweep import run_sweep
-from tests.program import ROOT
+from tests.program import ROOT, whole
 
 SPEEDS = np.array([33.5, 34.0, 34.5])
 REVOLUTION = 1500  # steps
@@ -122,11 +121,9 @@ def test_kernel_is_the_textbook_scheme_to_rounding(reduced, mistuned):
 def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned):
     scene = reference_scene(step=2e-5)
     grid = cut_revolution(SPEEDS[0], scene)
-    pieces = list(histories.integrate(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0]))
-    radial, tangential = (
-        np.concatenate([getattr(piece, f"{name}_force")[:, :, 0] for piece in pieces])
-        for name in ("normal", "tangential")
-    )
+    names = "normal_force", "tangential_force"
+    found = whole(mistuned, scene, SPEEDS[:1], 0.4 / SPEEDS[0], *names)
+    radial, tangential = (force[:, :, 0] for force in found)
     n_steps = len(radial) * grid.stride
     _, forces = textbook(reduced, mistuned, scene, SPEEDS[0], n_steps, grid.steps_per_revolution)
     mean = forces.reshape(len(radial), grid.stride, 2, -1).mean(axis=1)
@@ -135,33 +132,23 @@ def test_a_history_holds_the_forces_of_the_textbook_scheme(reduced, mistuned):
         assert np.abs(found - expected).max() < 1e-7 * radial.max()
 
 
-TWIN = """
-import sys
-import numpy as np
-sys.path.insert(0, {root!r})
-from tests.contact.test_kernel import SPEEDS, integrate_lanes
-from evidence.truth.disk import reference_reduced, reference_scene
-from hpcrub.model.reduction import mistuned_modes
-reduced = reference_reduced()
-scene = reference_scene()
-modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
-history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
-np.save({out!r}, history)
-"""
+def plain_python(expression, module, folder):
+    """Array that an expression gives in a module of these tests where nothing is compiled."""
+    code = f"import numpy; from {module} import *; numpy.save('twin.npy', {expression})"
+    plain = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=folder, env=plain)
+    return np.load(folder / "twin.npy")
 
 
-def test_compiled_kernel_is_its_plain_python_twin(reduced, tmp_path):
-    out = tmp_path / "twin.npy"
-    code = TWIN.format(root=str(ROOT), out=str(out))
-    subprocess.run(
-        [sys.executable, "-c", code], check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    )
-    scene = reference_scene()
-    modes = mistuned_modes(reduced, np.linspace(-0.04, 0.04, 12))
-    history, _ = integrate_lanes(modes, scene, SPEEDS, 1, 8, 1200)
-    twin = np.load(out)
+def short():
+    modes = mistuned_modes(reference_reduced(), np.linspace(-0.04, 0.04, 12))
+    return integrate_lanes(modes, reference_scene(), SPEEDS, 1, 8, 1200)[0]
+
+
+def test_compiled_kernel_is_its_plain_python_twin(tmp_path):
+    twin = plain_python("short()", __name__, tmp_path)
     assert np.abs(twin).max() > 1e-5  # contact did occur: without it nothing moves
-    assert np.abs(history - twin).max() < 1e-10 * np.abs(twin).max()
+    assert np.abs(short() - twin).max() < 1e-10 * np.abs(twin).max()
 
 
 def step_by_step(bank, scene, n_steps, width):

@@ -19,11 +19,11 @@ from hpcrub.contact.observers import Record
 from hpcrub.model import casing
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
-from hpcrub.response import history
 from hpcrub.response.revolution import Grid, rung, slowest
 from hpcrub.response.scene import Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import Motion, run_sweep
+from tests.program import whole
 
 N_BLADES, PER_BLADE, N_MODES = 3, 4, 40
 REVOLUTION, SPEED, FRICTION, XI = 1200, 30.0, 0.3, 0.01
@@ -124,11 +124,8 @@ def test_a_history_holds_the_forces_in_all_directions():
     """Whose resultant opposes the slip: its axial part grows with the axial velocity."""
     modes, scene = made_up(0)
     scene = scene._replace(step=1.0 / (SPEED * REVOLUTION))
-    pieces = list(history.integrate(modes, scene, [SPEED], 0.5 / SPEED))
-    normal, tangential, axial = (
-        np.concatenate([getattr(piece, f"{name}_force") for piece in pieces])
-        for name in ("normal", "tangential", "axial")
-    )
+    names = "normal_force", "tangential_force", "axial_force"
+    normal, tangential, axial = whole(modes, scene, [SPEED], 0.5 / SPEED, *names)
     assert normal.max() > 0.0
     assert np.abs(axial).max() > 1e-3 * normal.max()
     touching = normal > 1e-3 * normal.max()
@@ -142,8 +139,8 @@ def test_steps_in_which_a_blade_touches_are_counted():
     modes, scene = made_up(0)
     step = 1.0 / (slowest(rung(SPEED)) * REVOLUTION)  # as many steps as `integrate` takes here
     scene = scene._replace(step=step, record_interval=step)
-    pieces = list(history.integrate(modes, scene, [SPEED], 1.0 / SPEED))
-    touching = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces]) > 0.0
+    (force,) = whole(modes, scene, [SPEED], 1.0 / SPEED, "normal_force")
+    touching = force[:, :, 0] > 0.0
     blade = scene.interface.blade
     expected = [touching[:, blade == b].any(axis=1).sum() for b in range(N_BLADES)]
     assert len(touching) == REVOLUTION
@@ -229,10 +226,8 @@ def test_friction_reverses_with_the_slip():
         scene = Scene(face, 0.0, 1, 0.0, -pressed, 0.0, mu, scheme="exact_modal", step=step)
         scene, motion = scene._replace(record_interval=step), Motion.at_rest(1, 2)
         motion.position[0, 0], motion.velocity[0, 1] = -pressed, velocity
-        pieces = list(history.integrate(modes, scene, [speed], 0.05, motion))
-        time = np.concatenate([piece.time[:, 0] for piece in pieces])
-        u = np.concatenate([piece.observed[:, 0, 0] for piece in pieces])[time < 0.05]
-        time = time[time < 0.05]
+        time, u = whole(modes, scene, [speed], 0.05, "time", "observed", motion=motion)
+        u, time = u[time[:, 0] < 0.05, 0, 0], time[time < 0.05]
         expected, reversals = turned_by_friction(omega[1], force, belt, velocity, time)
         errors.append(np.abs(u - expected).max() / np.abs(expected).max())
     assert reversals >= 4

@@ -1,7 +1,4 @@
-"""The example of the page on developing a study, added to a copy of the tree as the page says.
-
-It computes what the page says, and is refused where its physics is unknown.
-"""
+"""The example of the page on developing a study, added to a copy of the tree as the page says."""
 
 import os
 import re
@@ -13,11 +10,9 @@ import h5py
 import numpy as np
 import pytest
 
-from evidence.truth.hexahedra import sector_arrays
 from hpcrub.config.schema import Config
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.results import model_file
 from hpcrub.setup.problem import build_model
 from tests.program import ENVIRONMENT, ROOT
 
@@ -68,15 +63,3 @@ def test_the_example_is_a_study(tree):
         drawn = stiffness_deviation(2020, level, 2, 12, half_range)
         omega = mistuned_modes(reduced, drawn).omega
         np.testing.assert_allclose(found[level, 2], omega[:12] / (2 * np.pi), rtol=1e-10)
-
-
-def test_blades_whose_stiffness_is_not_known_are_refused(tree):
-    """A model file without K_blade would else give samples that are all the tuned disk."""
-    arrays = {k: v for k, v in sector_arrays().items() if not k.startswith("K_blade")}
-    model_file.write(tree / "sector.h5", arrays)
-    more = "disk: {model: sector.h5}\nreduction: {n_modes: 4}\noutput: b.h5\n"
-    (tree / "b.yaml").write_text(block("yaml").replace("samples: 1000", "samples: 3") + more)
-    code, _, err = run(tree, "main.py", "b.yaml")
-    assert code == 2
-    assert "has no K_blade; its blades cannot be mistuned" in err
-    assert not (tree / "b.h5").exists()

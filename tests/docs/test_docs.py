@@ -99,9 +99,7 @@ def test_a_question_has_an_input_a_command_and_a_figure(question, tmp_path):
     text = QUESTIONS[question]
     inputs = blocks(text, "yaml")
     figures = re.findall(r"!\[.+?\]\((.+?)\)", text)
-    assert inputs
-    assert figures
-    assert commands(text)
+    assert all([inputs, figures, commands(text)])
     for figure in figures:
         assert (DOCS / figure).exists()
     for name in re.findall(r"inputs/[\w.-]+", text):

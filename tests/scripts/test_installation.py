@@ -1,7 +1,6 @@
 """What pip installs is the whole program, and conda installs what it needs."""
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -33,24 +32,12 @@ def test_what_pip_installs_runs_without_the_checkout(tmp_path):
         assert done.stdout.startswith(begin), done.stderr
 
 
-CONDA_NAMES = {"matplotlib-base": "matplotlib"}
-SPECIFICATION = re.compile(r"([\w-]+) ?(>=[\d.]+)?")
-
-
-def specifications(lines):
-    """{name: lower bound or None} of dependencies such as numpy>=2.0."""
-    found = {}
-    for line in lines:
-        name, bound = SPECIFICATION.match(line).groups()
-        found[CONDA_NAMES.get(name, name.lower())] = bound
-    return found
-
-
 def test_conda_installs_what_the_package_needs():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    needed = specifications(project["dependencies"] + project["optional-dependencies"]["mpi"])
+    needed = project["dependencies"] + project["optional-dependencies"]["mpi"]
     environment = yaml.safe_load((ROOT / "environment.yml").read_text("utf-8"))["dependencies"]
-    by_conda = specifications(line for line in environment if isinstance(line, str))
-    assert {name: by_conda.get(name) for name in needed} == needed
-    assert set(by_conda) - set(needed) == {"python", "pip", "openmpi"}
+    by_conda = [
+        str(line).replace(" >", ">").replace("-base", "").split()[0] for line in environment
+    ]
+    assert {line.lower() for line in needed} <= set(by_conda)
     assert environment[-1] == {"pip": ["--editable .[dev]"]}  # the rest, and hpcrub itself

@@ -25,7 +25,7 @@ from hpcrub.response.sweep import Motion, run_sweep
 from hpcrub.results.layout import FAILED
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import energy, open_result
-from tests.program import TINY, error_lines, run_here
+from tests.program import TINY, error_lines, run_here, whole
 
 
 def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
@@ -111,8 +111,7 @@ def largest_energies(config, deviation):
     modes = mistuned_modes(problem.reduced, deviation)
     motion = Motion.at_rest(len(speeds), len(modes.omega))
     run_sweep(modes, problem.scene, speeds, motion=motion)
-    pieces = history.integrate(modes, problem.scene, speeds, 3 / speeds.max(), motion)
-    q = np.concatenate([piece.position for piece in pieces])
+    (q,) = whole(modes, problem.scene, speeds, 3 / speeds.max(), "position", motion=motion)
     disk, reduced = build_model(config)
     u = np.einsum("nk,rks->rsn", reduced.basis @ modes.shapes, q)
     blades = zip(deviation, disk.blade_dof, disk.blade_stiffness, strict=True)

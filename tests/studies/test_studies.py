@@ -21,7 +21,7 @@ from hpcrub.response.linear import engine_order_response
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import open_result, time_response
-from tests.program import ROOT, load, run, run_here
+from tests.program import ROOT, load, run, run_here, whole
 
 
 def compute(name, *overrides, options=()):
@@ -182,13 +182,6 @@ def test_a_map_judges_a_point_as_a_sweep_does(tiny_config, rule):
     assert found.error == pytest.approx(sweep.error[0], rel=0.05, nan_ok=True)
 
 
-def test_a_time_response_has_one_speed(folder, capfd):
-    path = str(ROOT / "inputs" / "time_response.yaml")
-    assert cli.main([path, "--set", "speeds.from_hz=30", "--set", "speeds.to_hz=31"]) == 2
-    assert "speeds.to_hz: 31.0 is not speeds.from_hz, 30.0" in capfd.readouterr().err
-    assert not any(folder.iterdir())
-
-
 def test_interaction_map(folder):
     """Nine speeds: the tasks are a group of eight and one alone."""
     speeds = "speeds.from_hz=29", "speeds.to_hz=31", "speeds.step_hz=0.25"
@@ -204,8 +197,7 @@ def test_interaction_map(folder):
     for disk, deviation in enumerate(file.read("deviation")):
         modes = mistuned_modes(problem.reduced, deviation)
         for group in (slice(0, 8), slice(8, 9)):
-            pieces = list(history.integrate(modes, problem.scene, speeds[group], 0.4))
-            time, q = (np.concatenate([piece[n] for piece in pieces]) for n in (0, 1))
+            time, q = whole(modes, problem.scene, speeds[group], 0.4, "time", "position")
             tips = np.abs(np.einsum("ck,rks->rsc", modes.tangential, q)).max(axis=2)
             for lane, speed in enumerate(speeds[group]):  # a history ends where it would alone
                 end = history.n_records(speed, 0.4, problem.scene)

@@ -9,7 +9,6 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.errors import InputError
 from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
@@ -84,9 +83,7 @@ def test_limits_have_a_probability_with_its_interval(file):
     assert "±2 %: 0 of 2 disks exceed 10000 MPa" in text
 
 
-def test_stress_of_a_model_file_is_refused():
-    with pytest.raises(InputError, match=r"limits.stress_mpa: a model file"):
-        Config(disk={"model": "x.h5"}, limits={"stress_mpa": 100.0})
+def test_stress_of_a_model_file_is_given():
     known = {"stress_mpa": 100.0, "stress_mpa_per_mm": 40.0}
     config = Config(disk={"model": "x.h5"}, limits=known)
     assert trust.stress_per_metre(config) == pytest.approx(40e6 / 1e-3)

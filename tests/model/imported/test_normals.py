@@ -15,9 +15,9 @@ import pytest
 from hpcrub.errors import InputError
 from hpcrub.model.imported import neutral, reduced
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response import history
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion
+from tests.program import whole
 
 MASS, STIFFNESS = 0.3, np.array([4e5, 7e5, 1.5e5])
 C, S, PRESSED = np.cos(0.4), np.sin(0.4), 1e-4
@@ -46,11 +46,9 @@ def motion_of(friction, damping, duration, start=None):
     motion = Motion.at_rest(1, 3)
     if start is not None:
         motion.position[0] = np.linalg.solve(modes.shapes, start)
-    pieces = list(history.integrate(modes, scene, speed, duration, motion))
-    position = np.concatenate([p.position[:, :, 0] for p in pieces])
-    time = np.concatenate([p.time[:, 0] for p in pieces])
-    force = np.concatenate([p.normal_force[:, 0, 0] for p in pieces])
-    return time, position @ modes.shapes.T, force
+    names = "time", "position", "normal_force"
+    time, position, force = whole(modes, scene, speed, duration, *names, motion=motion)
+    return time[:, 0], position[:, :, 0] @ modes.shapes.T, force[:, 0, 0]
 
 
 def test_a_mass_pressed_by_a_cone_rests_where_statics_say():
