@@ -7,20 +7,14 @@ import numpy as np
 
 from evidence import page
 from evidence.scaling import program, simulate
-from hpcrub.plot.style import BLUE, COLOURS, MARKERS, ORANGE, STYLE
+from hpcrub.plot.style import BLUE, ORANGE, STYLE
 
 RANKS = (10, 100, 300, 1000, 3000, 10_000)
 SAMPLES = 20_000  # of each case: 4 levels of 5000
 MORE = 10  # times the samples, on the most ranks
 ENOUGH = 400  # samples per rank are simulated, and count for all
-LINES = ("-", "--", "-.", ":")
 BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15)}  # of a legend
-VARIANTS = {
-    "as it is": {},
-    "samples never cut": {"cut": False},
-    "samples after the tuned disk": {"overlap": False},
-    "neither": {"cut": False, "overlap": False},
-}
+VARIANTS = {"as it is": True, "samples never cut": False}  # whether samples are cut
 
 
 def machine(found):
@@ -34,18 +28,18 @@ def simulations(found, all_ranks):
     """{(variant, ranks): Result} of all cases one after another, in the order of the ranks."""
     table = {}
     for n_ranks in all_ranks:
-        for name, options in VARIANTS.items():
-            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, **options)
-    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES)
+        for name, cut in VARIANTS.items():
+            table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
+    table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)
     return table
 
 
-def _cases(found, n_ranks, n_samples, **options):
+def _cases(found, n_ranks, n_samples, cut):
     """Sums over the cases; finishing a sample is useful work too."""
     results, this = [], machine(found)
     total, n_samples = n_samples, min(n_samples, ENOUGH * n_ranks)
     for costs in found["costs"].values():
-        told = simulate.study(costs, this, n_ranks, n_samples, **options)
+        told = simulate.study(costs, this, n_ranks, n_samples, cut)
         results.append(told._replace(useful=told.useful + n_samples * this.finish))
     sums = (sum(values) * total / n_samples for values in zip(*results, strict=True))
     return simulate.Result(*sums)
@@ -60,7 +54,6 @@ def write(found, figures, all_ranks):
     """Draw the figures into a folder; returns the parts of the page."""
     table = simulations(found, all_ranks)
     efficiency_figure(found, table, figures / "scaling.png")
-    cost_figure(found["costs"], figures / "sample_costs.png")
     this = machine(found)
     each = [
         ["rank 0: a message with a result", f"{1e6 * this.receive:.0f} µs"],
@@ -128,9 +121,9 @@ def efficiency_figure(found, table, path):
     counts = ranks(table)
     with plt.rc_context(STYLE):
         figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4))
-        for name, colour, marker, line in zip(VARIANTS, COLOURS, MARKERS, LINES, strict=False):
+        for name, look in zip(VARIANTS, ("o-", "s--"), strict=True):
             efficiency = [100 * table[name, n].efficiency(n) for n in counts]
-            left.semilogx(counts, efficiency, line, color=colour, marker=marker, label=name)
+            left.semilogx(counts, efficiency, look, label=name)
         left.axhline(95.0, color="0.4", lw=1.2, ls=":", label="95 %")
         left.set(xlabel="ranks", ylabel="efficiency [%]", ylim=(0, 102))
         busy = [table["as it is", n] for n in counts]
@@ -144,29 +137,5 @@ def efficiency_figure(found, table, path):
         right.set(xlabel="ranks", ylabel="share [%], time [s]")
         left.legend(ncols=2, **BELOW)
         right.legend(ncols=1, **BELOW)
-        figure.savefig(path, dpi=130)
-        plt.close(figure)
-
-
-def cost_figure(all_costs, path):
-    """Costs of samples, and of samples in parts, by case."""
-    with plt.rc_context(STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4))
-        looks = zip(all_costs.items(), COLOURS, MARKERS, LINES, strict=False)
-        for (n_bumps, c), colour, marker, line in looks:
-            label, look = f"$n_d$ = {n_bumps}", {"color": colour, "ls": line}
-            ordered = np.sort(c.whole)
-            share = np.arange(1, len(ordered) + 1) / len(ordered)
-            left.step(ordered, share, label=label, **look)
-            counts = [1, *c.parts[0]]
-            total = [1.0] + [sum(sum(p[n]) for p in c.parts) / c.whole.sum() for n in counts[1:]]
-            longest = [c.whole.mean()] + [np.mean([max(p[n]) for p in c.parts]) for n in counts[1:]]
-            right.plot(counts, total, marker=marker, label=f"{label}, all parts", **look)
-            relative = np.array(longest) / c.whole.mean()
-            right.plot(counts, relative, marker=marker, mfc="w", label="longest part", **look)
-        left.set(xlabel="seconds per sample", ylabel="share of samples", ylim=(0, 1.02))
-        right.set(xlabel="parts", ylabel="relative to the whole sample [-]", ylim=0)
-        left.legend(ncols=2, **BELOW)
-        right.legend(ncols=2, **BELOW)
         figure.savefig(path, dpi=130)
         plt.close(figure)

@@ -34,53 +34,41 @@ class Result(NamedTuple):
 
     seconds: float
     useful: float  # sum of all sweeps, as one rank would integrate them [s]
-    n_messages: int
     serving: float  # seconds that rank 0 was busy with messages
-    reference: float  # when the tuned disk was known [s]
 
     def efficiency(self, n_ranks):
         """Share of the ranks' time that went into useful work."""
         return self.useful / (n_ranks * self.seconds)
 
 
-def study(costs, machine, n_ranks, n_samples, seed=1, cut=True, overlap=True):
+def study(costs, machine, n_ranks, n_samples, cut=True):
     """Simulate one case of n_samples samples in all, each with the costs of a measured disk.
 
-    costs: `costs.Costs`; cut: whether samples are cut into parts; overlap: whether samples begin
-    before the tuned disk is known.
+    costs: `costs.Costs`; cut: whether samples are cut into parts.
     """
-    if not overlap:
-        first = _Simulation(costs, machine, n_ranks, seed, cut).run(0)
-        rest = _Simulation(costs, machine, n_ranks, seed, cut, tuned=False).run(n_samples)
-        sums = (a + b for a, b in zip(first, rest, strict=True))
-        return Result(*sums)
-    return _Simulation(costs, machine, n_ranks, seed, cut).run(n_samples)
+    return _Simulation(costs, machine, n_ranks, cut).run(n_samples)
 
 
 class _Simulation:
-    def __init__(self, costs, machine, n_ranks, seed, cut, tuned=True):
+    def __init__(self, costs, machine, n_ranks, cut):
         self.costs, self.machine, self.n_ranks = costs, machine, n_ranks
-        self.random = np.random.default_rng(seed)
+        self.random = np.random.default_rng(1)
         self.most = max(costs.parts[0], default=1) if cut else 1
-        self.tuned = tuned
         self.events, self.order = [], count()
         self.queue = [[] for _ in range(n_ranks)]
         self.results = [[] for _ in range(n_ranks)]
         self.running = [None] * n_ranks
         self.waiting = {}  # ranks with a finished sample and no reference
         self.inbox, self.asleep = [], False
-        self.known_at = None if tuned else 0.0
-        self.shared_at = np.full(n_ranks, np.inf if tuned else 0.0)
+        self.shares = np.zeros(n_ranks, dtype=bool)  # ranks that know the tuned disk
         self.parts, self.records = {}, {}
         self.useful = self.serving = 0.0
-        self.n_messages = 0
         self.free_at = 0.0  # when rank 0 has handled its last messages
 
     def run(self, n_samples):
-        n_runs = TUNED_RUNS * self.tuned
-        cut = contact_tasks.n_parts(n_runs, self.n_ranks, self.most)
+        cut = contact_tasks.n_parts(TUNED_RUNS, self.n_ranks, self.most)
         tuned = [
-            contact_tasks.TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)
+            contact_tasks.TunedPart(*run_part, cut) for run_part in np.ndindex(TUNED_RUNS, cut)
         ]
         self.n_tuned = len(tuned)
         samples = ((0, number) for number in range(n_samples))
@@ -98,7 +86,7 @@ class _Simulation:
         farewell *= (self.n_ranks - 1) * self.machine.slowdown
         seconds = max(now, self.free_at) + farewell
         serving = self.serving + farewell
-        return Result(seconds, self.useful, self.n_messages, serving, self.known_at or 0.0)
+        return Result(seconds, self.useful, serving)
 
     def _at(self, when, action, *arguments):
         heapq.heappush(self.events, (when, next(self.order), action, arguments))
@@ -132,7 +120,6 @@ class _Simulation:
         self.inbox = []
         for rank, tasks in self.assignments.answers():
             now += self.machine.send * self.machine.slowdown
-            self.n_messages += 1
             self._at(now, self._receive, rank, tasks)
         self.serving += now - began
         self.free_at = now
@@ -144,7 +131,7 @@ class _Simulation:
             if isinstance(task, contact_tasks.TunedPart):
                 self.n_tuned -= 1
                 if not self.n_tuned:
-                    self.known_at = self.shared_at[0] = now
+                    self.shares[0] = True
                     for rank in range(1, self.n_ranks):
                         now += self.machine.send * self.machine.slowdown
                         self._at(now, self._share, rank)
@@ -163,7 +150,7 @@ class _Simulation:
             self.running[0] = [task, self._cost(task)]
         task, left = self.running[0]
         if left <= 0.0:
-            if not self._may_finish(0, task):
+            if _is_sample(task) and not self.shares[0]:
                 self._at(now + PAUSE, self._serve)
                 return
             self.running[0] = None
@@ -177,7 +164,6 @@ class _Simulation:
 
     def _arrive(self, now, *message):
         self.inbox.append(message)
-        self.n_messages += 1
         if self.asleep:
             self.asleep = False
             self._at(max(now + self.random.random() * PAUSE, self.free_at), self._serve)
@@ -201,13 +187,13 @@ class _Simulation:
         self._at(now + self._cost(task), self._computed, rank)
 
     def _computed(self, now, rank):
-        if self._may_finish(rank, self.running[rank]):
+        if self.shares[rank] or not _is_sample(self.running[rank]):
             self._at(now + self._finish(self.running[rank]), self._end, rank)
         else:
             self.waiting[rank] = True
 
     def _share(self, now, rank):
-        self.shared_at[rank] = now
+        self.shares[rank] = True
         if self.waiting.pop(rank, False):
             self._computed(now, rank)
 
@@ -217,14 +203,14 @@ class _Simulation:
         if not self.queue[rank]:
             self._report(rank, now)
             return
-        if np.isinf(self.shared_at[rank]):
+        if not self.shares[rank]:
             self._report(rank, now, asks=False)
         self._begin(now, rank)
 
-    def _may_finish(self, rank, task):
-        whole = isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
-        return not whole or np.isfinite(self.shared_at[rank])
-
     def _finish(self, task):
-        whole = isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
-        return self.machine.finish * self.machine.slowdown * whole
+        return self.machine.finish * self.machine.slowdown * _is_sample(task)
+
+
+def _is_sample(task):
+    """Whether a task ends with a whole sample, which needs the tuned disk."""
+    return isinstance(task, contact_tasks.SamplePart) and task.n_parts == 1
