@@ -119,7 +119,7 @@ def compiling(folder):
     (folder / "cache").mkdir(parents=True)
     empty = {"XDG_CACHE_HOME": str(folder / "cache"), "NUMBA_CACHE_DIR": None}
     job = Job(folder, "study.yaml", **empty)
-    job.until(lambda: "compiling the kernel" in job.output())
+    job.until(lambda: "loading the kernel" in job.output())
     time.sleep(2.0)
     job.process.send_signal(signal.SIGTERM)
     trial = judged(job, job.wait(), [75], ["--resume"])

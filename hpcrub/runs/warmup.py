@@ -1,10 +1,7 @@
 """What a study needs is compiled by one rank, and loaded by all."""
 
-from typing import Any
-
 import numba
 import numpy as np
-from numba.core import event
 
 from hpcrub.config.schema import Config
 from hpcrub.model.casing import NO_PROFILE
@@ -32,18 +29,19 @@ def warm_up(
     Kind of disk, contact law and `histories`, whether the study keeps motions, decide what that is.
     """
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
+    if progress:
+        progress.say("loading the kernel; a new one is compiled first, in half a minute")
     if numba.config.CACHE_DIR:  # type: ignore[attr-defined]
-        team.on_root(lambda: _load(tuned, problem.scene, histories, progress))
-    _load(tuned, problem.scene, histories, progress)
+        team.on_root(lambda: _load(tuned, problem.scene, histories))
+    _load(tuned, problem.scene, histories)
 
 
-def _load(modes, scene, histories, progress):
-    with event.install_listener("numba:compile", _Compiling(progress)):
-        modes, scene = _smallest_case(modes, scene)
-        for width in (sweep.WIDTH, NARROWEST):
-            sweep.run_sweep(modes, scene, [100.0], width=width)
-        if histories:
-            list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))
+def _load(modes, scene, histories):
+    modes, scene = _smallest_case(modes, scene)
+    for width in (sweep.WIDTH, NARROWEST):
+        sweep.run_sweep(modes, scene, [100.0], width=width)
+    if histories:
+        list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))
 
 
 def _smallest_case(modes, scene):
@@ -68,27 +66,3 @@ def _smallest_case(modes, scene):
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
     )
-
-
-class _Compiling(event.Listener):
-    """Says once that something is compiled; numba sends no event for what it has kept."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self.progress = progress
-
-    def on_start(self, event: Any) -> None:
-        """Say it at the first function."""
-        if self.progress:
-            kept = numba.config.CACHE_DIR  # type: ignore[attr-defined]
-            often = (
-                "once after every change of the program"
-                if kept
-                else (
-                    "every time: there is no folder to keep it in, XDG_CACHE_HOME=FOLDER gives one"
-                )
-            )
-            self.progress.say(f"compiling the kernel, {often}: half a minute")
-        self.progress = None
-
-    def on_end(self, event: Any) -> None:
-        """Nothing to say."""
