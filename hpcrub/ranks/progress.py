@@ -1,4 +1,4 @@
-"""How far a study is: a bar on a terminal, plain lines in a log."""
+"""How far a study is, in lines that become rarer with time; the console they go to."""
 
 import io
 import sys
@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from rich import box
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn
-from rich.progress import Progress as Bar
 from rich.table import Table
 
 from hpcrub.config.schema import Config
@@ -18,10 +16,8 @@ from hpcrub.config.text import counted
 from hpcrub.ranks.parallel import launched_size
 from hpcrub.results.layout import FAILED, PENDING
 
-LOG_INTERVAL, LOG_SHARE = 5.0, 0.05  # seconds between plain lines, or this share of the time so far
-REFRESH = 0.5  # [s] between two updates of the percentiles
+INTERVAL, SHARE = 5.0, 0.05  # seconds between two lines, or this share of the time so far
 WIDTH = 106  # of the tables in a log
-BAR = 12  # width of the bar
 
 
 def console() -> Console:
@@ -60,33 +56,20 @@ class Progress:
     def __init__(self, config: Config) -> None:
         self.config = config
         self.console = console()
-        self.bar: Bar | None = None
-        self.task: TaskID | None = None
-        if self.console.is_terminal:
-            columns = TextColumn("{task.description}"), BarColumn(BAR), MofNCompleteColumn()
-            self.bar = Bar(*columns, TextColumn("{task.fields[text]}"), console=self.console)
-            self.bar.start()
         self.began = self.shown = time.monotonic()
-        self.already = self.done = 0
-        self.total = 0
+        self.already = self.done = self.total = 0
 
     def say(self, text: str) -> None:
         """Print a line."""
         print_line(self.console, text)
 
-    def tuned(self, n_done: int, n_total: int) -> None:
-        """n_done of n_total speeds of the tuned disk are done."""
-        self._show("tuned disk", n_done, n_total, "angular speeds", final=n_done == n_total)
-
-    def tasks(self, n_done: int, n_total: int) -> None:
-        """n_done of n_total tasks of a study without samples are done."""
-        final = n_done == n_total
-        if final or time.monotonic() - self.shown > self._interval():
-            self._show("tasks", n_done, n_total, "", final)
+    def part(self, what: str, n_done: int, n_total: int) -> None:
+        """n_done of n_total parts of something are done; what: the tuned disk, tasks."""
+        if self._is_due(n_done == n_total):
+            self.say(f"{what}: {n_done} of {n_total}")
 
     def start(self, status: np.ndarray) -> None:
         """The samples begin; status (V, n) of those in the file."""
-        self.task = None
         self.began = self.shown = time.monotonic()
         self.already = self.done = int(np.count_nonzero(status != PENDING))
         self.total = status.size
@@ -99,18 +82,17 @@ class Progress:
         if outcome.status == FAILED:
             where = f"level {self.config.levels[level]}, sample {self.config.samples[sample]}"
             self.say(f"{where} failed: {outcome.message}")
-        final = self.done == self.total
-        if final or time.monotonic() - self.shown > self._interval():
-            self._show("samples", self.done, self.total, self._text(amplification), final)
+        if self._is_due(self.done == self.total):
+            text = self._text(amplification)
+            self.say(f"samples: {self.done} of {self.total}, {text}")
 
-    def stop(self) -> None:
-        """Leave the terminal as it was."""
-        if self.bar:
-            self.bar.stop()
-
-    def _interval(self):
-        elapsed = time.monotonic() - self.began
-        return REFRESH if self.bar else max(LOG_INTERVAL, LOG_SHARE * elapsed)
+    def _is_due(self, is_last):
+        """Whether it is time for a line."""
+        now = time.monotonic()
+        if not is_last and now - self.shown <= max(INTERVAL, SHARE * (now - self.began)):
+            return False
+        self.shown = now
+        return True
 
     def _text(self, amplification):
         """Time left, rate, and the percentiles of the widest level."""
@@ -123,19 +105,8 @@ class Progress:
             shown = " / ".join(f"{p:.2f}" for p in np.percentile(values, percentiles))
             names = "/".join(f"{p:g}" for p in percentiles)
             half_range = 100 * self.config.mistuning.half_range[self.config.levels[-1]]
-            text += f" A at ±{half_range:.3g} %: {shown} (percentiles {names})"
-        taken = len(f"samples  {self.total}/{self.total}  ") + BAR
-        return text[: self.console.width - taken] if self.bar else text
-
-    def _show(self, what, n_done, n_total, text, final):
-        self.shown = time.monotonic()
-        if not self.bar:
-            if final or what != "tuned disk":
-                self.say(f"{what}: {n_done} of {n_total} {text}".rstrip())
-            return
-        if self.task is None:
-            self.task = self.bar.add_task(what, total=n_total, text=text)
-        self.bar.update(self.task, completed=n_done, text=text)
+            text += f"; A at ±{half_range:.3g} %: {shown} (percentiles {names})"
+        return text
 
 
 def duration(seconds: float) -> str:

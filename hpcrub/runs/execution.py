@@ -142,32 +142,26 @@ def _compute(team, run, examined, log):
 def _fill(team, run, examined, file, log):
     """Compute what an open result file lacks, then print the summary."""
     began = time.monotonic()
-    bar = progress.Progress(run.config) if team.rank == 0 else None
-    job = log.job = run.study.job(run, team, examined.prepared, file, bar, log.phase)
-    team.on_root(lambda: announce(bar, run, team.size, examined.warnings))
+    lines = progress.Progress(run.config) if team.rank == 0 else None
+    job = log.job = run.study.job(run, team, examined.prepared, file, lines, log.phase)
+    team.on_root(lambda: announce(lines, run, team.size, examined.warnings))
     try:
         job.run()
     except Interrupted as error:
-        n_done, n_all = team.on_root(lambda: _stop(bar, job))
+        n_done, n_all = team.on_root(job.n_done)
         error.args = (
             f"{error} came; {n_done} of {n_all} {job.what} are in {run.config.output}, and the "
             "same command with --resume computes the others, on any number of ranks",
         )
         raise
     log.phase("summary")
-    team.on_root(lambda: _stop(bar, job))
     team.on_root(lambda: job.summary(time.monotonic() - began))
     team.on_root(job.require_results)
 
 
-def _stop(bar, job):
-    bar.stop()
-    return job.n_done()
-
-
-def announce(bar: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
+def announce(lines: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
     """Say what will be computed."""
     ranks = counted(n_ranks, "rank")
-    bar.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
+    lines.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
     for line in warnings:
-        bar.say(f"warning: {line}")
+        lines.say(f"warning: {line}")

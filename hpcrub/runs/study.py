@@ -229,4 +229,4 @@ class Job:
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
         if self.progress:
-            self.progress.tasks(*self.n_done())
+            self.progress.part("tasks", *self.n_done())

@@ -1,4 +1,4 @@
-"""What a person meets at the terminal: what is compiled when, a bar that fits the screen; what is
+"""What a person meets at the terminal: what is compiled when, lines that fit the screen; what is
 missing is said once: an h5py without MPI, a launcher whose ranks have no mpi4py."""
 
 import contextlib
@@ -58,8 +58,7 @@ def test_an_output_without_our_characters_gets_others(monkeypatch):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/ptmx"), reason="no terminals here: no /dev/ptmx")
-def test_bar_and_tables_fit_the_terminal(tiny):
-    """What is longer than a line is not erased again, and every refresh leaves some of it."""
+def test_lines_and_tables_fit_the_terminal(tiny):
     try:
         pid, terminal = pty.fork()
     except OSError as error:
@@ -77,9 +76,7 @@ def test_bar_and_tables_fit_the_terminal(tiny):
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", output.decode())
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0, plain
     lines = re.split(r"[\r\n]+", plain)
-    *_, bar = [line for line in lines if line.startswith("samples") and "━" in line]
-    assert "20/20" in bar
-    assert " left (" in bar
+    assert any(line.startswith("samples: 20 of 20, 0 s left (") for line in lines)
     told = [line for line in lines if str(tiny.parent) not in line]
     assert max(map(len, told)) <= COLUMNS  # the name of a file may be longer
 

@@ -232,7 +232,7 @@ class MonteCarlo(Job):
         self.tuned.collect(task, response)
         if self.progress:
             n_all = len(self.tuned.runs) * len(self.speeds_hz)
-            self.progress.tuned(self.tuned.n_speeds(), n_all)
+            self.progress.part("speeds of the tuned disk", self.tuned.n_speeds(), n_all)
         if self.tuned.reference:
             self.reference = self.tuned.reference
             self.team.share(self.reference)
