@@ -105,7 +105,7 @@ def test_wrong_runs(folder, runs, message):
             "the stab",
         ),
         ("{output: there.h5}", "there.h5 exists: --resume goes on with it"),
-        ("{study: energy, sources: [nowhere.h5]}", "nowhere.h5 does not exist"),
+        ("{study: energy, sources: [nowhere.h5]}", "nowhere.h5 as HDF5: No such file"),
         ("{mistuning.samples: 1.0e+12}", "not enough"),
     ],
 )

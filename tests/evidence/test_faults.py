@@ -35,7 +35,7 @@ def test_every_reader_refuses_a_damaged_file(made, reader, monkeypatch, capfd):
     monkeypatch.chdir(made)
     assert program(READERS[reader]) == 2
     (line,) = error_lines(capfd.readouterr().err)
-    assert "is truncated" in line
+    assert "truncated file" in line
 
 
 def test_a_disk_that_fails_is_one_line(tmp_path):

@@ -155,10 +155,10 @@ def times(values):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (Path.unlink, "does not exist"),
-        (lambda path: (path.unlink(), path.mkdir()), "is no file"),
-        (lambda path: path.write_text("hello"), "is not an HDF5 file"),
-        (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "is truncated"),
+        (Path.unlink, "No such file or directory"),
+        (lambda path: (path.unlink(), path.mkdir()), "Is a directory"),
+        (lambda path: path.write_text("hello"), "file signature not found"),
+        (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "truncated file"),
         (lambda path: h5py.File(path, "w").close(), "is not a result file of hpcrub"),
         (inside(lambda file: file.attrs.update(layout=99)), "has layout 99 (hpcrub"),
         (inside(lambda file: file.attrs.update(config="n: [1")), "configuration cannot be read"),

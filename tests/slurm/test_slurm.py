@@ -199,7 +199,7 @@ def test_after_a_failed_task_nothing_is_merged(works, single):
     work, (_, array, merge) = works["failing"]
     assert sorted(work.wait(array)) == ["COMPLETED", "COMPLETED", "FAILED"], work.log()
     assert work.wait(merge) == ["CANCELLED"]
-    assert "study.part-2-of-3.h5 is not an HDF5 file" in work.log("hpcrub-array-*_2")
+    assert "study.part-2-of-3.h5 as HDF5: " in work.log("hpcrub-array-*_2")
     assert not work.result().exists()
     work.result("study.part-2-of-3").unlink()  # mended, and submitted again
     _, array, merge = work.submit("--parts", "3", "study.yaml")

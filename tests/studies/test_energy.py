@@ -133,8 +133,8 @@ def test_amplification_of_the_energy_is_largest_over_largest():
     ("sources", "message"),
     [
         ([], "0 result files given, energy needs 1"),
-        (["nothing.h5"], "nothing.h5 does not exist"),
-        (["energy.yaml"], "is not an HDF5 file"),
+        (["nothing.h5"], "nothing.h5 as HDF5: No such file or directory"),
+        (["energy.yaml"], "file signature not found"),
     ],
 )
 def test_sources_are_checked(folder, capfd, sources, message):
@@ -185,7 +185,7 @@ def test_a_result_file_alone_is_enough(folder, capfd):
     assert run("--status") == 0
     capfd.readouterr()
     assert run("--resume") == 2
-    assert "source.h5 does not exist" in capfd.readouterr().err
+    assert "source.h5 as HDF5: No such file" in capfd.readouterr().err
 
     Path("elsewhere.h5").rename("source.h5")
     assert run("--resume", "--no-figures") == 0
