@@ -1,13 +1,11 @@
 """What a study would compute and cost, found out by a trial of a small part; tables over runs."""
 
 from collections.abc import Sequence
-from typing import Any
 
-import numpy as np
 from rich import box
 from rich.table import Table
 
-from hpcrub.config.schema import PROFILE, Config, differences
+from hpcrub.config.schema import PROFILE, differences
 from hpcrub.config.text import counted, flatten, show
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
@@ -18,8 +16,7 @@ from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, Finished, examine, examine_all
 from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
-from hpcrub.setup import plausibility
-from hpcrub.setup.problem import Model, Problem, build_model, build_problem
+from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 
 
@@ -45,14 +42,11 @@ def _one(run, existing, n_ranks):
     out, (study, config) = progress.console(), run
     prepared, warnings = examine(run, existing)
     problem = study.problem_of(prepared) if study.integrates else None
-    _print_model(out, config, problem or build_model(config))
     out.print(f"computes:             {run.amount()}", soft_wrap=True)
     length = result_files.file_size(run) / 1e6
     out.print(f"output:               {length:,.4g} MB in {config.output}", soft_wrap=True)
     needed = memory.estimate(run) / 1e6
     out.print(f"memory:               {needed:,.4g} MB of each rank, at most", soft_wrap=True)
-    for line in plausibility.numbers(config, problem) if study.integrates else ():
-        out.print(f"resolution:           {line}", soft_wrap=True)
     for line in warnings:
         out.print(f"warning:              {line}", soft_wrap=True)
     if study.integrates and not can_touch(problem.scene):
@@ -88,19 +82,6 @@ def _try(out, run, problem):
 def _estimate(seconds, n_ranks):
     ranks = counted(n_ranks, "rank")
     return f"{progress.duration(seconds / n_ranks)} on {ranks}, {seconds / 3600:,.3g} core hours"
-
-
-def _print_model(out: Any, config: Config, model: Model | Problem) -> None:
-    """Frequencies of a disk, and the stability limit of a Problem's time step."""
-    omega = np.sqrt(model.reduced.tuned_eigenvalues)
-    first = ", ".join(f"{f:.4f}" for f in omega[: config.disk.n_blades + 2] / (2 * np.pi))
-    out.print(f"first frequencies:    {first} Hz", soft_wrap=True)
-    out.print(f"highest frequency:    {omega[-1] / (2 * np.pi):.4g} Hz ({len(omega)} modes)")
-    if isinstance(model, Problem):
-        out.print(
-            f"stability limit:      {model.stability_limit:.4g} s for central_difference; "
-            f"the time step is {config.step:.4g} s ({config.time.scheme})"
-        )
 
 
 def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Table:

@@ -68,20 +68,6 @@ def orders(config: Config) -> tuple[int, ...]:
     return tuple(config.casing.n_bumps * k for k in range(1, HARMONICS + 1))
 
 
-def numbers(config: Config, problem: Problem) -> Iterator[str]:
-    """What the time step and the model resolve, in words."""
-    top = np.sqrt(problem.reduced.tuned_eigenvalues[-1]) / (2.0 * np.pi)
-    revolutions = config.steady_state.first_check * config.speeds.from_hz
-    yield f"{steps_per_bump_width(config):.3g} steps per bump width at {config.speeds.to_hz:g} Hz"
-    yield f"{steps_per_period(config, problem):.3g} steps per period of the first family"
-    yield f"{revolutions:.3g} revolutions before the first check"
-    if config.disk.model is None:
-        per_blade = config.reduction.n_modes / config.disk.n_blades
-        yield f"{per_blade:.3g} modes with the tips held for each blade"
-    excited = max(orders(config), default=0) * config.speeds.to_hz
-    yield f"modes up to {top:.4g} Hz, the casing excites up to {excited:.4g} Hz"
-
-
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
     if not can_touch(problem.scene):

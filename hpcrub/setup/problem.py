@@ -31,7 +31,6 @@ class Problem(NamedTuple):
 
     reduced: ReducedModel
     scene: Scene
-    stability_limit: float  # of the time step, for the stiffest sample [s]
 
 
 def build_model(config: Config) -> Model:
@@ -76,7 +75,7 @@ def build_problem(config: Config) -> Problem:
             f"time.step_s: {config.time.step_s:g} is not below {limit:.4g} s, the stability limit "
             "of central_difference for this model"
         )
-    return Problem(reduced, scene_of(config, reduced), float(limit))
+    return Problem(reduced, scene_of(config, reduced))
 
 
 def scene_of(config: Config, reduced: ReducedModel) -> Scene:

@@ -157,7 +157,7 @@ def test_a_source_of_other_physics_is_refused(folder, capfd, change):
 
 def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
     assert run("--dry-run", samples=12) == 0
-    assert "stability limit" in capfd.readouterr().out
+    assert "estimated run time" in capfd.readouterr().out
     largest = open_result("source.h5").read("samples/amplification").argmax()
     where = tuple(map(int, np.unravel_index(largest, (2, 6))))
     change("source.h5", "samples/status", where, FAILED)
