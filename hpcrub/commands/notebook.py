@@ -1,5 +1,6 @@
 """`hpcrub.run`: compute a study from Python, as the command line does."""
 
+import json
 import os
 import subprocess
 import sys
@@ -10,10 +11,9 @@ from typing import Any
 
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
-from hpcrub.setup import input_files
-from hpcrub.studies import run_of
 
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
+LAST = 20  # lines of a failure that is not the program's own
 
 
 def run(
@@ -69,12 +69,10 @@ def run(
     asked = _configuration(config)
     if output is not None:
         asked = asked.replace({"output": os.fspath(output)})
-    asked = input_files.with_tables(asked)
-    run_of(asked).checked()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "input.yaml")
-        path.write_text(asked.to_yaml(), encoding="utf-8")
-        options = ["--resume"] * resume + ["--overwrite"] * overwrite
+        path.write_text(json.dumps(asked.model_dump(mode="json", exclude_unset=True)))
+        options = ["--output", asked.output] + ["--resume"] * resume + ["--overwrite"] * overwrite
         options += ["--no-figures"] * (not figures)
         launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
         _call([*launcher, sys.executable, "-m", "hpcrub", "run", str(path), *options], quiet)
@@ -86,8 +84,6 @@ def _configuration(config):
         return config
     if isinstance(config, Mapping):
         return Config(**config)
-    if not isinstance(config, str | os.PathLike):
-        raise InputError(f"{config!r} is no configuration, no keys and no name of a file")
     runs = load_runs(config)
     if len(runs) != 1:
         raise InputError(f"{config}: {len(runs)} runs; `hpcrub run` computes several")
@@ -96,26 +92,17 @@ def _configuration(config):
 
 def _call(command, quiet):
     """Run a command, its output passed on line by line. Raises HpcrubError when it fails."""
-    # `hpcrub` itself is found from any working folder
-    paths = [str(Path(__file__).parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
-    with tempfile.TemporaryFile("w+", encoding="utf-8") as errors:
-        pipe = {"stdout": subprocess.PIPE, "stderr": errors, "text": True}
-        with subprocess.Popen(command, env=environment, **pipe) as process:
-            for line in process.stdout:
-                if not quiet:
-                    print(line, end="", flush=True)
-        errors.seek(0)
-        lines = errors.read().splitlines()
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    said = []
+    pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    with subprocess.Popen(command, env=environment, **pipe) as process:
+        for line in process.stdout:
+            said.append(line.strip())
+            if not quiet:
+                print(line, end="", flush=True)
     if process.returncode:
-        said = [line.removeprefix("hpcrub: ") for line in lines if line.startswith("hpcrub: ")]
-        others = "\n".join(lines).strip()  # such as those of an mpirun that starts nothing
-        text = said[-1] if said else f"exit code {process.returncode}\n{others}".strip()
-        if "allow-run-as-root" in others:
-            text = (
-                "mpirun does not start for root unless OMPI_ALLOW_RUN_AS_ROOT and "
-                "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM are 1 in the environment (os.environ)"
-            )
-        for option in ("resume", "overwrite"):  # what the command line calls so
-            text = text.replace(f"--{option}", f"{option}=True")
-        raise ERRORS.get(process.returncode, HpcrubError)(text.removeprefix("error: "))
+        ours = [line for line in said if line.startswith("hpcrub: ")]
+        others = "\n".join(said[-LAST:])  # such as those of an mpirun that starts nothing
+        text = ours[-1] if ours else f"exit code {process.returncode}\n{others}"
+        error = ERRORS.get(process.returncode, HpcrubError)
+        raise error(text.removeprefix("hpcrub: ").removeprefix("error: "))

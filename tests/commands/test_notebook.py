@@ -33,7 +33,7 @@ def test_input_files_are_configurations_too(folder):
     (folder / "a.yaml").write_text("study: modal\n" + keys)
     made = hpcrub.run("a.yaml", output="four.h5", quiet=True, figures=True)
     assert made.with_suffix(".png").exists()
-    with pytest.raises(InputError, match="resume=True goes on with it, overwrite=True replaces it"):
+    with pytest.raises(InputError, match="--resume goes on with it, --overwrite replaces it"):
         hpcrub.run("a.yaml", output="four.h5", quiet=True)
 
 
