@@ -119,7 +119,7 @@ def figures(folder, target):
             draw_table_2(paths[0], picture)
         else:
             try:
-                (drawn,) = draw(plot.find(figure), paths, pictures)
+                (drawn,) = draw(getattr(plot, figure), paths, pictures)
             except InputError as error:  # too few samples as yet
                 parts.append(f"Figure {number}: {title}: {error}\n")
                 continue

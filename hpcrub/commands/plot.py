@@ -9,9 +9,10 @@ from typing import Any
 
 os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the environment names
 
-from hpcrub.errors import HpcrubError
-from hpcrub.plot import FIGURES, find, pictures
+from hpcrub.errors import HpcrubError, InputError
+from hpcrub.plot import FIGURES, pictures
 from hpcrub.ranks.progress import console
+from hpcrub.studies import open_result
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,15 +25,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("files", nargs="+", metavar="FILE.h5")
-    parser.add_argument("--figure", metavar="NAME", help="this figure only")
+    names = {figure.__name__: figure for figure in FIGURES}
+    parser.add_argument("--figure", metavar="NAME", choices=names, help="this figure only")
     parser.add_argument("--out", metavar="DIR", help="folder, beside the file by default")
     parser.add_argument("--format", choices=("png", "pdf", "svg"), default="png")
-    parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes, mode_animation")
+    parser.add_argument("--mode", type=int, metavar="K", help="of mode_shapes")
     options = parser.parse_args(argv)
     how = {"mode": options.mode, "folder": options.out, "kind": options.format}
     drawn: Iterable[Path | HpcrubError] = of_study(options.files, **how)
     if options.figure:
-        drawn = pictures.draw(find(options.figure), options.files, **how)
+        drawn = pictures.draw(names[options.figure], options.files, **how)
     code = 0
     for found in drawn:
         if isinstance(found, HpcrubError):
@@ -46,6 +48,27 @@ def main(argv: Sequence[str] | None = None) -> int:
 def of_study(
     paths: Sequence[str], mode: int | None = None, **how: Any
 ) -> Iterator[Path | HpcrubError]:
-    """Pictures of all figures of a study, and the errors of those that cannot be drawn."""
-    wanted = pictures.belonging(FIGURES, paths, mode)
-    yield from pictures.draw_all(wanted, paths, mode=mode, **how)
+    """Pictures of all figures of one finished study, or of those that compare several.
+
+    Of one that cannot be drawn the error comes instead. mode: those alone that can show one; how:
+    as for `pictures.draw`. Raises InputError when there are none.
+    """
+    with open_result(paths[0]) as file:
+        study, random = file.config.study, file.config.pattern_deviation is None
+        coated = file.config.contact.wears
+    wanted = [
+        figure
+        for figure in FIGURES
+        if study in figure.about.studies
+        if (figure.about.several if len(paths) > 1 else figure.about.alone)
+        if random or not figure.about.random
+        if coated or not figure.about.coated
+        if mode is None or figure.about.mode
+    ]
+    if mode is not None and not wanted:
+        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode")
+    for figure in wanted:
+        try:
+            yield from pictures.draw(figure, paths, mode=mode, **how)
+        except HpcrubError as error:
+            yield error

@@ -28,27 +28,6 @@ from hpcrub.studies import open_result
 
 Where = Axes | Sequence[Axes] | FigureBase | None
 
-ARGUMENTS = """
-
-Parameters
-----------
-file : path or open result file{several}
-    Result of the study {studies}.
-ax : Axes, sequence of Axes, Figure or SubFigure, optional
-    Where to draw. Of fewer axes than the figure has panels, the first panels are drawn. By default
-    a new figure is made, in the look of this program. A Figure without axes gets the size that
-    suits the drawing.
-{more}
-Returns
--------
-Axes or numpy.ndarray of Axes
-    The axes drawn into; their `figure` has everything else.
-
-Raises
-------
-InputError
-    The file is of another study, or lacks what the figure shows.
-"""
 LETTERS = 12  # of a line below a figure, per inch
 
 
@@ -56,14 +35,14 @@ class About(NamedTuple):
     """For whom a figure is."""
 
     studies: tuple[str, ...]  # whose results it shows
-    paper: str  # number of the figure in the paper
     what: str  # it shows, in a few words
-    alone: bool  # whether it is drawn when a study ends
-    several: bool  # whether it compares several files; one will do
-    random: bool  # whether it needs random samples instead of one explicit pattern
-    mode: bool  # whether it can show one chosen mode
-    main: bool  # whether its picture is named as the result file, without the figure's own name
-    coated: bool  # whether it needs a coating that wears
+    paper: str = ""  # number of the figure in the paper
+    alone: bool = True  # whether it is drawn when a study ends
+    several: bool = False  # whether it compares several files; one will do
+    random: bool = False  # whether it needs random samples instead of one explicit pattern
+    mode: bool = False  # whether it can show one chosen mode
+    main: bool = False  # whether its picture has the name of the result file alone
+    coated: bool = False  # whether it needs a coating that wears
 
 
 class Drawing(Protocol):
@@ -233,17 +212,13 @@ def warnings(file: ResultFile) -> list[str]:
     return [line for line in lines if line.strip()]
 
 
-def figure(
-    *studies: str, what: str, paper: str = "", alone: bool = True, several: bool = False,
-    random: bool = False, mode: bool = False, main: bool = False,
-    coated: bool = False,
-) -> Callable[[Callable[..., Any]], Drawing]:  # fmt: skip
+def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
     """Decorator that makes a function of a `Canvas` a figure of a result file.
 
     The function draws; what it returns, if anything, is returned instead of the axes.
-    For the arguments see `About`.
+    how: as of `About`.
     """
-    about = About(studies, paper, what, alone, several, random, mode, main, coated)
+    about = About(studies, **how)
 
     def decorate(draw: Callable[..., Any]) -> Any:
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
@@ -267,20 +242,11 @@ def figure(
         drawn.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
             [own["file"], own["ax"], *more]
         )
-        drawn.__doc__ = _documented(draw.__doc__ or "", about)
+        drawn.__doc__ = f"{inspect.cleandoc(draw.__doc__ or '')}\n\nStudy: {', '.join(studies)}."
         drawn.about = about  # type: ignore[attr-defined]
         return drawn
 
     return decorate
-
-
-def _documented(text: str, about: About) -> str:
-    mode = "mode : int, optional\n    Mode to show, counted from 1.\n" if about.mode else ""
-    return inspect.cleandoc(text) + ARGUMENTS.format(
-        several=", or list of them" if about.several else "",
-        studies=" or ".join(about.studies),
-        more=mode,
-    )
 
 
 def _start_pyplot():

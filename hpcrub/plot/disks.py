@@ -1,26 +1,28 @@
-"""Figures of a modal study: the disk, its SAFE diagram, its shapes."""
+"""Figures of the disk, of a modal study, and of the casing of any input."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
+from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.model.casing import casing_height, ramp
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
+from hpcrub.studies import STUDIES
 
 SHOWN_HZ = 2000.0  # of the whole SAFE diagram, at least
 FAMILIES = 4.0  # and so many times the first family
-DEFORMED = 0.14  # largest displacement drawn, in radii
-FRAMES = 30  # of one period
 PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
 PINCH = 1e-4  # relative difference of two frequencies of one pair of modes
+EXAGGERATED = 60  # radial deviations in the drawing
+N_ANGLES, N_TIMES = 2401, 201
 
 
 def _lines(file: ResultFile, moved: Any = 0.0) -> Iterator[tuple[str, Any]]:
@@ -32,28 +34,22 @@ def _lines(file: ResultFile, moved: Any = 0.0) -> Iterator[tuple[str, Any]]:
     for spoke in file.read("spokes"):
         yield "spokes", now[spoke]
     for pair in file.read("ring"):
-        angle, radius = _polar(straight[pair])
+        start, end = np.arctan2(straight[pair, 1], straight[pair, 0])
         part = np.linspace(0, 1, 9)[:, None]
-        arc = angle[0] + np.mod(angle[1] - angle[0], 2 * np.pi) * part
-        arc = radius[0] * np.hstack([np.cos(arc), np.sin(arc)])
+        arc = start + np.mod(end - start, 2 * np.pi) * part
+        arc = np.hypot(*straight[pair[0]]) * np.hstack([np.cos(arc), np.sin(arc)])
         first, last = (now - straight)[pair]
         yield "ring", arc + (1 - part) * first + part * last
 
 
-def _polar(xy: Any) -> tuple[Any, Any]:
-    return np.arctan2(xy[:, 1], xy[:, 0]), np.hypot(xy[:, 0], xy[:, 1])
-
-
 def _draw_disk(
     axes: Axes, file: ResultFile, moved: Any = 0.0, colour: str | None = None, width: float = 2.0
-) -> LineCollection:
+) -> None:
     axes.set_aspect("equal")
     axes.grid(False)
     kinds, lines = zip(*_lines(file, moved), strict=True)
     colours = colour or [PARTS[kind] for kind in kinds]
-    body = LineCollection(lines, colors=colours, lw=width, capstyle="round")
-    axes.add_collection(body)
-    return body
+    axes.add_collection(LineCollection(lines, colors=colours, lw=width, capstyle="round"))
 
 
 @figure("modal", paper="1", what="the disk and its beams", main=True)
@@ -177,7 +173,9 @@ def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
     diameters, frequencies = _modes(file, "reduced")
     n_blades = file.config.disk.n_blades
     first = [int(np.argmax(diameters[:n_blades] == d)) for d in range(n_blades // 2 + 1)]
-    chosen = first if mode is None else [_checked(file, mode)]
+    chosen, n_shapes = first if mode is None else [mode - 1], len(file.read("shapes"))
+    if mode is not None and not 1 <= mode <= n_shapes:
+        raise InputError(f"--mode: {mode} is not a whole number from 1 up to {n_shapes}")
     size = 3.2 if mode is None else 6.5
     is_solid = file.config.disk.model is not None
     how = {"subplot_kw": solids.THREE} if is_solid else {}
@@ -193,43 +191,70 @@ def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
         canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)
 
 
-def _checked(file: ResultFile, mode: int) -> int:
-    n_shapes = len(file.read("shapes"))
-    if not 1 <= mode <= n_shapes:
-        raise InputError(f"--mode: {mode} is not a whole number from 1 up to {n_shapes}")
-    return mode - 1
-
-
-def _draw_shape(axes: Axes, file: ResultFile, k: int) -> Callable[[Any], None]:
-    """Draw mode k; returns what takes the drawing to another phase, from -1 to 1."""
+def _draw_shape(axes: Axes, file: ResultFile, k: int) -> None:
     shape = file.read("shapes", k)
     axes.set_axis_off()
     if file.config.disk.model is not None:
-        solid = solids.Solid.of_result(file)
-        body = solids.draw(axes, solid, shape)
-        return lambda phase: body.set_verts(solid.corners(phase * shape))
-    moved = DEFORMED * file.config.disk.tip_radius * shape
+        solids.draw(axes, solids.Solid.of_result(file), shape)
+        return
     _draw_disk(axes, file, colour="0.8", width=1.0)
-    body = _draw_disk(axes, file, moved)
+    _draw_disk(axes, file, solids.DEFORMED * file.config.disk.tip_radius * shape)
     reach = 1.2e3 * file.config.disk.tip_radius
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
-    # read now: the file is closed when an animation moves
-    pairs = [(a, b) for (_, a), (_, b) in zip(_lines(file), _lines(file, moved), strict=True)]
-    return lambda phase: body.set_segments([a + phase * (b - a) for a, b in pairs])
 
+@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False)
+def casing(canvas: Canvas) -> None:
+    """The casing to an exaggerated scale, its gap around the circumference, and how it grows.
 
-@figure("modal", what="one mode as a GIF (--mode)", alone=False, mode=True)
-def mode_animation(canvas: Canvas, mode: int = 1) -> FuncAnimation:
-    """One mode through a period.
-
-    Returned is a matplotlib `FuncAnimation` instead of axes: keep it, or it stops.
+    Where the clearance changes with the speed, it is drawn where it is smallest, dotted where it is
+    largest. Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
     """
-    file = canvas.file
-    k = _checked(file, mode)
-    how = {} if file.config.disk.model is None else {"subplot_kw": solids.THREE}
-    axes = canvas.panels(1, 1, (5, 5.2), **how)[0, 0]
-    axes.set_title(f"mode {mode}: {file.read('reduced/frequencies_hz')[k]:.2f} Hz")
-    move = _draw_shape(axes, file, k)
-    phases = np.sin(2 * np.pi * np.arange(FRAMES) / FRAMES)
-    return FuncAnimation(axes.get_figure(), move, phases, interval=40)
+    config = canvas.file.config
+    shape = config.casing
+    round_, gaps, growth = canvas.panels(1, 3, (15, 4.8), width_ratios=(6, 6, 4))[0]
+    angle = np.linspace(0, 2 * np.pi, N_ANGLES)
+    inward = 1e3 * casing_height(angle, *shape.shape)
+    _draw_round(round_, config, angle, inward)
+    least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
+    gap = least - inward
+    gaps.plot(np.degrees(angle), gap, color=BLUE)
+    gaps.axhline(least, color="0.5", lw=1.2, ls="--", label="undeformed casing")
+    if most > least:
+        gaps.plot(
+            np.degrees(angle), most - inward, color=BLUE, lw=1.2, ls=":",
+            label="at the speed of the largest clearance",
+        )  # fmt: skip
+    gaps.axhline(0, color=BLACK, lw=1.2)
+    gaps.fill_between(
+        np.degrees(angle), 0, gap, where=gap < 0, color=ORANGE, alpha=0.4,
+        label="tips at rest would touch",
+    )  # fmt: skip
+    gaps.set(xlabel="angle of the casing [deg]", ylabel="gap at rest [mm]", xlim=(0, 360))
+    gaps.set(xticks=range(0, 361, 60), title=config.casing.words)
+    time = np.linspace(0, 1.2 * shape.growth_time, N_TIMES)
+    growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
+    growth.set(
+        xlabel="time [ms]",
+        ylabel="part of its shape [-]",
+        title="growth of the casing",
+        ylim=(0, 1.05),
+    )
+
+
+def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:
+    R, clearance = config.disk.tip_radius_mm, 1e3 * config.clearance
+    inner, outer = R + EXAGGERATED * (clearance - inward), R + EXAGGERATED * clearance
+    tips = 2 * np.pi * np.arange(config.disk.n_blades) / config.disk.n_blades
+    c, s = np.cos(angle), np.sin(angle)
+    axes.fill(
+        np.concatenate([inner * c, 1.15 * R * c[::-1]]),
+        np.concatenate([inner * s, 1.15 * R * s[::-1]]), color="0.85", lw=0,
+    )  # fmt: skip
+    axes.plot(inner * c, inner * s, color=ORANGE, label="deformed casing")
+    axes.plot(outer * c, outer * s, color="0.5", lw=1.2, ls="--", label="undeformed casing")
+    axes.plot(R * c, R * s, color=BLUE, lw=1.2, label="circle of the tips")
+    axes.plot(R * np.cos(tips), R * np.sin(tips), "o", color=BLUE, ms=7, label="tips")
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title(f"radial distances × {EXAGGERATED}")

@@ -2,59 +2,19 @@
 
 import contextlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from matplotlib import rc_context, rcdefaults
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import HpcrubError, InputError
+from hpcrub.errors import HpcrubError
 from hpcrub.plot.canvas import Drawing
-from hpcrub.studies import open_result
 
 FRAMES_PER_SECOND = 25
 Path_ = str | os.PathLike[str]
-
-
-def belonging(
-    figures: Sequence[Drawing], paths: Sequence[Path_], mode: int | None = None
-) -> list[Drawing]:
-    """Those of all figures that are drawn of one finished study, or of several together.
-
-    With a mode, those that can show one. Raises InputError when there are none.
-    """
-    with open_result(paths[0]) as file:
-        study, random = file.config.study, file.config.pattern_deviation is None
-        coated = file.config.contact.wears
-    found = [
-        figure
-        for figure in figures
-        if study in figure.about.studies
-        if (figure.about.several if len(paths) > 1 else figure.about.alone)
-        if random or not figure.about.random
-        if coated or not figure.about.coated
-        if mode is None or figure.about.mode
-    ]
-    if mode is not None and not found:
-        raise InputError(f"--mode {mode}: no figure of {paths[0]} shows a mode")
-    return found
-
-
-def draw_all(
-    figures: Sequence[Drawing], paths: Sequence[Path_], **how: Any
-) -> Iterator[Path | HpcrubError]:
-    """Draw several figures; of one that cannot be drawn the error comes instead of the picture.
-
-    how: as for `draw`.
-    """
-    for figure in figures:
-        try:
-            yield from draw(figure, paths, **how)
-        except HpcrubError as error:
-            yield error
 
 
 def draw(

@@ -55,10 +55,6 @@ class Solid(NamedTuple):
         blades = len(np.unique(self.contact_blade))
         return f"{path.name}: {blades} blades, tip radius {1e3 * self.radius:.4g} mm"
 
-    def corners(self, shape: Array | float = 0.0) -> Array:
-        """Corners (F, 4 or 2, 3) [mm] of all cells, displaced by a shape (n, 3), 1 at most."""
-        return 1e3 * (self.nodes + DEFORMED * self.radius * shape)[self.cells]
-
 
 def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
     """The disk of a model file with its contact nodes; a modal study shows its modes.
@@ -83,18 +79,19 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
     return ax
 
 
-def draw(axes: Any, solid: Solid, shape: Array | None = None) -> Poly3DCollection:
+def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
     """Draw a disk at rest, with contact nodes and numbers of the blades; or a shape in colours.
 
     shape: displacements (n, 3), the largest one is 1; colours are their size, from 0 to 1.
-    Returns the faces, or the tips of a reduced model. Raises InputError when the axes are flat.
+    Raises InputError when the axes are flat.
     """
     if not hasattr(axes, "get_zlim"):
         raise InputError('a disk in three dimensions needs axes with projection="3d"')
     faces = len(solid.surface) > 0
     nodes, tips = 1e3 * solid.nodes, solid.contact_node
+    moved = 0.0 if shape is None else 1e3 * DEFORMED * solid.radius * shape
     body = Poly3DCollection(
-        solid.corners(0.0 if shape is None else shape), facecolors=FACE,
+        (nodes + moved)[solid.cells], facecolors=FACE,
         edgecolors="0.5" if faces else BLUE, lw=0.2 if faces else 3.0, cmap="viridis",
     )  # fmt: skip
     axes.add_collection3d(body)
@@ -107,7 +104,6 @@ def draw(axes: Any, solid: Solid, shape: Array | None = None) -> Poly3DCollectio
             place = nodes[tips[solid.contact_blade == blade]].mean(axis=0)
             axes.text(*(place * [NUMBERS, NUMBERS, 1.0]), f"{blade + 1}", ha="center", va="center")
     _frame(axes, nodes, NUMBERED if shape is None else ALONE)
-    return body
 
 
 def _frame(axes: Any, nodes: Array, zoom: float) -> None:

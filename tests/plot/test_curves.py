@@ -10,9 +10,9 @@ from scipy import stats
 from hpcrub import plot
 from hpcrub.contact.status import AVERAGED, NOT_STEADY
 from hpcrub.errors import InputError
-from hpcrub.plot import densities
 from hpcrub.plot.amplifications import BESIDE
 from hpcrub.plot.families import finished
+from hpcrub.plot.samples import cumulative
 from hpcrub.results.layout import DONE
 from hpcrub.studies.contact import measured
 from tests.plot import drawn
@@ -219,5 +219,5 @@ def test_share_of_a_normal_density_inside_a_contour():
     """1 − exp(−r²/2) of it lies within r standard deviations."""
     x = np.linspace(-6, 6, 601)
     square = x[:, None] ** 2 + x**2
-    share = densities.cumulative(np.exp(-square / 2))
+    share = cumulative(np.exp(-square / 2))
     np.testing.assert_allclose(share, 1 - np.exp(-square / 2), atol=2e-3)

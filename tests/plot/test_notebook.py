@@ -57,7 +57,6 @@ def test_the_users_style_and_figures_stay(random):
         (lambda file: plot.compare([]), "shows one result file, 0 are given"),
         (lambda file: plot.percentiles(file, ax=plt.subplots(1, 2)[1]),
          "2 axes given, 1 can be drawn into"),
-        (lambda file: plot.find("sumary"), "no figure 'sumary'; there are summary, compare"),
         (lambda file: plot.summary(file, mode=1), "figure summary does not show a mode"),
     ],
 )  # fmt: skip
@@ -99,7 +98,7 @@ def test_nothing_is_clipped(random, figure, n_files):
 
 @pytest.mark.parametrize("name", ["summary", "percentiles"])  # without and with a legend of all
 def test_warnings_of_a_file_stand_below_its_figure(random, name):
-    file, draw = contact_file(random), plot.find(name)
+    file, draw = contact_file(random), getattr(plot, name)
     file.warnings = "first\nsecond\n"
     figure = np.ravel(draw(file))[0].figure
     assert_nothing_clipped(figure)

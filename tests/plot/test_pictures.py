@@ -43,16 +43,10 @@ def test_the_main_figure_is_named_as_the_result_others_after_themselves(modal, f
     assert (folder / "vector" / "modal_safe_diagram.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_an_animation_is_a_period_of_pictures(modal, folder):
-    assert draw(modal, "--out", ".", "--figure", "mode_animation", "--mode", 4) == 0
-    with Image.open("modal_mode_animation_mode_4.gif") as moving:
-        assert 20 < moving.n_frames <= 30  # equal neighbours are kept once, for longer
-    assert draw(modal, "--out", ".", "--figure", "mode_animation", "--mode", 400) == 2
-
-
 def test_a_mode_is_for_figures_that_show_one(modal, folder, capsys):
     assert draw(modal, "--figure", "disk", "--mode", 3) == 2
     assert "--mode 3: figure disk does not show a mode" in capsys.readouterr().err
+    assert draw(modal, "--figure", "mode_shapes", "--mode", 400) == 2
     assert draw(lay_out("linear.h5", "study: linear"), "--mode", 3) == 2
     assert "no figure of linear.h5 shows a mode" in capsys.readouterr().err
 
@@ -99,13 +93,16 @@ def test_a_figure_never_fails_a_study(folder, monkeypatch, capfd):
     assert "no figure: RuntimeError: no room for glyphs" in capfd.readouterr().out
 
 
-def test_tips_that_rub_are_drawn_on_the_casing(folder):
+def test_an_animation_has_its_frames_and_tips_that_rub_lie_on_the_casing(folder):
     """Radial distances of tips and casing have one scale; the tip has moved around by a little."""
     (folder / "a.yaml").write_text(
         "study: time_response\noutput: a.h5\nspeeds: {from_hz: 34.45, to_hz: 34.45}\n"
         "history: {duration_s: 0.3}\ncasing: {n_bumps: 4}\n"
     )
     assert cli.main(["a.yaml", "--no-figures"]) == 0
+    assert draw("a.h5", "--figure", "rubbing") == 0
+    with Image.open("a_rubbing.gif") as moving:
+        assert 60 < moving.n_frames <= 72  # equal neighbours are kept once, for longer
     film, found = plot.rubbing("a.h5"), []
     for frame in range(0, 72, 6):
         casing, *_, sparks, _ = film._func(frame)
