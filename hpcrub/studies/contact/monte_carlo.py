@@ -28,12 +28,12 @@ from hpcrub.statistics.percentiles import (
     running_percentiles,
 )
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import trust, tuned
 from hpcrub.studies.contact.amplification import deepest, linear_amplitude, peak, point_values
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.summary import print_summary
-from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts
-from hpcrub.studies.contact.tuned import Integrated, TunedDisk, join, modes_of_tuned
+from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
+from hpcrub.studies.contact.tuned import Integrated, join
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
@@ -61,8 +61,9 @@ class MonteCarlo(Job):
         config, self.problem = run.config, prepared
         self.speeds_hz = config.speeds.values_hz
         self.shape = len(config.levels), len(config.samples)
-        self.tuned = TunedDisk(config, prepared, self.file)
-        self.reference = None  # Reference, once known to this rank
+        self.reference: Any = None  # Reference, once known to this rank
+        # Integrated of every part of the runs of the tuned disk (rank 0)
+        self.runs: list[dict[int, Any]] = [{} for _ in range(config.mistuning.tuned_runs)]
         self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
         self.looked_at = 0  # so many of them when convergence was checked last
         self.kinds = kinds(config)
@@ -84,7 +85,7 @@ class MonteCarlo(Job):
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
-            self.team.on_root(self.tuned.check)
+            self.team.on_root(lambda: tuned.check(self.reference, self.file))
         except Interrupted:
             self.team.on_root(self._write_statistics)
             raise
@@ -115,22 +116,24 @@ class MonteCarlo(Job):
 
         Returns the Reference, None when missing, and the number of tasks.
         """
-        self.status = self.file.status
+        self.status, self.reference = self.file.status, tuned.reference(self.file, self.problem)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
-        self.tuned.take_stock()
         n_pending = np.count_nonzero(self.status == PENDING)
         self.finished = _leading((self.status != PENDING).all(axis=0))
-        useless = self.tuned.reference and not self.tuned.reference.usable
-        if useless or self._is_enough():
+        if self._is_useless() or self._is_enough():
             n_pending = 0
-        most = most_parts(len(self.speeds_hz))
-        self.tasks = ContactTasks(
-            self.tuned.tasks(self.team.size), self._pending(), int(n_pending), most
-        )
-        if self.progress and self.tuned.reference:
+        n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
+        cut = n_parts(n_runs, self.team.size, most)
+        runs = [TunedPart(run, part, cut) for run in range(n_runs) for part in range(cut)]
+        self.tasks = ContactTasks(runs, self._pending(), int(n_pending), most)
+        if self.progress and self.reference:
             self.progress.start(self.status)
-        return self.tuned.reference, len(self.tasks)
+        return self.reference, len(self.tasks)
+
+    def _is_useless(self):
+        """Whether no amplitude can be divided by the reference."""
+        return self.reference and not self.reference.usable
 
     def _pending(self):
         """Pairs (level, sample) of the samples to compute."""
@@ -146,7 +149,8 @@ class MonteCarlo(Job):
         None for a sample when there is no usable reference.
         """
         if isinstance(task, TunedPart):
-            return self._integrate(modes_of_tuned(self.config, self.problem, task.run), task, poll)
+            modes = tuned.modes_of_tuned(self.config, self.problem, task.run)
+            return self._integrate(modes, task, poll)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
         try:
@@ -229,17 +233,21 @@ class MonteCarlo(Job):
 
     def _collect_tuned(self, task, response):
         self.work += Work(0, response.result.n_steps, response.seconds)
-        self.tuned.collect(task, response)
+        self.runs[task.run][task.part] = response
         if self.progress:
-            n_all = len(self.tuned.runs) * len(self.speeds_hz)
-            self.progress.part("speeds of the tuned disk", self.tuned.n_speeds(), n_all)
-        if self.tuned.reference:
-            self.reference = self.tuned.reference
+            done = [p.result.point_status for parts in self.runs for p in parts.values()]
+            n_done = sum(map(np.count_nonzero, done))
+            n_all = len(self.runs) * len(self.speeds_hz)
+            self.progress.part("speeds of the tuned disk", n_done, n_all)
+        if all(len(parts) == task.n_parts for parts in self.runs):
+            wholes = [join(parts).result for parts in self.runs]
+            tuned.write(self.config, self.problem, self.file, wholes)
+            self.reference = tuned.reference(self.file, self.problem)
             self.team.share(self.reference)
             self.phase("samples")
             if self.progress:
                 self.progress.start(self.status)
-        return self.tuned.reference and not self.tuned.reference.usable
+        return self._is_useless()
 
     def _collect_part(self, task, response):
         """When it is the last part of its sample, some rank is to finish and write the sample."""
@@ -247,8 +255,8 @@ class MonteCarlo(Job):
         parts[task.part] = response
         if len(parts) == task.n_parts:
             del self.parts[task.level, task.sample]
-            whole = join([parts[part] for part in range(task.n_parts)])
-            self.tasks.urgent.appendleft(task._replace(part=0, n_parts=1, response=whole))
+            whole = task._replace(part=0, n_parts=1, response=join(parts))
+            self.tasks.urgent.appendleft(whole)
 
     # statistics
 
@@ -294,7 +302,7 @@ class MonteCarlo(Job):
             for level, found in enumerate(self._running(numbers)):
                 cut = RunningPercentiles(*(values[..., :length] for values in found))
                 contact_file.write_statistics(self.file, kind.name, level, cut)
-        if self.tuned.reference and self.tuned.reference.usable:
+        if self.reference and self.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))
 
 
