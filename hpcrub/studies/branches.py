@@ -51,16 +51,6 @@ def starts(config: Config) -> list[str]:
     return ["rest", "up", "down", *(f"perturbed {i + 1}" for i in range(config.branches.perturbed))]
 
 
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own."""
-    return {"start": len(starts(config)), "window": N_WINDOWS}
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """The disk."""
-    return {"deviation": disks(config)[-1]}
-
-
 def n_tasks(config: Config) -> int:
     """One for every initial state."""
     return len(starts(config))
@@ -100,13 +90,12 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     result = result.continued(reason)
     amplitude[result.point_status == DIVERGED] = np.nan
     local[result.point_status == DIVERGED] = np.nan
-    yield "amplitude_m", task, result.amplitude
-    yield "localisation", task, result.localisation
     yield "window_amplitude_m", task, amplitude
     yield "window_localisation", task, local
+    yield "amplitude_m", task, result.amplitude
     yield "time_s", task, result.time
-    yield "point_status", task, result.point_status
-    yield "point_reason", task, result.point_reason
+    for name in ("localisation", "point_status", "point_reason"):
+        yield name, task, getattr(result, name)
 
 
 def follow(
@@ -205,8 +194,8 @@ STUDY = Study(
     sections=("branches",),
     what="coexisting stable motions, from several initial states",
     layout=lambda config: LAYOUT,
-    sizes=sizes,
-    constants=constants,
+    sizes=lambda config: {"start": len(starts(config)), "window": N_WINDOWS},
+    constants=lambda config: {"deviation": disks(config)[-1]},
     prepare=prepare,
     n_tasks=n_tasks,
     cost=cost,

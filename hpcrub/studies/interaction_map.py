@@ -31,12 +31,9 @@ LAYOUT = (
     Dataset("mean_amplitude_m", _DS, "m", "amplitude, as in a contact study"),
     Dataset("mean_error_m", _DS, "m", "its standard error; NaN: unknown"),
 )
-AT_SPEED = Dataset(
-    "natural_frequencies_at_speed_hz",
-    (*_DS, "mode"),
-    "Hz",
-    "the same at each speed; of a model file, whose stiffness depends on it",
-)
+_OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on it"
+AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
+DISKS = "tuned disk", "pattern"
 SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
@@ -48,8 +45,7 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension of its own."""
-    own = {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
-    return own | worn.SIZES
+    return worn.SIZES | {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -87,17 +83,16 @@ def problems(config: Config) -> Iterator[str]:
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
     """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
-    scene = problem.problem.scene
-    groups = history.groups(config.speeds.values_hz)
+    scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
     disk, number = divmod(task, len(groups))
     modes, group = problem.modes[disk], groups[number]
-    speeds = config.speeds.values_hz[group]
-    duration = config.history.duration_s
+    speeds, duration = config.speeds.values_hz[group], config.history.duration_s
     followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
     for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
         for lane, one in enumerate(followed):
             one.take(piece, lane)
-        parts.append((piece.time, piece.observed, _touching(scene, piece), piece.reason))
+        touching = scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
+        parts.append((piece.time, piece.observed, touching, piece.reason))
     *values, reasons = zip(*parts, strict=True)
     time, tips, touching = map(np.concatenate, values)
     if group[0] == groups[0][0]:
@@ -118,23 +113,14 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield "point_status", (disk, speed), DIVERGED
         if status.are_fatal(reason):
             continue
-        yield from _point(followed[lane], (disk, speed))
+        found = followed[lane].found
+        yield "point_status", (disk, speed), found.status
+        yield "mean_amplitude_m", (disk, speed), found.amplitude
+        yield "mean_error_m", (disk, speed), found.error
+        if scene.coating:
+            yield from worn.of_speed(followed[lane].wear, (disk, speed))
         yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
         yield "amplitude_m", (disk, speed), np.abs(window).max()
-
-
-def _point(followed, where):
-    """What a sweep would say of a point, and what it wears."""
-    yield "point_status", where, followed.found.status
-    yield "mean_amplitude_m", where, followed.found.amplitude
-    yield "mean_error_m", where, followed.found.error
-    if followed.scene.coating:
-        yield from worn.of_speed(followed.wear, where)
-
-
-def _touching(scene, piece):
-    """Whether blades touch between two records of a history.Piece, (R, S, N)."""
-    return scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
 
 
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
@@ -147,12 +133,8 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
 
     window = windows.hann(len(signals), sym=False)
     top = wanted.step_hz * wanted.n_frequencies
-    transform = zoom_fft(
-        (signals - signals.mean(axis=0)).T * window,
-        [0.0, top],
-        m=wanted.n_frequencies,
-        fs=1.0 / interval,
-    )
+    moving = (signals - signals.mean(axis=0)).T * window
+    transform = zoom_fft(moving, [0.0, top], m=wanted.n_frequencies, fs=1.0 / interval)
     return 2.0 * np.abs(transform) / window.sum()
 
 
@@ -161,7 +143,7 @@ def report(file: ResultFile) -> Iterator[str]:
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     for disk in range(len(file.read("deviation"))):
         amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
-        name = ("tuned disk", "pattern")[disk]
+        name = DISKS[disk]
         for line in status.lines(status.count(reason), len(reason)):
             yield f"{name}: {line}"
         if not np.isfinite(amplitude).any():

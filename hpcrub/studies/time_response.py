@@ -16,12 +16,12 @@ from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import correlation
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies import worn
+from hpcrub.studies.interaction_map import DISKS, cost, n_tasks
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -55,15 +55,9 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     coating = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
     if config.disk.n_points == config.disk.n_blades:
         return LAYOUT + coating
-    points = {"blade": "point"}
-    lines = [
-        line._replace(dimensions=tuple(points.get(d, d) for d in line.dimensions))
-        if line.dimensions == _DTB
-        else line
-        for line in LAYOUT
-    ]
+    of_points = {_DTB: ("disk", "time", "point")}
     return (
-        *lines,
+        *(s._replace(dimensions=of_points.get(s.dimensions, s.dimensions)) for s in LAYOUT),
         *coating,
         Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
         Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
@@ -72,15 +66,14 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension of its own."""
-    return {
+    speed, duration = config.speeds.from_hz, config.history.duration_s
+    return worn.SIZES | {
         "disk": len(disks(config)),
-        "time": history.n_records(
-            config.speeds.from_hz, config.history.duration_s, time_grid(config)
-        ),
+        "time": history.n_records(speed, duration, time_grid(config)),
         "point": config.disk.n_points,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
-    } | worn.SIZES
+    }
 
 
 def _grid(config):
@@ -109,25 +102,12 @@ def constants(config: Config) -> dict[str, Any]:
     } | worn.CONSTANTS
 
 
-def n_tasks(config: Config) -> int:
-    """One for every disk."""
-    return len(disks(config))
-
-
-def cost(config: Config, until_steady: float) -> Cost:
-    """All lanes, idle ones too."""
-    lanes = len(history.LANES) * n_tasks(config)
-    return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
-
-
 def problems(config: Config) -> Iterator[str]:
     """Keys that do not fit this study."""
     if config.speeds.n_values != 1:
-        s = config.speeds
-        yield (
-            f"speeds.to_hz: {s.to_hz} is not speeds.from_hz, {s.from_hz}; a time_response is of "
-            "one speed"
-        )
+        first, last = config.speeds.from_hz, config.speeds.to_hz
+        text = f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of"
+        yield f"{text} one speed"
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
@@ -139,9 +119,10 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         followed.take(piece, 0)
         worn_depth += [depth.max() for depth in piece.worn]
         pieces.append(piece._replace(worn=()))
-    time = np.concatenate([piece.time[:, 0] for piece in pieces])
-    force = np.concatenate([piece.normal_force[:, :, 0] for piece in pieces])
-    tangential = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.tangential.T
+    names = "time", "normal_force", "position"
+    parts = ([getattr(piece, name)[..., 0] for piece in pieces] for name in names)
+    time, force, position = map(np.concatenate, parts)
+    tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
     window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
     reason = pieces[-1].reason[0]
     if not status.are_fatal(reason):
@@ -149,14 +130,13 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         reason = permanent_contact(share, modes, scene) or reason
     if task == 0:
         yield "time_s", (), time
-        if config.disk.n_points != config.disk.n_blades:
-            yield "contact_blade", (), scene.interface.blade
-            yield "contact_angle_rad", (), scene.interface.angle
+    if task == 0 and config.disk.n_points != config.disk.n_blades:
+        yield "contact_blade", (), scene.interface.blade
+        yield "contact_angle_rad", (), scene.interface.angle
     yield "point_reason", task, reason
     yield "point_status", task, DIVERGED
     if status.are_fatal(pieces[-1].reason[0]):
         return
-    radial = np.concatenate([piece.position[:, :, 0] for piece in pieces]) @ modes.normal.T
     yield "radial_m", task, radial
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial)
@@ -164,20 +144,12 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     if scene.coating:
         yield "worn_depth_m", task, np.array(worn_depth)
         yield from worn.of_speed(followed.wear, task)
-    tip, correlated, change = _tests(config, tangential, len(time) // len(pieces))
-    yield "tip", task, tip
-    yield "correlation", task, correlated
-    yield "amplitude_change", task, change
+    yield from _tests(config, task, tangential, len(time) // len(pieces))
     if not status.are_fatal(reason):
-        yield from _judged(followed, task)
-
-
-def _judged(followed, task):
-    """What a sweep would say of a disk."""
-    yield "judged_s", task, followed.time
-    yield "point_status", task, followed.found.status
-    yield "amplitude_m", task, followed.found.amplitude
-    yield "amplitude_error_m", task, followed.found.error
+        yield "judged_s", task, followed.time
+        yield "point_status", task, followed.found.status
+        yield "amplitude_m", task, followed.found.amplitude
+        yield "amplitude_error_m", task, followed.found.error
 
 
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
@@ -188,8 +160,8 @@ def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> 
     return scene.at(speed_hz).clearance + scene.interface.clearance - grown * height - radial
 
 
-def _tests(config, tangential, per_block):
-    """The steady-state test at every check: tips, correlations, changes of amplitude, (C,) each."""
+def _tests(config, task, tangential, per_block):
+    """The steady-state test at every check."""
     checks = _checks(config)
     tips = np.zeros(len(checks), dtype=int)
     correlated, change = np.zeros((2, len(checks)))
@@ -202,7 +174,9 @@ def _tests(config, tangential, per_block):
         size_before, size = (np.abs(part[:, tip]).max() for part in (before, last))
         correlated[check] = correlation(before[:, tip], last[:, tip])
         change[check] = abs(size - size_before) / size if size else 0.0
-    return tips, correlated, change
+    yield "tip", task, tips
+    yield "correlation", task, correlated
+    yield "amplitude_change", task, change
 
 
 def first_known(file: ResultFile, disk: int) -> int | None:
@@ -215,7 +189,7 @@ def first_known(file: ResultFile, disk: int) -> int | None:
 def report(file: ResultFile) -> Iterator[str]:
     """Amplitudes, and since when they are known, or why there are none."""
     found, reason = file.read("point_status"), file.read("point_reason")
-    for disk, name in enumerate(("tuned disk", "pattern")[: len(found)]):
+    for disk, name in enumerate(DISKS[: len(found)]):
         if found[disk] == DIVERGED:
             yield f"{name}: {status.words(reason[disk])}"
             continue
