@@ -55,9 +55,9 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     coating = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
     if config.disk.n_points == config.disk.n_blades:
         return LAYOUT + coating
-    of_points = {_DTB: ("disk", "time", "point")}
+    of_points = ("disk", "time", "point")
     return (
-        *(s._replace(dimensions=of_points.get(s.dimensions, s.dimensions)) for s in LAYOUT),
+        *(s._replace(dimensions=of_points) if s.dimensions == _DTB else s for s in LAYOUT),
         *coating,
         Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
         Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
