@@ -1,19 +1,17 @@
 """Pairs of numbers, one for each sample: how often one is larger, rank correlation, density."""
 
 import numpy as np
-from scipy.stats import gaussian_kde, norm, rankdata
+from scipy.stats import binomtest, gaussian_kde, norm, spearmanr
 
 N_GRID = 80  # points of a density along each axis
 
 
 def share_interval(above: int, n: int) -> tuple[float, float]:
-    """Wilson's interval of 95 % of a share, above of n."""
+    """Wilson's interval of 95 % of a share, above of n; NaN of none."""
     if n == 0:
         return np.nan, np.nan
-    z = norm.ppf(0.975)
-    p, centre = above / n, (above + z * z / 2) / (n + z * z)
-    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return max(0.0, centre - half), min(1.0, centre + half)
+    low, high = binomtest(above, n).proportion_ci(method="wilson")
+    return low, high
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -24,7 +22,7 @@ def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     n = len(x)
     if n < 4:
         return np.full(3, np.nan)
-    r = np.corrcoef(rankdata(x), rankdata(y))[0, 1]
+    r = spearmanr(x, y).statistic
     half = norm.ppf(0.975) * np.sqrt((1 + r * r / 2) / (n - 3))
     at = np.arctanh(np.clip(r, -1 + 1e-12, 1 - 1e-12))
     return np.array([r, np.tanh(at - half), np.tanh(at + half)])

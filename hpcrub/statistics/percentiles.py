@@ -15,11 +15,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import bdtr, bdtrik, betaincinv, ndtr
+from scipy.special import betaincinv, ndtr
 
 MIN_VALUES = 10
 """The fewest percentile values on which convergence may be declared (two may agree by chance)."""
-
 
 Z_95 = 1.96
 """Normal quantile of 95 % confidence."""
@@ -111,19 +110,11 @@ def _interval_ranks(n, q, z):
     NaN for none. Both are quantiles of the binomial distribution, each by its own small tail: 1
     - tail would be 1 for large z.
     """
+    from scipy.stats import binom  # half a second, on rank 0 alone
+
     tail = ndtr(-z)
-    low, high = _binomial_quantile(tail, n, q), n - _binomial_quantile(tail, n, 1.0 - q)
+    low, high = binom.ppf(tail, n, q), n - binom.ppf(tail, n, 1.0 - q)
     return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
-
-
-def _binomial_quantile(tail, n, q):
-    """Smallest number that a binomial (n, q) does not exceed with at least the probability tail.
-
-    As scipy.stats.binom.ppf, which takes half a second to import.
-    """
-    number = np.clip(np.ceil(np.nan_to_num(bdtrik(tail, n, q))), 0, n)
-    below = np.maximum(number - 1, 0)
-    return np.where(bdtr(below, n, q) >= tail, below, number + (bdtr(number, n, q) < tail))
 
 
 def _n_valid(values, step):

@@ -8,15 +8,9 @@ from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot import histories, maps
-<<<<<<< HEAD
-from hpcrub.plot.casings import EXAGGERATED
-from hpcrub.plot.disks import families
-from hpcrub.plot.strain_energy import BESIDE
-from hpcrub.plot.wear import GROOVE, INNER
-=======
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.samples import BESIDE
->>>>>>> 7c150e5 (Figures: no GIF of a mode, no find, one place for the arguments, four modules fewer)
+from hpcrub.plot.wear import GROOVE, INNER
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines
 from tests.plot.stored import File, contact_file, modal_file
 from tests.program import TINY
