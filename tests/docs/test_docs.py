@@ -118,7 +118,7 @@ def test_the_commands_are_accepted(words):
         changes = [words[i + 1] for i, word in enumerate(words) if word == "--set"]
         assert load_runs(ROOT / words[words.index("main.py") + 1], changes)
     if "--figure" in words:
-        plot.find(words[words.index("--figure") + 1])
+        assert words[words.index("--figure") + 1] in [figure.__name__ for figure in plot.FIGURES]
 
 
 def test_the_notebook_leads_to_a_decision(monkeypatch, capsys):

@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from hpcrub.statistics import pairs
 from hpcrub.statistics.percentiles import (
@@ -133,12 +132,6 @@ def test_interval_ends_are_binomial_quantiles(n, percentile, z):
     np.testing.assert_equal(high, last if last < n else np.nan)
 
 
-@pytest.mark.parametrize(("above", "n"), [(0, 6), (4, 6), (6, 6), (190, 200)])
-def test_the_interval_of_a_share_is_wilsons(above, n):
-    interval = stats.binomtest(above, n).proportion_ci(method="wilson")
-    assert pairs.share_interval(above, n) == pytest.approx(tuple(interval))
-
-
 def test_pairs_on_a_line_have_no_density():
     x = np.linspace(1.0, 2.0, 20)
     assert pairs.density(x, 2.0 * x)[2] is None
@@ -166,6 +159,5 @@ def test_rank_interval_covers_as_often_as_it_says():
     for _ in range(400):
         x, y = random.multivariate_normal([0, 0], [[1, 0.6], [0.6, 1]], 80).T
         found, low, high = pairs.rank_correlation(x, y)
-        assert found == pytest.approx(stats.spearmanr(x, y).statistic)
         hits += low <= true <= high
     assert 0.91 < hits / 400 < 0.985
