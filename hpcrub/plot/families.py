@@ -12,7 +12,7 @@ from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.source import PHYSICS
+from hpcrub.studies.contact.study import PHYSICS
 from hpcrub.studies.contact.trust import shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}

@@ -25,7 +25,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.studies.contact.source import open_contact, require_complete
+from hpcrub.studies.contact.study import open_contact, require_complete
 
 _SAMPLE, _SS = ("sample",), ("sample", "speed")
 LAYOUT = (

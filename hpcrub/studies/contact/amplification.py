@@ -1,16 +1,23 @@
-"""What a contact study says of one disk: its peak in contact, its linear peak, all its points."""
+"""What a contact study says of one disk, and the tuned one that all others are relative to."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.model.reduction import Modes
+from hpcrub.errors import HpcrubError
+from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import SweepResult
+from hpcrub.results.storage import ResultFile
+from hpcrub.setup.disks import APART
 from hpcrub.setup.problem import Problem
 from hpcrub.studies import worn
+from hpcrub.studies.contact import file as contact_file
+
+ROUNDING = 1e-9  # of the clearance and the height of the casing together: no amplitude below
 
 
 class Reference(NamedTuple):
@@ -70,3 +77,81 @@ def point_values(result: SweepResult) -> dict[str, Any]:
         "point_reason": result.point_reason,
         "max_sweeps": result.max_sweeps,
     } | worn.values(result.wear)
+
+
+class Integrated(NamedTuple):
+    """A sweep of one disk, or the part of it that one rank has integrated."""
+
+    result: SweepResult | None  # None: it failed
+    seconds: float
+    message: str = ""
+
+
+def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
+    """Modes of the tuned disk (run 0), or of one that hardly differs.
+
+    Where the motion is not periodic, or one of several, its amplitude is one draw of many. All
+    amplifications are relative to the median.
+    """
+    perturbed = np.full(config.disk.n_blades, APART * run)
+    return mistuned_modes(problem.reduced, perturbed)
+
+
+def join(parts: dict[int, Any]) -> Any:
+    """One Integrated of n parts by their numbers; the p-th holds the speeds p, p + n, ..."""
+    seconds = sum(part.seconds for part in parts.values())
+    if failed := next((part for part in parts.values() if part.result is None), None):
+        return failed._replace(seconds=seconds)
+    whole = SweepResult.empty(*parts[0].result.wear.around.shape[:2])
+    for first, part in parts.items():
+        whole.take(slice(first, None, len(parts)), part.result)
+    n_steps = sum(part.result.n_steps for part in parts.values())
+    return Integrated(whole._replace(n_steps=n_steps), seconds)
+
+
+def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
+    """What amplitudes of a file are divided by, None while the tuned disk is not complete.
+
+    problem: None where parts are merged.
+    """
+    found = contact_file.read_tuned(file)
+    if found is None:
+        return None
+    contact, linear = (float(found[f"{name}_amplitude_m"]) for name in ("reference", "linear"))
+    return Reference(contact, linear, ROUNDING * problem.scene.lift if problem else 0.0)
+
+
+def write_tuned(
+    config: Config, problem: Problem, file: ResultFile, runs: list[SweepResult]
+) -> None:
+    """Write the tuned disk, integrated as it is and perturbed."""
+    speeds, modes = config.speeds.values_hz, modes_of_tuned(config, problem, 0)
+    values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
+    values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
+    peaks = np.array([peak(run, speeds)[0] for run in runs])
+    values["run_deepest_m"] = np.array([deepest(run, speeds)[0] for run in runs])
+    values["run_amplitude_m"] = np.array([run.amplitude for run in runs])
+    values["run_peaks_m"], known = peaks, peaks[np.isfinite(peaks)]
+    values["reference_amplitude_m"] = np.median(known) if known.size else np.nan
+    values["linear_amplitude_m"] = linear_amplitude(config, problem, modes)
+    contact_file.write_tuned(file, values)
+
+
+def check_reference(found: Reference, file: ResultFile) -> None:
+    """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
+    if np.isnan(found.contact):
+        reason = file.read("tuned/point_reason")
+        why = "; ".join(status.lines(status.count(reason), reason.size))
+        raise HpcrubError(
+            f"the tuned disk has no result at any speed, nothing to compare samples with: {why}"
+        )
+    if not found.contact > 0.0:
+        raise HpcrubError(
+            "the tuned disk is not excited: the casing never reaches the blades "
+            "(casing.clearance_mm beside bump_height_mm, harmonics and profile)"
+        )
+    if not found.usable:
+        raise HpcrubError(
+            f"the tuned disk moves by {found.contact:.1e} m only, which is rounding: its tips move "
+            "radially, and amplitudes are tangential (no lean, no bow, no friction)"
+        )

@@ -6,31 +6,29 @@ from typing import Any
 import numpy as np
 
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.layout import MOST_LINES, SAMPLE, TUNED
+from hpcrub.studies.contact.layout import MOST_LINES, layout
 
 
 def read_tuned(file: ResultFile) -> dict[str, Any] | None:
     """Results of the tuned disk by name, None when they are not complete."""
-    names = {name: f"tuned/{name}" for name in TUNED}
-    values = {name: file.read(at) for name, at in names.items() if at in file}
+    values = {name: file.read(f"tuned/{name}") for name in _names(file, "tuned")}
     return values if np.isfinite(values["linear_amplitude_m"]) else None
 
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
-    """Write the results of the tuned disk, a dict by the names in `layout.TUNED`; one rank."""
-    file.write(_present(file, "tuned", TUNED, values), ())
+    """Write the results of the tuned disk, by their names in its group; one rank."""
+    file.write({f"tuned/{name}": values[name] for name in _names(file, "tuned")}, ())
 
 
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
     """Write one sample, its status last; one rank.
 
-    values: by the names in `layout.SAMPLE`, `status` included; others may be missing in a failed
-    one. Raises WriteError when the file cannot be written.
+    values: by their names in its group, `status` included; others may be missing in a failed one.
+    Raises WriteError when the file cannot be written.
     """
-    present = _present(file, "samples", SAMPLE, values)
-    status = {"samples/status": present.pop("samples/status")}
-    file.write(present, (level, sample))
-    file.write(status, (level, sample))
+    *names, status = _names(file, "samples")
+    file.write({f"samples/{n}": values[n] for n in names if n in values}, (level, sample))
+    file.write({f"samples/{status}": values[status]}, (level, sample))
 
 
 def write_statistics(file: ResultFile, kind: str, level: int, running: Any) -> None:
@@ -61,7 +59,7 @@ def read_trust(file: ResultFile) -> list[str]:
     return [text.decode(errors="ignore") for text in texts if text]
 
 
-def _present(file, group, names, values):
-    """{dataset: value} of those that this file has, in the order of names."""
-    pairs = ((f"{group}/{name}", values[name]) for name in names if name in values)
-    return {name: value for name, value in pairs if name in file}
+def _names(file, group):
+    """Names in a group of a file, what declares it whole last."""
+    names = [line.name.partition("/") for line in layout(file.config)]
+    return [name for of, _, name in names if of == group]

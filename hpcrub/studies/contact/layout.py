@@ -110,8 +110,6 @@ MOST_LINES = 24  # of the trust block
 SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[2:]}
-_NAMES = [line.name.partition("/")[::2] for line in LAYOUT]
-TUNED, SAMPLE = ([n for group, n in _NAMES if group == g] for g in ("tuned", "samples"))
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:

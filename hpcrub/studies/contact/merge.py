@@ -27,8 +27,7 @@ from hpcrub.runs import result_files
 from hpcrub.runs.study import Run
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
-from hpcrub.studies.contact.source import open_contact
-from hpcrub.studies.contact.study import STUDY
+from hpcrub.studies.contact.study import STUDY, open_contact
 
 AT_ONCE = 2**26  # bytes read at once
 

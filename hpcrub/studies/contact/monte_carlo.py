@@ -21,19 +21,13 @@ from hpcrub.runs.study import Job, Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
-from hpcrub.statistics.percentiles import (
-    RunningPercentiles,
-    first_converged,
-    judged_error,
-    running_percentiles,
-)
+from hpcrub.statistics import percentiles
+from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust, tuned
-from hpcrub.studies.contact.amplification import deepest, linear_amplitude, peak, point_values
+from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.layout import kinds
 from hpcrub.studies.contact.summary import print_summary
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
-from hpcrub.studies.contact.tuned import Integrated, join
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
 BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sample, not the study
@@ -85,7 +79,7 @@ class MonteCarlo(Job):
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
-            self.team.on_root(lambda: tuned.check(self.reference, self.file))
+            self.team.on_root(lambda: disk.check_reference(self.reference, self.file))
         except Interrupted:
             self.team.on_root(self._write_statistics)
             raise
@@ -116,7 +110,8 @@ class MonteCarlo(Job):
 
         Returns the Reference, None when missing, and the number of tasks.
         """
-        self.status, self.reference = self.file.status, tuned.reference(self.file, self.problem)
+        self.status = self.file.status
+        self.reference = disk.reference_of(self.file, self.problem)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = np.count_nonzero(self.status == PENDING)
@@ -149,7 +144,7 @@ class MonteCarlo(Job):
         None for a sample when there is no usable reference.
         """
         if isinstance(task, TunedPart):
-            modes = tuned.modes_of_tuned(self.config, self.problem, task.run)
+            modes = disk.modes_of_tuned(self.config, self.problem, task.run)
             return self._integrate(modes, task, poll)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
@@ -157,7 +152,7 @@ class MonteCarlo(Job):
             modes = modes_of(self.config, self.problem, blades)
             response = response or self._integrate(modes, task, poll)
         except BAD_NUMBERS as error:
-            response = Integrated(None, 0.0, _words(error))
+            response = disk.Integrated(None, 0.0, _words(error))
         if task.n_parts > 1:
             return response
         while self.reference is None:
@@ -170,7 +165,7 @@ class MonteCarlo(Job):
         scene = self.problem.scene
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
-        return Integrated(result, time.perf_counter() - start)
+        return disk.Integrated(result, time.perf_counter() - start)
 
     def _finish(self, task, blades, modes, response):
         """Write a sample that has been integrated; returns its Outcome."""
@@ -178,7 +173,7 @@ class MonteCarlo(Job):
         values, message = {"deviation": blades, "status": FAILED}, response.message
         try:
             if response.result:
-                values |= point_values(response.result)
+                values |= disk.point_values(response.result)
                 values |= self._amplifications(modes, response.result)
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
@@ -197,9 +192,9 @@ class MonteCarlo(Job):
 
     def _amplifications(self, modes, result):
         """Peaks of one sample beside the tuned disk's, and its status."""
-        amplitude, speed = peak(result, self.speeds_hz)
-        depth, at = deepest(result, self.speeds_hz)
-        linear = linear_amplitude(self.config, self.problem, modes)
+        amplitude, speed = disk.peak(result, self.speeds_hz)
+        depth, at = disk.deepest(result, self.speeds_hz)
+        linear = disk.linear_amplitude(self.config, self.problem, modes)
         return {
             "peak_amplitude_m": amplitude,
             "peak_speed_hz": speed,
@@ -240,9 +235,9 @@ class MonteCarlo(Job):
             n_all = len(self.runs) * len(self.speeds_hz)
             self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
-            wholes = [join(parts).result for parts in self.runs]
-            tuned.write(self.config, self.problem, self.file, wholes)
-            self.reference = tuned.reference(self.file, self.problem)
+            wholes = [disk.join(parts).result for parts in self.runs]
+            disk.write_tuned(self.config, self.problem, self.file, wholes)
+            self.reference = disk.reference_of(self.file, self.problem)
             self.team.share(self.reference)
             self.phase("samples")
             if self.progress:
@@ -255,7 +250,7 @@ class MonteCarlo(Job):
         parts[task.part] = response
         if len(parts) == task.n_parts:
             del self.parts[task.level, task.sample]
-            whole = task._replace(part=0, n_parts=1, response=join(parts))
+            whole = task._replace(part=0, n_parts=1, response=disk.join(parts))
             self.tasks.urgent.appendleft(whole)
 
     # statistics
@@ -278,15 +273,19 @@ class MonteCarlo(Job):
             numbers[: _leading(status != PENDING)]
             for numbers, status in zip(values, self.status, strict=True)
         ]
-        return [running_percentiles(found, c.percentiles, c.step, c.z) for found in leading]
+        return [
+            percentiles.running_percentiles(found, c.percentiles, c.step, c.z) for found in leading
+        ]
 
     def _converged_at(self):
         """First number of percentile values at which all levels are converged, or None."""
         c = self.config.convergence
         running = self._running(self.numbers[0])
-        errors = [judged_error(c.criterion, found._asdict()) for found in running]
+        errors = [percentiles.judged_error(c.criterion, found._asdict()) for found in running]
         shortest = min(error.shape[-1] for error in errors)
-        return first_converged(np.stack([e[:, :shortest] for e in errors]), c.target_error)
+        return percentiles.first_converged(
+            np.stack([e[:, :shortest] for e in errors]), c.target_error
+        )
 
     def _write_statistics(self):
         """Statistics of the finished samples (rank 0).
@@ -300,7 +299,7 @@ class MonteCarlo(Job):
             length = self._converged_at()
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, found in enumerate(self._running(numbers)):
-                cut = RunningPercentiles(*(values[..., :length] for values in found))
+                cut = percentiles.RunningPercentiles(*(values[..., :length] for values in found))
                 contact_file.write_statistics(self.file, kind.name, level, cut)
         if self.reference and self.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))

@@ -1,15 +1,18 @@
-"""The contact study: what its result file holds, and what it says of itself."""
+"""The contact study: what its result file holds, what it says of itself, who else reads it."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hpcrub.config.schema import Config
-from hpcrub.results.layout import DONE
+from hpcrub.config.schema import Config, differences
+from hpcrub.errors import InputError
+from hpcrub.results.layout import DONE, PENDING
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Study
+from hpcrub.runs.study import Run, Study
 from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
@@ -17,6 +20,11 @@ from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
+
+PHYSICS = (  # sections of the input
+    *("disk.", "material.", "reduction.", "casing.", "contact.", "forcing."),
+    *("speeds.", "time.", "steady_state."),
+)
 
 
 def sizes(config: Config) -> dict[str, int]:
@@ -107,3 +115,27 @@ STUDY = Study(
     is_enough=is_enough,
     headline=headline,
 )
+
+
+def open_contact(path: str | Path) -> ResultFile:
+    """The open file of a contact study, complete or not. Raises InputError for any other."""
+
+    def check(file):
+        if file.config.study != STUDY.name:
+            raise InputError(f"{path} is of the study {file.config.study}, not contact")
+        result_files.check(file, Run(STUDY, file.config))
+
+    return result_files.open_checked(path, check)
+
+
+def require_complete(file: ResultFile, config: Config) -> None:
+    """Raise InputError unless an open contact study is complete, with the physics of `config`."""
+    path = file.path
+    if file.config.is_part:
+        raise InputError(f"sources: {path} is a part; merge all parts (hpcrub merge)")
+    n_pending = int(np.count_nonzero(file.status == PENDING))
+    if n_pending and not file.config.convergence.stop_when_converged:
+        raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
+    other = [d for d in differences(file.config, config) if d.startswith(PHYSICS)]
+    if other:
+        raise InputError(f"sources: {path} has {'; '.join(other)}")
