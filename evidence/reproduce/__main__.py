@@ -1,7 +1,7 @@
 """Run all studies of the paper, or go on with them, and hold them against its numbers.
 
-Writes docs/reproduction.md. At 1 % of the samples it takes some minutes; the time of every step is
-told first.
+Writes docs/reproduction.md. At 1 % of the samples it takes some minutes, at more of them as much
+longer; every step tells what is left of it.
 """
 
 import argparse
@@ -11,10 +11,7 @@ import time
 
 from evidence import page, program
 from evidence.reproduce import plan, report
-from hpcrub.config import schema as config
 from hpcrub.ranks.progress import duration
-from hpcrub.runs import cost
-from hpcrub.setup import problem as study
 
 
 def main(argv=None):
@@ -26,7 +23,6 @@ def main(argv=None):
     options = parser.parse_args(argv)
     folder = page.ROOT / "results" / f"reproduction_{options.scale:g}"
     if not options.report_only:
-        announce(folder, options)
         for step in plan.STEPS:
             code = run(step, folder, options)
             if code:
@@ -34,24 +30,6 @@ def main(argv=None):
                 return code
     report.write(folder, options.scale, page.DOCS / "reproduction.md")
     return 0
-
-
-def announce(folder, options):
-    """Print how long every step will take on this machine, and all together."""
-    cfg = config.Config()
-    problem = study.build_problem(cfg)
-    cost.trial(cfg, problem)  # compiles, which is no part of the rate
-    rate = cost.trial(cfg, problem).steps_per_second
-    total = 0.0
-    for step in plan.STEPS:
-        seconds = plan.time_steps(step, folder, options.scale) / rate / options.ranks
-        total += seconds
-        print(f"{step.name:20} {duration(seconds)}")
-    print(
-        f"all together about {duration(total)} on {options.ranks} ranks "
-        f"({rate / 1e6:.3g} million steps per second and core), less what is already there",
-        flush=True,
-    )
 
 
 def run(step, folder, options):

@@ -4,11 +4,7 @@ import json
 from typing import NamedTuple
 
 from evidence.page import ROOT
-from hpcrub import studies
 from hpcrub.config import schema as config
-
-USUAL_TIME = 0.9  # [s] simulated until steady, on average
-LINEAR_STEPS = 130_000  # steps of time that take as long as a linear sample, about
 
 
 class Step(NamedTuple):
@@ -98,18 +94,3 @@ def arguments(step, folder, scale):
     for override in overrides(step, folder, scale):
         found += ["--set", override]
     return found
-
-
-def time_steps(step, folder, scale):
-    """Time steps of all speeds of a step, or as many as take as long, about."""
-    if step.name == "linear":
-        return 4 * LINEAR_STEPS * n_samples(step, scale)
-    if not all((folder / source).exists() for source in step.sources):
-        return 50 * USUAL_TIME / config.Config().step * n_samples(step, scale)
-    path = ROOT / "inputs" / f"{step.input}.yaml"
-    return sum(map(_steps, config.load_runs(path, overrides(step, folder, scale))))
-
-
-def _steps(cfg):
-    cost = studies.run_of(cfg).study.cost(cfg, USUAL_TIME)
-    return (cost.sweeps + cost.histories) / cfg.step

@@ -84,13 +84,8 @@ FIGURES = (
     ("4", "linear", "linear amplification", ("linear.h5",), "linear"),
     ("5", "time_response", "one simulation in full", ("time_response.h5",), "time_response"),
     ("6", "interaction_map", "interaction maps", ("interaction_map.h5",), "interaction_map"),
-    (
-        "7",
-        "table2",
-        "tuned disk and the pattern of Table 2; stars: printed",
-        ("table2.h5",),
-        "summary",
-    ),
+    ("7", "table2", "tuned disk and the pattern of Table 2; stars: printed", ("table2.h5",),
+     "summary"),
     ("8", "casing_parameters", "other casings", ("casing_parameters/*.h5",), "compare"),
     ("9a", "time_step", "other time steps", ("time_step/*.h5",), "compare"),
     ("9b", "reduction", "other reduced models", ("reduction/*.h5",), "compare"),
@@ -102,7 +97,7 @@ FIGURES = (
     ("15", "cross", "contact beside linear amplification", (plan.FILE_4,), "contact_over_linear"),
     ("16", "damping", "damping", (plan.FILE_4, "contact_low.h5"), "damping"),
     ("17", "branches", "several initial states", ("branches.h5",), "branches"),
-)
+)  # fmt: skip
 
 
 def figures(folder, target):

@@ -44,35 +44,36 @@ def _rows(found, quantity):
     return [number for number in found.values() if number.quantity == quantity]
 
 
+def _grouped(cells):
+    """Rows of a table of cells (first column, text), in the order in which they begin."""
+    rows: dict = {}
+    for first, text in cells:
+        rows.setdefault(first, []).append(text)
+    return [[first, *texts] for first, texts in rows.items()]
+
+
 def _meshes(found):
-    table: dict = {}
-    for number in _rows(found, "frequency of the blade alone"):
-        _, mesh = number.at.split(", ")
-        table.setdefault(mesh, []).append(f"{number.value:.1f}")
-    finest = list(table.values())[-1]
-    heads = ["chord x span x thickness", *(f"mode {k + 1} [Hz]" for k in range(len(finest)))]
-    return page.table(
-        heads, [[mesh.removesuffix(" elements"), *row] for mesh, row in table.items()]
+    alone = _rows(found, "frequency of the blade alone")
+    rows = _grouped(
+        (n.at.split(", ")[1].removesuffix(" elements"), f"{n.value:.1f}") for n in alone
     )
+    heads = [f"mode {k} [Hz]" for k in range(1, len(rows[-1]))]
+    return page.table(["chord x span x thickness", *heads], rows)
 
 
 def _tip(found):
-    table: dict = {}
-    for quantity in ("clearance of the tip, normal to the casing", "motion of the tip by rotation"):
-        for number in _rows(found, quantity):
-            table.setdefault(number.at.split(", ")[0], []).append(f"{number.value:.2f}")
+    quantities = "clearance of the tip, normal to the casing", "motion of the tip by rotation"
+    both = [number for quantity in quantities for number in _rows(found, quantity)]
     heads = [f"{what}, {edge} edge [mm]" for what in ("clearance", "motion")
              for edge in ("leading", "trailing")]  # fmt: skip
-    return page.table(["speed", *heads], [[speed, *row] for speed, row in table.items()])
+    rows = _grouped((n.at.split(", ")[0], f"{n.value:.2f}") for n in both)
+    return page.table(["speed", *heads], rows)
 
 
 def _families(found):
-    table: dict = {}
-    for number in _rows(found, "natural frequency"):
-        where, family, diameters = number.at.split(", ")
-        place = int(diameters.split()[0]), where
-        table.setdefault(place, []).append(f"{number.value:.1f}")
-    rows = [[h, *table[h, "at rest"], *table[h, where]] for h, where in table if where != "at rest"]
+    # families of a number of diameters, at rest and then at speed
+    numbers = _rows(found, "natural frequency")
+    rows = _grouped((n.at.split(", ")[2].split()[0], f"{n.value:.1f}") for n in numbers)
     heads = [f"{k} {where}" for where in ("at rest", "at speed") for k in range(1, 5)]
     return page.table(["diameters", *heads], rows)
 
@@ -98,13 +99,14 @@ def _stress(found):
 
 def _fans(found, columns):
     """Percentiles over the fans, where all columns {heading: (quantity, digits)} know them."""
-    table: dict = {}
-    for quantity, digits in columns.values():
-        for number in _rows(found, quantity):
-            table.setdefault(number.at, []).append(_interval(number, digits))
+    rows = _grouped(
+        (number.at, _interval(number, digits))
+        for quantity, digits in columns.values()
+        for number in _rows(found, quantity)
+    )
     rows = [
         [*reversed(at.removeprefix("percentile ").split(", ")), *cells]
-        for at, cells in table.items()
+        for at, *cells in rows
         if len(cells) == len(columns)
     ]
     return page.table(["blades", "percentile", *columns], rows)
@@ -112,12 +114,9 @@ def _fans(found, columns):
 
 def _limits(found):
     """Shares of fans above limits, by where they run."""
-    table: dict = {}
-    for number in found.values():
-        if number.quantity.startswith("share of fans above"):
-            table.setdefault(number.at, {})[number.quantity] = _interval(number)
-    heads = list(next(iter(table.values())))
-    return page.table(["fans", *heads], [[at, *row.values()] for at, row in table.items()])
+    shares = [n for n in found.values() if n.quantity.startswith("share of fans above")]
+    heads = dict.fromkeys(number.quantity for number in shares)
+    return page.table(["fans", *heads], _grouped((n.at, _interval(n)) for n in shares))
 
 
 def _conclusions(found):
@@ -125,13 +124,9 @@ def _conclusions(found):
     quantities = (
         "median of A_nl/A_lin", "share of A_nl above A_lin", "rank correlation of A_nl and A_lin",
     )  # fmt: skip
-    levels: list[str] = []
-    rows = []
-    for quantity in quantities:
-        numbers = _rows(found, quantity)
-        levels = levels or [number.at for number in numbers]
-        rows.append([quantity, *map(_interval, numbers)])
-    return page.table(["of the fans", *levels], rows)
+    asked = [number for quantity in quantities for number in _rows(found, quantity)]
+    levels = dict.fromkeys(number.at for number in asked)
+    return page.table(["of the fans", *levels], _grouped((n.quantity, _interval(n)) for n in asked))
 
 
 def _coated(found):

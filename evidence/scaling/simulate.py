@@ -67,9 +67,8 @@ class _Simulation:
 
     def run(self, n_samples):
         cut = contact_tasks.n_parts(TUNED_RUNS, self.n_ranks, self.most)
-        tuned = [
-            contact_tasks.TunedPart(*run_part, cut) for run_part in np.ndindex(TUNED_RUNS, cut)
-        ]
+        parts = np.ndindex(TUNED_RUNS, cut)
+        tuned = [contact_tasks.TunedPart(run, part, cut) for run, part in parts]
         self.n_tuned = len(tuned)
         samples = ((0, number) for number in range(n_samples))
         self.tasks = contact_tasks.ContactTasks(tuned, samples, n_samples, self.most)
