@@ -37,6 +37,7 @@ from hpcrub.results.layout import NUMBER, Dataset, Plan
 SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
+DEFLATED = 1100  # times smaller than data, at most, is what deflate makes of it
 OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
 # what h5py raises on damage; a wrong index of ours (IndexError) is none
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
@@ -352,14 +353,20 @@ def _names_in(group):
 def read_arrays(path: str | Path) -> dict[str, Any]:
     """All datasets of any HDF5 file by name; text is a scalar of str.
 
-    Raises OSError and what else h5py raises on damage.
+    Raises OSError, also for data that stands in other files, and for more than the file can hold.
     """
-    found = {}
     with h5py.File(path, "r", **SERIAL) as file:
-        for name in _names_in(file):
-            text = h5py.check_string_dtype(file[name].dtype)
-            found[name] = np.array(file[name].asstr()[()]) if text else file[name][()]
-    return found
+        return {name: _array(file[name], path) for name in _names_in(file)}
+
+
+def _array(dataset, path):
+    if dataset.external or dataset.is_virtual or not os.path.samefile(dataset.file.filename, path):
+        raise OSError(f"{dataset.name}: its data is in another file, which no checksum would cover")
+    held = dataset.id.get_storage_size()
+    if dataset.nbytes > DEFLATED * held:
+        raise OSError(f"{dataset.name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
+    text = h5py.check_string_dtype(dataset.dtype)
+    return np.array(dataset.asstr()[()]) if text else dataset[()]
 
 
 def write_arrays(path: str | Path, arrays: dict[str, Any]) -> None:

@@ -137,6 +137,24 @@ def _claims(path):
         file.create_dataset("K", (10**6, 10**6), "f8", chunks=(1000, 1000))
 
 
+def _claims_what_memory_holds(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("K", (10**7,), "f8", chunks=(1000,), compression="gzip")
+
+
+def _external(path):
+    np.ones(3).tofile(path.with_suffix(".bin"))
+    with h5py.File(path, "w") as file:
+        file.create_dataset("K", (3,), "f8", external=[(path.with_suffix(".bin"), 0, 24)])
+
+
+def _linked(path):
+    with h5py.File(path.with_name("other.h5"), "w") as file:
+        file["K"] = np.ones(3)
+    with h5py.File(path, "w") as file:
+        file["K"] = h5py.ExternalLink("other.h5", "K")
+
+
 def _deep(path):
     with h5py.File(path, "w") as file:
         file.create_group("/".join("a" * 3000))
@@ -146,6 +164,9 @@ def _deep(path):
     ("make", "words"),
     [
         (_claims, "cannot be read"),
+        (_claims_what_memory_holds, "claims 80,000,000 bytes, and holds 0"),
+        (_external, "its data is in another file"),
+        (_linked, "its data is in another file"),
         (_deep, "cannot be read"),
         (Path.touch, "cannot be read"),
     ],
