@@ -17,7 +17,8 @@ def read_tuned(file: ResultFile) -> dict[str, Any] | None:
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
     """Write the results of the tuned disk, by their names in its group; one rank."""
-    file.write({f"tuned/{name}": values[name] for name in _names(file, "tuned")}, ())
+    names = _names(file, "tuned")
+    file.write({f"tuned/{name}": values[name] for name in names if name in values}, ())
 
 
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
