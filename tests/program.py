@@ -17,6 +17,15 @@ from hpcrub.response import history
 from hpcrub.runs import result_files
 from hpcrub.studies.contact.layout import LAYOUT
 
+BLISK = """\
+disk: {model: sector.h5}
+reduction: {n_modes: 10}
+casing: {n_bumps: 4, clearance_mm: 0.02, bump_height_mm: 0.06, growth_time_s: 0.002}
+speeds: {from_hz: 575, to_hz: 585, step_hz: 5}
+time: {step_s: 2e-6}
+steady_state: {first_check_s: 0.012, max_time_s: 0.012}
+"""  # two contact points on each blade, of the sector that the tests mesh
+
 __all__ = ["ENVIRONMENT", "ROOT", "TINY"]  # the tests import them from here
 
 

@@ -16,6 +16,7 @@ from hpcrub.setup import imported
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.input_files import with_tables
 from hpcrub.setup.problem import build_problem, scene_of
+from tests.program import BLISK
 
 SPEEDS = np.array([33.9, 34.4, 34.9])
 DEVIATION = np.linspace(-0.02, 0.02, 12)
@@ -103,16 +104,7 @@ def blisk(tmp_path_factory):
     """Config of a small blisk that moves in three dimensions and has two points on each blade."""
     path = tmp_path_factory.mktemp("blisk") / "sector.h5"
     model_file.write(path, sector_arrays(lean=0.6))
-    return imported.resolved(
-        Config.from_yaml(f"""\
-disk: {{model: {path}}}
-reduction: {{n_modes: 10}}
-casing: {{n_bumps: 4, bump_height_mm: 0.06, growth_time_s: 0.002}}
-speeds: {{from_hz: 575, to_hz: 585, step_hz: 5}}
-time: {{step_s: 2e-6}}
-steady_state: {{first_check_s: 0.012, max_time_s: 0.012}}
-""")
-    )
+    return imported.resolved(Config.from_yaml(BLISK.replace("sector.h5", str(path))))
 
 
 WEARS = {

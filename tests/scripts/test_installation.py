@@ -36,8 +36,6 @@ def test_conda_installs_what_the_package_needs():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     needed = project["dependencies"] + project["optional-dependencies"]["mpi"]
     environment = yaml.safe_load((ROOT / "environment.yml").read_text("utf-8"))["dependencies"]
-    by_conda = [
-        str(line).replace(" >", ">").replace("-base", "").split()[0] for line in environment
-    ]
-    assert {line.lower() for line in needed} <= set(by_conda)
+    by_conda = {str(x).replace(" >", ">").replace("-base", "").split()[0] for x in environment}
+    assert {line.lower() for line in needed} <= by_conda
     assert environment[-1] == {"pip": ["--editable .[dev]"]}  # the rest, and hpcrub itself

@@ -171,10 +171,8 @@ def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:
         np.testing.assert_array_equal(many.read("samples/deviation", 0), PATTERNS[:2] / 100)
         for name in ("amplification", "amplitude_m", "linear_amplification"):
-            assert (
-                many.read(f"samples/{name}", (0, 1)).tobytes()
-                == one.read(f"samples/{name}", (0, 0)).tobytes()
-            )
+            found, alone = (file.read(f"samples/{name}", 0) for file in (many, one))
+            assert found[1].tobytes() == alone[0].tobytes()
     csv_of(tmp_path / "disks.csv", PATTERNS[1:3])
     assert run_here("all.yaml", "--output", "all.h5", "--resume", folder=tmp_path) == 2
     err = capfd.readouterr().err

@@ -30,17 +30,14 @@ def test_a_name_that_is_taken_is_kept(tmp_path, capsys):
     one_line(capsys, "out.h5 exists: --overwrite replaces it")
     assert out.read_bytes() == before
     assert command("model", source, "--output", out, "--overwrite") == 0
-    for name in ("result.h5", "mine.hdf5"):
-        foreign = tmp_path / name
-        if name == "result.h5":
-            with h5py.File(foreign, "w") as file:
-                file["samples"] = 1.0
-        else:
-            foreign.write_text("my own notes")
+    with h5py.File(tmp_path / "result.h5", "w") as file:
+        file["samples"] = 1.0
+    (tmp_path / "mine.hdf5").write_text("my own notes")
+    for foreign in (tmp_path / "result.h5", tmp_path / "mine.hdf5"):
         before = foreign.read_bytes()
         capsys.readouterr()
         assert command("model", source, "--output", foreign, "--overwrite") == 2
-        assert name in capsys.readouterr().err
+        assert foreign.name in capsys.readouterr().err
         assert foreign.read_bytes() == before
 
 
@@ -116,15 +113,13 @@ FAR = np.array([2 * 10**9, 0])  # of two contact nodes
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        (
-            lambda a: {"kind": np.array("disk"), "contact_blade": FAR},
-            "contact_blade: blade 2 has no contact nodes; 1 is named nowhere",
-        ),
+        (lambda a: {"kind": np.array("disk"), "contact_blade": FAR},
+         "contact_blade: blade 2 has no contact nodes; 1 is named nowhere"),
         (lambda a: {"kind": np.array([1, 2])}, "kind: one word is expected"),
         (lambda a: {"M/data": 1e-300 * a["M/data"]}, "no modes can be found"),
         (lambda a: {"n_sectors": np.array(10**12)}, "2 to 200"),
     ],
-)
+)  # fmt: skip
 def test_spoilt_model_files_are_refused(tmp_path, capsys, changes, words):
     arrays = sector_arrays()
     model_file.write(tmp_path / "m.h5", arrays | changes(arrays))
@@ -132,46 +127,30 @@ def test_spoilt_model_files_are_refused(tmp_path, capsys, changes, words):
     one_line(capsys, words)
 
 
-def _claims(path):
-    with h5py.File(path, "w") as file:
-        file.create_dataset("K", (10**6, 10**6), "f8", chunks=(1000, 1000))
-
-
-def _claims_what_memory_holds(path):
-    with h5py.File(path, "w") as file:
-        file.create_dataset("K", (10**7,), "f8", chunks=(1000,), compression="gzip")
-
-
-def _external(path):
-    np.ones(3).tofile(path.with_suffix(".bin"))
-    with h5py.File(path, "w") as file:
-        file.create_dataset("K", (3,), "f8", external=[(path.with_suffix(".bin"), 0, 24)])
-
-
-def _linked(path):
-    with h5py.File(path.with_name("other.h5"), "w") as file:
-        file["K"] = np.ones(3)
-    with h5py.File(path, "w") as file:
-        file["K"] = h5py.ExternalLink("other.h5", "K")
-
-
-def _deep(path):
-    with h5py.File(path, "w") as file:
-        file.create_group("/".join("a" * 3000))
+def dataset(shape, **options):
+    return lambda file: file.create_dataset("K", shape, "f8", **options)
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("fill", "words"),
     [
-        (_claims, "cannot be read"),
-        (_claims_what_memory_holds, "claims 80,000,000 bytes, and holds 0"),
-        (_external, "its data is in another file"),
-        (_linked, "its data is in another file"),
-        (_deep, "cannot be read"),
-        (Path.touch, "cannot be read"),
+        (dataset((10**6, 10**6), chunks=(1000, 1000)), "cannot be read"),
+        (dataset(10**7, chunks=1000, compression="gzip"), "claims 80,000,000 bytes, and holds 0"),
+        (dataset(3, external=[("other.h5", 0, 24)]), "its data is in another file"),
+        (lambda f: f.update(K=h5py.ExternalLink("other.h5", "K")), "its data is in another file"),
+        (lambda file: file.create_group("/".join("a" * 3000)), "cannot be read"),
     ],
 )
-def test_files_that_are_no_model_are_refused(tmp_path, capsys, make, words):
-    make(tmp_path / "m.h5")
-    assert command("model", tmp_path / "m.h5") == 2
+def test_files_that_are_no_model_are_refused(folder, capsys, fill, words):
+    with h5py.File("other.h5", "w") as other:
+        other["K"] = np.ones(3)
+    with h5py.File("m.h5", "w") as file:
+        fill(file)
+    assert command("model", "m.h5") == 2
     one_line(capsys, words)
+
+
+def test_an_empty_file_is_refused(folder, capsys):
+    Path("m.h5").touch()
+    assert command("model", "m.h5") == 2
+    one_line(capsys, "cannot be read")
