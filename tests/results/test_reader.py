@@ -18,7 +18,6 @@ from hpcrub.results import layout
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import layout as contact_layout
 from tests.program import ROOT, TINY, lay_out
 
 
@@ -31,9 +30,7 @@ def any_study(request, tmp_path, monkeypatch):
     if STUDIES[request.param].n_sources:
         source = tmp_path / "source.h5"
         with ResultFile(lay_out(source), mode="r+") as file:
-            contact_file.write_tuned(
-                file, {name: 1.0 for name in contact_layout.TUNED if name[0] != "c"}
-            )
+            contact_file.write_tuned(file, dict.fromkeys(contact_file.names(file, "tuned"), 1.0))
             for level, sample in np.ndindex(2, 2):
                 numbers = {"deviation": np.zeros(12), "amplification": 1.0, "status": layout.DONE}
                 contact_file.write_sample(file, level, sample, numbers)

@@ -17,7 +17,6 @@ from hpcrub.results import layout, storage, trouble
 from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import layout as contact_layout
 from tests.program import ROOT, lay_out, refusal
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
@@ -80,11 +79,13 @@ def test_root_attributes(path, tiny_config):
 
 
 def test_written_values_come_back(path, tiny_config):
-    values = {name: np.float64(i + 1) for i, name in enumerate(contact_layout.SAMPLE)}
-    values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
-    tuned = {name: np.float64(i + 1) for i, name in enumerate(contact_layout.TUNED)}
     running = running_percentiles(np.array([1.0, 2.0]), [1, 50, 99], 1, 0.1)
     with studies.open_result(path, tiny_config, mode="r+") as file:
+        values, tuned = (
+            {name: np.float64(i + 1) for i, name in enumerate(contact_file.names(file, group))}
+            for group in ("samples", "tuned")
+        )
+        values |= {"point_status": np.array([1, 2, 3]), "status": layout.DONE}
         assert contact_file.read_tuned(file) is None
         contact_file.write_sample(file, 1, 0, values)
         contact_file.write_tuned(file, tuned)
@@ -110,7 +111,7 @@ class Full:
 def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
     """The disk fills up, or the job is killed, before any of its datasets."""
     file = storage.ResultFile(path, mode="r+")
-    names = [name for name in contact_layout.SAMPLE if f"samples/{name}" in file]
+    names = contact_file.names(file, "samples")
     values, dataset = dict.fromkeys(names, 1) | {"status": layout.DONE}, file._dataset
     for last in names:
         full = {f"samples/{last}": Full()}

@@ -9,16 +9,22 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact.layout import MOST_LINES, layout
 
 
+def names(file: ResultFile, group: str) -> list[str]:
+    """Names of the datasets in a group of a file, what declares it whole last."""
+    found = [line.name.partition("/") for line in layout(file.config)]
+    return [name for of, _, name in found if of == group]
+
+
 def read_tuned(file: ResultFile) -> dict[str, Any] | None:
     """Results of the tuned disk by name, None when they are not complete."""
-    values = {name: file.read(f"tuned/{name}") for name in _names(file, "tuned")}
+    values = {name: file.read(f"tuned/{name}") for name in names(file, "tuned")}
     return values if np.isfinite(values["linear_amplitude_m"]) else None
 
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
     """Write the results of the tuned disk, by their names in its group; one rank."""
-    names = _names(file, "tuned")
-    file.write({f"tuned/{name}": values[name] for name in names if name in values}, ())
+    there = {f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}
+    file.write(there, ())
 
 
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
@@ -27,9 +33,10 @@ def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, An
     values: by their names in its group, `status` included; others may be missing in a failed one.
     Raises WriteError when the file cannot be written.
     """
-    *names, status = _names(file, "samples")
-    file.write({f"samples/{n}": values[n] for n in names if n in values}, (level, sample))
-    file.write({f"samples/{status}": values[status]}, (level, sample))
+    there = {f"samples/{n}": values[n] for n in names(file, "samples") if n in values}
+    status = {"samples/status": there.pop("samples/status")}
+    file.write(there, (level, sample))
+    file.write(status, (level, sample))
 
 
 def write_statistics(file: ResultFile, kind: str, level: int, running: Any) -> None:
@@ -58,9 +65,3 @@ def read_trust(file: ResultFile) -> list[str]:
     """Lines of the trust block; none of a study that has none."""
     texts = file.read("trust") if "trust" in file else []
     return [text.decode(errors="ignore") for text in texts if text]
-
-
-def _names(file, group):
-    """Names in a group of a file, what declares it whole last."""
-    names = [line.name.partition("/") for line in layout(file.config)]
-    return [name for of, _, name in names if of == group]
