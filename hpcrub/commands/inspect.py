@@ -1,18 +1,16 @@
-"""`hpcrub inspect FILE.h5 ...`: what result files hold, how complete, and computed by whom."""
+"""`hpcrub inspect FILE.h5 ...`: of which study result files are, how complete, how trustworthy."""
 
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
-from hpcrub.config import schema as configuration
-from hpcrub.config.text import flatten, show
+from hpcrub.config.schema import Config, differences
+from hpcrub.config.text import one_line
 from hpcrub.errors import InputError
 from hpcrub.ranks.progress import console
-from hpcrub.results.layout import DONE, FAILED, Dataset
-from hpcrub.results.storage import ResultFile
+from hpcrub.results.layout import DONE, FAILED
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import depths
 from hpcrub.studies.contact import file as contact_file
@@ -37,48 +35,21 @@ def main(argv: Sequence[str] | None = None) -> int:
 def description(path: str) -> Iterator[str]:
     """Lines about one result file. Raises InputError when it is not sound."""
     with open_result(path) as file:
-        config = file.config
+        config, status = file.config, file.status
         megabytes = file.path.stat().st_size / 1e6
-        yield f"{printable(path)}: sound, study {config.study}, {megabytes:.4g} MB"
+        yield f"{one_line(path)}: sound, study {config.study}, {megabytes:.4g} MB"
         for name, value in sorted(file.attributes.items()):
             if name != "config":
-                yield f"  {printable(name)}: {printable(value)}"
+                yield f"  {one_line(f'{name}: {value}'[:MOST_CHARACTERS])}"
         yield "  keys that differ from their defaults:"
-        here, default = (
-            flatten(c.model_dump(mode="json")) for c in (config, configuration.Config())
-        )
-        changed = (key for key in here if here[key] != default[key])
-        yield from (f"    {key}: {printable(show(here[key]))}" for key in changed)
-        status = file.status
+        for line in differences(config, Config(), ("here", "by default")):
+            yield f"    {one_line(line)}"
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
-        run = run_of(config)
-        what = run.study.unit
         failed = f", {n_failed} failed" if n_failed else ""
-        yield f"  done: {n_done} of {status.size} {what}{failed}"
+        yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"
         if wear := list(depths.lines(file)):
             yield "  wear of the coating:"
             yield from (f"    {line}" for line in wear)
         if found := contact_file.read_trust(file):
             yield "  how far this can be trusted:"
-            yield from (f"    {printable(line)}" for line in found)
-        yield "  datasets (length, unit, known values, smallest to largest):"
-        for line in run.datasets():
-            yield "    " + _dataset_line(file, line)
-
-
-def printable(value: Any) -> str:
-    """A value of a file on one line, without what a terminal would take for commands."""
-    text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(value)[:MOST_CHARACTERS])
-    return text + ("..." if len(str(value)) > MOST_CHARACTERS else "")
-
-
-def _dataset_line(file: ResultFile, line: Dataset) -> str:
-    shape = file.shape(line.name)
-    sizes = " x ".join(f"{d} {n}" for d, n in zip(line.dimensions, shape, strict=True))
-    text = f"{line.name} ({sizes or 'one value'}) [{line.units}]"
-    if file.dtype(line.name).kind != "S":
-        values = np.asarray(file.read(line.name))
-        known = values[np.isfinite(values)]
-        if known.size:
-            text += f" {known.size / values.size:.0%}, {known.min():.6g} to {known.max():.6g}"
-    return text + f": {line.description}"
+            yield from (f"    {one_line(line)}" for line in found)

@@ -147,7 +147,7 @@ def test_long_attributes_are_cut(path):
         file.attrs["note"] = "two\nlines"
     text = "\n".join(inspect.description(str(path)))
     assert "note: two\\nlines" in text
-    assert max(map(len, text.splitlines())) < 1000  # the words of all reasons
+    assert max(map(len, text.splitlines())) < 1000
 
 
 def test_all_files_are_described_and_the_worst_is_the_exit_code(path, capsys):
@@ -157,7 +157,7 @@ def test_all_files_are_described_and_the_worst_is_the_exit_code(path, capsys):
     out, err = capsys.readouterr()
     assert err.startswith(f"hpcrub: error: cannot open {other} as HDF5: ")
     assert "done: 0 of 4 samples" in out
-    assert "samples/amplitude_m (level 2 x sample 2 x speed 3) [m]: largest" in out
+    assert "mistuning.samples: 2 here, 5000 by default" in out
 
 
 def test_a_command_that_is_misspelt_is_told_the_right_one(capsys):
