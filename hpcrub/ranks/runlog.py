@@ -6,6 +6,7 @@ the first only. What cannot be written does not stop a study.
 
 import datetime
 import json
+import operator
 import os
 import platform
 import socket
@@ -30,39 +31,24 @@ class Work(NamedTuple):
     writing: float = 0.0  # of these, for writing samples [s]; lay-out and statistics are phases
 
     def __add__(self, other: "Work") -> "Work":  # type: ignore[override]
-        return Work(
-            self.n_done + other.n_done,
-            self.n_steps + other.n_steps,
-            self.seconds + other.seconds,
-            self.writing + other.writing,
-        )
+        return Work(*map(operator.add, self, other))
 
 
 class RunLog:
     """The log of one run, which ends with the `with` block around it, however that ends."""
 
-    def __init__(
-        self,
-        output: str | Path,
-        n_ranks: int,
-        earlier: str = "set-up",
-        seconds: float = 0.0,
-        writes: bool = True,
-    ) -> None:
-        """Write the first line.
-
-        earlier: phase that is over, of so many `seconds`; writes: on rank 0 alone.
-        """
+    def __init__(self, output: str | Path, n_ranks: int, writes: bool = True) -> None:
+        """Write the first line; writes: on rank 0 alone."""
         self.writes = writes
         self.job: Any = None  # a `runs.study.Job`, once there is one
         self.path = Path(f"{without_suffix(os.path.abspath(output))}.runs.jsonl")
         self.n_ranks = n_ranks
-        self.started, self.began = _now(), time.monotonic() - seconds
-        self.phases = {earlier: seconds}
-        self.current: tuple[str, float] | None = None  # phase, and when it began
+        self.began = time.monotonic()
+        self.phases: dict[str, float] = {}  # seconds of those that are over
+        self.current = "lay-out", self.began  # phase, and when it began
         self.about = {
             "output": str(output),
-            "start": self.started,
+            "start": _now(),
             "ranks": n_ranks,
             "host": socket.gethostname(),
             "job": os.environ.get("SLURM_JOB_ID", ""),
@@ -70,7 +56,6 @@ class RunLog:
             "python": platform.python_version(),
         }
         self._append({"event": "start", **self.about})
-        self.phase("set-up")
 
     def __enter__(self) -> Self:
         return self
@@ -80,19 +65,18 @@ class RunLog:
         done = self.job.work if self.job else Work()
         self.end(done, code, str(error or "").partition("\n")[0])
 
-    def phase(self, name: str | None) -> None:
-        """The phase `name` begins, the last one ends; None: nothing begins."""
-        now = time.monotonic()
-        if self.current:
-            last, since = self.current
-            self.phases[last] = self.phases.get(last, 0.0) + now - since
-        self.current = (name, now) if name else None
+    def phase(self, name: str) -> None:
+        """The phase `name` begins, the last one ends."""
+        (last, since), now = self.current, time.monotonic()
+        self.phases[last] = self.phases.get(last, 0.0) + now - since
+        self.current = name, now
 
     def end(self, work: Work, code: int, message: str = "") -> None:
         """The run ends with an exit code and what it has done; message: what was wrong."""
-        self.phase(None)
+        self.phase("end")
         wall = time.monotonic() - self.began
-        rate = round(work.n_steps / max(work.seconds, 1e-9))
+        busy = max(work.seconds, 1e-9)
+        rate = round(work.n_steps / busy)
         self._append(
             {
                 "event": "end",
@@ -106,10 +90,8 @@ class RunLog:
                 "done_in_this_run": work.n_done,
                 "steps": work.n_steps or None,  # only a contact study counts them
                 "steps_per_second_and_core": rate or None,
-                "idle_share": round(
-                    max(0.0, 1.0 - work.seconds / max(wall * self.n_ranks, 1e-9)), 4
-                ),
-                "writing_share": round(work.writing / max(work.seconds, 1e-9), 6),
+                "idle_share": round(max(0.0, 1.0 - work.seconds / (wall * self.n_ranks)), 4),
+                "writing_share": round(work.writing / busy, 6),
                 "phases": {name: round(seconds, 3) for name, seconds in self.phases.items()},
             }
         )

@@ -83,21 +83,11 @@ def check_output(run: Run, existing: Existing) -> bool:
     return existing.resume
 
 
-def claim(
-    run: Run, existing: Existing, warnings: list[str], stack: contextlib.ExitStack
-) -> tuple[str, float]:
-    """Make sure that a sound result file is there, and nobody else's (rank 0).
-
-    Returns what that was, and its seconds.
-    """
-    path = run.config.output
-    lock = ownership.Lock(path)  # first: another job may just have finished it
-    stack.callback(lock.release)
-    began = time.monotonic()
-    if check_output(run, existing):
-        return "check", time.monotonic() - began
-    result_files.lay_out(path, run, {"warnings": "\n".join(warnings)} if warnings else None)
-    return "lay-out", time.monotonic() - began
+def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
+    """Make sure that a sound result file is there (rank 0). Raises InputError."""
+    if not check_output(run, existing):  # once more: another job may just have finished it
+        attributes = {"warnings": "\n".join(warnings)} if warnings else {}
+        result_files.lay_out(run.config.output, run, attributes)
 
 
 def execute(
@@ -115,8 +105,14 @@ def execute(
     examined = team.on_root(lambda: examine(run, existing))
     team.stop_if_asked(path)
     with contextlib.ExitStack() as stack:
-        earlier, seconds = team.on_root(lambda: claim(run, existing, examined.warnings, stack))
-        with RunLog(path, team.size, earlier, seconds, writes=team.rank == 0) as log:
+
+        def lock():
+            stack.callback(ownership.Lock(path).release)
+
+        team.on_root(lock)
+        with RunLog(path, team.size, writes=team.rank == 0) as log:
+            team.on_root(lambda: make_sure(run, existing, examined.warnings))
+            log.phase("set-up")
             _compute(team, run, examined, log)
             if draw and not run.config.is_part:
                 log.phase("figures")

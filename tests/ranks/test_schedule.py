@@ -94,7 +94,7 @@ def test_a_run_log_grows_by_one_run_after_another(tmp_path):
     assert done["done_in_this_run"] == 8
     assert done["steps_per_second_and_core"] == 2000
     assert done["core_seconds"] == pytest.approx(4 * done["wall_seconds"], abs=2e-3)
-    assert set(done["phases"]) == {"set-up", "samples"}
+    assert set(done["phases"]) == {"lay-out", "samples"}
 
 
 def test_steps_that_nobody_counts_are_not_said_to_be_none(tmp_path):
