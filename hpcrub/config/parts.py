@@ -5,7 +5,6 @@ a part computes the same bits as the whole study, and `hpcrub merge` can put it 
 """
 
 import re
-from typing import Any
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
@@ -37,14 +36,3 @@ def cut(config: Config, number: int, count: int) -> Config:
     width = len(str(count))  # the parts of a folder listed in order
     output = f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5"
     return config.replace({"part.samples": [first, end], "output": output})
-
-
-def whole(config: Config, output: str, samples: int | None = None) -> Config:
-    """Configuration of the whole study, into the file output, of that of a part.
-
-    samples: number of samples a level, that of the part's own study if left out.
-    """
-    keys: dict[str, Any] = {"part.samples": None, "output": str(output)}
-    if samples is not None:
-        keys["mistuning.samples"] = samples
-    return config.replace(keys)

@@ -13,7 +13,7 @@ import os
 from typing import Any
 
 from hpcrub.config.text import flatten, set_key, show
-from hpcrub.config.types import names_a_file, without_suffix
+from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 
 MOST = 1000  # runs
@@ -45,10 +45,7 @@ def _run(data, entry):
     replaced = _replaced(entry)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
-        output = str(data["output"])
-        if not names_a_file(output):
-            raise InputError(f"output: {show(output)} is not a file name")
-        run["output"] = str(without_suffix(output) / f"{label[:200]}.h5")
+        run["output"] = str(without_suffix(str(data["output"])) / f"{label[:200]}.h5")
     for path, value in replaced.items():
         set_key(run, path, value)
     return run

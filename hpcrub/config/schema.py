@@ -38,7 +38,7 @@ from hpcrub.config.types import (
     Files,
     Section,
 )
-from hpcrub.errors import InputError
+from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.damping import Damping
 
@@ -212,12 +212,8 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
     overrides: texts "key.path=value" that replace keys of the file.
     Raises InputError when the file cannot be read, and as `Config.from_yaml`.
     """
-    try:
-        with open(path, encoding="utf-8-sig") as file:
-            text = file.read(yaml_text.MAX_CHARACTERS + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "not a UTF-8 text file"
-        raise InputError(config_text.one_line(f"{path}: cannot be read ({reason})")) from None
+    with reading(path), open(path, encoding="utf-8-sig") as file:
+        text = file.read(yaml_text.MAX_CHARACTERS + 1)
     try:
         data = _mapping(text)
         for override in overrides:

@@ -16,20 +16,9 @@ from hpcrub.errors import InputError
 KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-# what to write in place of keys that hpcrub 0.1 had
-FORMER = {
-    "sweep": "called runs now",
-    "casing.clearance_polynomial_mm": "gone; give points of the curve as casing.clearance_hz_mm",
-    "contact.kinematics": "gone, as it was half of the second order; leave the key out",
-    "reduction.basis": "gone, as it changed results by 2e-5; leave the key out",
-    "speeds.search": "gone, as it could miss a narrow peak; leave the key out",
-    "part.levels": "a part holds all levels now; cut the samples with --part K/N",
-    "mistuning.patterns_file": "now mistuning.pattern",
-    "mistuning.patterns_unit": "now mistuning.pattern_unit",
-    "mistuning.pattern_gpa": "now mistuning.pattern with mistuning.pattern_unit: gpa",
-    "mistuning.pattern_percent": "now mistuning.pattern with mistuning.pattern_unit: percent",
-    "mistuning.blade_frequencies_hz": "now mistuning.pattern with mistuning.pattern_unit: hz",
-}
+# keys that are gone; old result files have them as null
+GONE = ("clearance_polynomial_mm", "patterns_file", "pattern_gpa", "pattern_percent",
+        "blade_frequencies_hz")  # fmt: skip
 
 
 class Key(NamedTuple):
@@ -81,13 +70,9 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def without_gone(data: dict[str, Any]) -> dict[str, Any]:
-    """An input (modified) less the keys that are gone and said nothing, as in old result files."""
-    for path in FORMER:
-        section, _, key = path.rpartition(".")
-        keys = data.get(section) if section else data
-        if isinstance(keys, dict) and keys.get(key, path) is None:
-            del keys[key]
-    return data
+    """An input less the keys that are gone and said nothing, as in old result files."""
+    kept = {key: value for key, value in data.items() if key not in GONE or value is not None}
+    return {k: without_gone(v) if isinstance(v, dict) else v for k, v in kept.items()}
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
@@ -160,8 +145,6 @@ def _unknown_key(model, path):
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
     prefix = section + "." if section else ""
-    if prefix + wrong in FORMER:
-        return f"{prefix}{wrong}: {FORMER[prefix + wrong]}"
     near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
     far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
     alike = difflib.SequenceMatcher(None, wrong, near[0]).ratio() if near else 0

@@ -34,13 +34,8 @@ Ratios = Annotated[tuple[Ratio, ...], Field(min_length=1, max_length=1000)]
 Checksum = Annotated[str, Strict(), Field(pattern="^[0-9a-f]{64}$")]
 
 
-def names_a_file(text: str) -> bool:
-    """Whether a text can be the name of a file, and not only of a folder."""
-    return text.isprintable() and Path(text).name not in ("", "..")
-
-
 def _file_name(text):
-    if not names_a_file(text):
+    if not text.isprintable() or Path(text).name in ("", ".."):
         raise ValueError("no name of a file")
     return text
 

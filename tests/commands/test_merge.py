@@ -256,7 +256,7 @@ def test_parts_cover_everything_once(count):
     for number in range(1, count + 1):
         part = parts.cut(whole, number, count)
         assert config.Config.from_yaml(part.to_yaml()) == part
-        assert parts.whole(part, whole.output) == whole
+        assert part.replace({"part.samples": None, "output": whole.output}) == whole
         seen[part.samples] += 1
         outputs.add(part.output)
         assert len(part.samples) - 23 // count in (0, 1)

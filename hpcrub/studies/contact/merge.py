@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.config import parts
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.parallel import Team
@@ -109,7 +108,8 @@ def _whole_config(part, out, samples):
     end = part.config.samples.stop
     if samples is not None and samples < end:
         raise InputError(f"--samples: {samples} is too few, {part.path} has {end} a level")
-    return parts.whole(part.config, out, samples)
+    keys = {"part.samples": None, "output": str(out)}
+    return part.config.replace(keys | ({"mistuning.samples": samples} if samples else {}))
 
 
 def _same_tuned(tuned, path, found, other):
