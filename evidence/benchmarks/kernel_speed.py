@@ -115,19 +115,6 @@ def peak_gflops(n=1024):
     return 2.0 * n**3 / best(lambda: a @ a) / 1e9
 
 
-def peak_bandwidth(n_bytes):
-    """Bytes per second that one core moves while it goes through so many again and again."""
-    a, b = np.random.default_rng(0).random((2, n_bytes // 16))
-    return 3 * a.nbytes * 100 / best(lambda: [np.add(a, b, out=a) for _ in range(100)])
-
-
-def touched(bank):
-    """Bytes of the arrays that all lanes of a Bank read in a step, and that they write."""
-    s = bank.scheme
-    read = s.normal, s.load, s.decay, s.squared, s.gain, bank.state.position, bank.state.increment
-    return sum(a.nbytes for a in read), sum(a.nbytes for a in read[-2:])
-
-
 def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
     """Floating-point operations that one step of one speed needs: modes, penetrations, contacts."""
     modal = 6 * n_modes
@@ -137,26 +124,24 @@ def needed_flops(n_modes, n_points, n_contacts, sweeps=6):
     return modal + penetrations + correction + multipliers
 
 
-def beside(lanes, c, flops, contacts, n_bytes, n_blocks=10, recording=()):
-    """Two tables: steps per second in turns with C and the machine's limits, and what that says.
+def beside(lanes, c, flops, contacts, n_blocks=10, recording=()):
+    """Two tables: steps per second in turns with C and the machine's limit, and what that says.
 
-    In turns, as the machine's speed drifts; c: function of the lanes; n_bytes: read and written.
+    In turns, as the machine's speed drifts; c: function of the lanes.
     """
-    read, written = n_bytes
     rows, over_c, below = [], [], []
     for _ in range(SIDES):
         ours = lanes.rate(n_blocks)
         others = [lanes.rate(n_blocks, recording=True) for _ in recording]
         theirs, gflops = c(lanes), peak_gflops()
-        bandwidth = peak_bandwidth(read) / (read + written) * lanes.width
         limit = 1e9 * gflops / flops
         over_c.append(ours / theirs)
         below.append(limit / ours)
         rates = [*(f"{rate / 1e6:.3f}" for rate in (ours, *others)), f"{theirs / 1e6:.4f}"]
         rows.append([*rates, f"{over_c[-1]:.1f}", f"{gflops:.0f} GFLOP/s", f"{limit / 1e6:.2f}",
-                     f"{below[-1]:.1f}", f"{bandwidth / 1e6:.1f}"])  # fmt: skip
+                     f"{below[-1]:.1f}"])  # fmt: skip
     heads = ["hpcrub", *recording, "C, dense", "hpcrub / C", "large matrix product", "its limit",
-             "limit / hpcrub", "limit of bandwidth"]  # fmt: skip
+             "limit / hpcrub"]  # fmt: skip
     facts = [
         ["times as fast as the C program, median", f"{np.median(over_c):.1f}",
          goal(np.median(over_c) >= 16.0, "at least 16")],
@@ -164,8 +149,6 @@ def beside(lanes, c, flops, contacts, n_bytes, n_blocks=10, recording=()):
          goal(np.median(below) <= 4.0, "at most 4")],
         ["floating-point operations of a step of one speed", f"{flops:.0f}", ""],
         ["points in contact at a time, on average", f"{contacts:.1f}", ""],
-        [f"read and written by {lanes.width} lanes at every step",
-         f"{read / 1024:.0f} KiB, {written / 1024:.0f} KiB", ""],
     ]  # fmt: skip
     return {"sides": table(heads, rows), "facts": table(["what", "value", "goal"], facts)}
 
@@ -187,6 +170,4 @@ def section():
     heads = ["scheme", "η", "lanes", "million steps/s", "the same while recording"]
     contacts = reference.contacts(20, 1)
     flops = needed_flops(len(reference.modes.omega), 12, contacts)
-    return {"lanes": table(heads, rows)} | beside(
-        reference, plain_c, flops, contacts, touched(reference.bank)
-    )
+    return {"lanes": table(heads, rows)} | beside(reference, plain_c, flops, contacts)

@@ -110,15 +110,6 @@ def needed_flops(n_modes, n_points, n_contacts):
     return modal + penetrations + slip + correction + columns + multipliers
 
 
-def touched(bank, n_contacts):
-    """Bytes that 16 lanes read in a step and that they write: motion, coefficients, projections."""
-    s, state = bank.scheme, bank.state
-    rows = 5 * n_contacts * s.normal.shape[0] * 8  # directions of friction, loads
-    written = state.position, state.increment, bank.law.before
-    read = s.normal, s.decay, s.squared, s.gain, *written
-    return int(sum(a.nbytes for a in read) + rows), sum(a.nbytes for a in written)
-
-
 def growth(name, sizes, model):
     """Table: cost of a step and lane, contacts, memory and trials for every size."""
     rows = []
@@ -140,7 +131,7 @@ def section():
     contacts = lanes.contacts(1, 40)
     flops = needed_flops(MODES, POINTS, contacts)
     parts = beside(lanes, lambda lanes: plain_c(lanes)[0], flops, contacts,
-                   touched(lanes.bank, contacts), 3, ["the same while recording"])  # fmt: skip
+                   3, ["the same while recording"])  # fmt: skip
     points = f"contact points, {FIXED_MODES} modes"
     modes = f"modes, {POINTS} contact points"
     parts["points"] = growth(points, GROWTH_POINTS, lambda n: blisk(n, FIXED_MODES))

@@ -6,6 +6,7 @@ from evidence.reproduce.pattern import CHAOS, coexistence, reduction, table2, ti
 from evidence.reproduce.rows import (
     MissingError,
     Row,
+    bounded,
     claim_row,
     done,
     order,
@@ -23,7 +24,7 @@ from hpcrub.results.layout import DONE
 from hpcrub.runs.cost import trial
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.pairs import share_interval
-from hpcrub.statistics.percentiles import MIN_VALUES, Z_95, percentile_interval
+from hpcrub.statistics.percentiles import MIN_VALUES, Z_95
 
 GEOMETRY = (
     "A prediction of the fitted geometry; the dimensions of the disk are not published. How far "
@@ -136,19 +137,14 @@ def linear(results):
     file = results.file("linear.h5")
     n_d = list(file.read("n_diameters"))
     values = file.read("amplification")
-    four = [np.percentile(level[n_d.index(4)], 99) for level in values]
-    level = int(np.argmax(four))
-    low, high = np.ravel(percentile_interval(values[level, n_d.index(4)], [99], Z_95))
-    last = {n: np.percentile(values[-1, i], 99) for i, n in enumerate(n_d)}
-    ends = {n: np.ravel(percentile_interval(values[-1, i], [99], Z_95)) for i, n in enumerate(n_d)}
+    four = max(bounded(level[n_d.index(4)], 99) for level in values)
+    last = {n: bounded(values[-1, i], 99) for i, n in enumerate(n_d)}
     smallest, largest = min(last, key=last.get), max(last, key=last.get)
-    row = value_row("10", "largest percentile 99 of A_lin over σ, n_d = 4", 1.57, max(four), low,
-                    high, fitted=True)  # fmt: skip
     what = "n_d with the largest A_lin (percentile 99, σ = 2.3 %)"
     return [
-        row,
-        order_row("10", what, 6, largest, ends[6], ends[largest], fitted=True),
-        order_row("10", "n_d with the smallest", 3, smallest, ends[smallest], ends[3], fitted=True,
+        value_row("10", "largest percentile 99 of A_lin over σ, n_d = 4", 1.57, *four, fitted=True),
+        order_row("10", what, 6, largest, last[6], last[largest], fitted=True),
+        order_row("10", "n_d with the smallest", 3, smallest, last[smallest], last[3], fitted=True,
                   remark="Those with few nodal diameters are close to each other."),
     ]  # fmt: skip
 

@@ -8,6 +8,7 @@ from evidence.reproduce.rows import (
     RUNS_BETWEEN,
     MissingError,
     Row,
+    bounded,
     bracket,
     claim_row,
     done,
@@ -18,7 +19,6 @@ from evidence.reproduce.rows import (
 )
 from hpcrub.config.text import flatten
 from hpcrub.statistics.coexistence import coexisting, stretches
-from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies import branches, open_result
 
 CHAOS = (
@@ -120,8 +120,7 @@ def _responses(results, folder, key):
 
 def _differences(curve, finest):
     """Median of the differences at all speeds, in % of the peak, with its interval."""
-    difference = _difference(curve, finest)
-    return np.median(difference), *np.ravel(percentile_interval(difference, [50], Z_95))
+    return bounded(_difference(curve, finest), 50)
 
 
 def _difference(curve, finest):

@@ -22,12 +22,9 @@ KEY_NUMBERS = (  # of the first lines: one that was fitted, two that tell the di
 
 
 def write(folder, scale, target):
-    """Write the parts of the page and its figures.
+    """Write the parts of the page and its figures, of the result files in a folder.
 
-    Args:
-        folder: where the result files are.
-        scale: of the sample counts.
-        target: the page; figures go to a folder of its name beside it.
+    scale: of the sample counts; target: the page; figures go to a folder of its name beside it.
     """
     results = rows.Results(folder)
     of_case = [

@@ -101,8 +101,11 @@ def order(smaller, larger):
 
 
 def order_row(number, quantity, paper, ours, smaller, larger, **more):
-    """Row of what comes first: "open" where the ends (low, high) of the two that vie overlap."""
-    agrees = "no" if smaller[1] < larger[0] else "open"
+    """Row of what comes first: "open" where the ends of the two that vie overlap.
+
+    smaller, larger: (value, low, high).
+    """
+    agrees = "no" if smaller[2] < larger[1] else "open"
     agrees = "yes" if paper == ours else agrees
     return Row(number, quantity, str(paper), str(ours), "", agrees, **more)
 
@@ -112,11 +115,15 @@ def done(file, name, level):
     return file.read(f"samples/{name}", level)[file.status[level] == DONE]
 
 
-def percentile(file, level, at, name="amplification"):
-    """Percentile with its interval: value, low, high."""
-    values = done(file, name, level)
+def bounded(values, at):
+    """Percentile of values with its interval: value, low, high."""
     low, high = np.ravel(percentile_interval(values, [at], Z_95))
     return np.percentile(values, at), low, high
+
+
+def percentile(file, level, at, name="amplification"):
+    """`bounded` of the finished samples of a level."""
+    return bounded(done(file, name, level), at)
 
 
 def tuned_amplitudes(file):

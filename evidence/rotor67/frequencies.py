@@ -80,24 +80,12 @@ def families(model: neutral.NeutralModel, share: float, n_families: int = SHOWN)
     return out
 
 
-def campbell(model: neutral.NeutralModel) -> np.ndarray:
-    """`families` at all SHARES of the speed, (SHARES, diameters, SHOWN) [Hz]."""
-    return np.array([families(model, share) for share in SHARES])
-
-
 def crossings(table: np.ndarray, n_blades: int) -> list:
     """Where an engine order meets a family near the design speed.
 
-    Parameters
-    ----------
-    table : of `campbell`
-    n_blades : int
-
-    Returns
-    -------
-    list of (family, diameters, order, speed [Hz], share)
-        By their distance from the design speed. An engine order n excites n nodal diameters, or
-        the n_blades - n that look the same to the blades.
+    table: `families` at all SHARES of the speed.
+    Returns (family, diameters, order, speed [Hz]) by the distance from the design speed. An engine
+    order n excites n nodal diameters, or the n_blades - n that look the same to the blades.
     """
     fine = np.linspace(*NEAR, 2001)
     found = []
@@ -106,23 +94,21 @@ def crossings(table: np.ndarray, n_blades: int) -> list:
             f = np.interp(fine, SHARES, table[:, diameters, family])
             for order in {diameters, n_blades - diameters} - {0}:
                 beyond = f - order * fine * SPEED
-                for k in np.flatnonzero(beyond[:-1] * beyond[1:] < 0):
-                    speed = fine[k] * SPEED
-                    found.append((family + 1, diameters, order, speed, fine[k]))
-    return sorted(found, key=lambda row: abs(row[-1] - 1))
+                at = SPEED * fine[:-1][beyond[:-1] * beyond[1:] < 0]
+                found += [(family + 1, diameters, order, speed) for speed in at]
+    return sorted(found, key=lambda row: abs(row[-1] / SPEED - 1))
 
 
 def numbers(model: neutral.NeutralModel, figure: Path) -> list[Number]:
     """Frequencies at rest and at the design speed, crossings; draws the Campbell diagram."""
-    table = campbell(model)
+    table = np.array([families(model, share) for share in SHARES])
     draw(table, figure)
     found = []
     for share, where in ((0.0, "at rest"), (1.0, "at 267.4 Hz")):
         for (h, family), f in np.ndenumerate(families(model, share)):
-            found.append(
-                Number("natural frequency", f"{where}, family {family + 1}, {h} diameters", f, "Hz")
-            )
-    for family, diameters, order, speed, _ in crossings(table, model.n_blades):
+            at = f"{where}, family {family + 1}, {h} diameters"
+            found.append(Number("natural frequency", at, f, "Hz"))
+    for family, diameters, order, speed in crossings(table, model.n_blades):
         at = f"engine order {order}, family {family}, {diameters} diameters"
         found.append(Number("speed of a crossing", at, speed, "Hz"))
     return found
@@ -136,13 +122,8 @@ def draw(table: np.ndarray, path: Path) -> None:
         rows = table[:, :, family]
         low, high = np.nanmin(rows, axis=1), np.nanmax(rows, axis=1)
         axes.fill_between(speed, low, high, alpha=0.25, color=f"C{family}", lw=0)
-        axes.plot(
-            speed,
-            rows[:, -1],
-            color=f"C{family}",
-            lw=1.2,
-            label=f"family {family + 1}: {NAMES[family]}",
-        )
+        label = f"family {family + 1}: {NAMES[family]}"
+        axes.plot(speed, rows[:, -1], color=f"C{family}", lw=1.2, label=label)
     top = 1.05 * np.nanmax(table)
     for order in ORDERS:
         axes.plot(speed, order * speed, color="0.6", lw=0.7, zorder=0)

@@ -75,17 +75,10 @@ def reduce(
 ) -> tuple[list[Part], list[np.ndarray]]:
     """The fan at its design speed, and its stiffness at all speeds, by nodal diameters.
 
-    Parameters
-    ----------
-    sectors : free sectors at several speeds, with the same rows and contact nodes
-    design : number of that at the design speed
-    n_modes : fixed-interface modes for each number of nodal diameters
-    n_followed : modes for each number of nodal diameters whose eigenvalues depend on the speed
-
-    Returns
-    -------
-    parts : one for each number of nodal diameters
-    stiffness : likewise, each (speeds, m, m)
+    sectors: free ones at several speeds, with the same rows and contact nodes; design: number of
+    that at the design speed; n_modes: fixed-interface modes for each number of nodal diameters;
+    n_followed: of these modes whose eigenvalues depend on the speed. Returns a Part for each number
+    of nodal diameters, and its stiffness at all speeds, each (speeds, m, m).
     """
     models = [to_cylindrical(sector) for sector in sectors]
     parts, stiffness = [], []

@@ -26,13 +26,11 @@ class Sections(NamedTuple):
 
 
 def read(path: Path) -> Sections:
-    """Sections of a NumPy archive of the published numbers.
+    """Sections of a NumPy archive (.npz) of the published numbers.
 
-    Parameters
-    ----------
-    path : .npz with `axial_m`, `r_theta_upper_m` (radius times angle), `tangential_thickness_m`
-        (to be subtracted), `radius_m`, each (surfaces, points); `leading_edge`, `trailing_edge`:
-        first and last point of the blade; `n_blades`
+    `axial_m`, `r_theta_upper_m` (radius times angle), `tangential_thickness_m` (to be subtracted),
+    `radius_m`, each (surfaces, points); `leading_edge`, `trailing_edge`: first and last point of
+    the blade; `n_blades`.
     """
     with np.load(path) as file:
         data = {name: file[name] for name in file.files}

@@ -66,15 +66,9 @@ class Ledger(NamedTuple):
 
 
 def audit(bank, n_steps, scene=None):
-    """Integrate a Bank in time, at the start of its table, and account for its energy.
+    """Integrate a Bank n_steps in time, from the start of its table (bank is modified).
 
-    Args:
-        bank: arrays.Bank (modified).
-        n_steps: how far.
-        scene: of a casing that gives or wears.
-
-    Returns:
-        Ledger. Idle lanes have zeros.
+    scene: of a casing that gives or wears. Returns a Ledger; idle lanes have zeros.
     """
     scheme, state, parts = bank.scheme, bank.state, []
     inverse = np.divide(1.0, scheme.gain, out=np.zeros_like(scheme.gain), where=scheme.gain > 0.0)

@@ -73,15 +73,8 @@ def wall(structure, clearance, **changes):
 def make_bank(structure, scene, steps, n_rows=1, kind=lambda modes: modes):
     """Bank of up to WIDTH lanes, one for each time step, at rest.
 
-    Args:
-        structure: Structure.
-        scene: of `wall`.
-        steps: time steps h [s].
-        n_rows: rows of the bump table.
-        kind: of modes, as `spatial` makes them of planar ones.
-
-    Returns:
-        arrays.Bank.
+    structure: Structure; scene: of `wall`; steps: time steps h [s]; n_rows: rows of the bump table;
+    kind: of modes, as `spatial` makes them of planar ones. Returns an arrays.Bank.
     """
     modes = Modes.planar(structure.omega, structure.radial[None], structure.tangential[None])
     modes = kind(modes)

@@ -17,7 +17,7 @@ from hpcrub.contact.arrays import SWEEPS
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
-from hpcrub.model.interface import Interface
+from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
@@ -42,20 +42,9 @@ def modes_of(data):
 
 def scene_of(data):
     """Scene: two bumps, whose shape `integrate` replaces by that of the archive; units N, mm, t."""
-    n, m = int(data["nc"]), len(data["M_CB"])
-    none = np.zeros((n, m))
-    interface = Interface(
-        blade=np.zeros(n, dtype=int),
-        angle=data["phi"],
-        radius=data["radius"],
-        axial_position=np.zeros(n),
-        clearance=np.zeros(n),
-        normal=none,
-        tangential=none,
-        axial=none,
-        observed=data["Tresp_CB"],
-        observed_blade=np.zeros(1, dtype=int),
-    )
+    one_blade = np.zeros(int(data["nc"]), dtype=int)
+    interface = planar_interface(data["phi"], data["radius"], blade=one_blade)
+    interface = interface._replace(observed=data["Tresp_CB"], observed_blade=one_blade[:1])
     mean = float(data["gmean_mm"])
     return Scene(
         interface, float(data["zeta"]), 2, 2.0 * mean, mean, 0.0, float(data["mu"]),
