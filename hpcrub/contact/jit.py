@@ -25,7 +25,7 @@ from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 STATIC_METHODS = (  # of contact laws, observers and surfaces
     "predict", "forces", "respond", "observe",
     "tick", "meet", "near", "relieve", "total", "keep",
-    "comply", "line", "check", "wear", "despair",
+    "comply", "follow", "line", "check", "wear", "despair",
 )  # fmt: skip
 COMPILED_ROOMS = "contact", "model", "response"  # all that numba compiles
 

@@ -10,6 +10,10 @@ decay and gain are numbers per mode and lane (`recurrence.coefficients`); R hold
 displacement of every contact point per unit modal coordinate, G the modal forces of multipliers.
 The corrector of a step is applied on the way through the next predictor, so that each step reads
 and writes the modal state once.
+
+Of disks with many modes and points (`predict_blocks`) all points see a block of modes while its
+motion, coefficients and projections are in the first-level cache. The increments of the step before
+are kept, because friction follows the slip velocity.
 """
 
 import numpy as np
@@ -38,6 +42,7 @@ NONE = ()
 FEW = (0,) * 4
 SOME = (0,) * 8
 MANY = (0,) * TILE
+BLOCK = 32  # modes whose motion, coefficients and projections the first-level cache holds
 
 
 @compiled(inline=True, inner=True)
@@ -155,3 +160,76 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
             store(state.increment, k, load(lanes, state.increment, k) + kick)
         seen = tile_add(seen, scheme.observed, k, points, q)
     return seen
+
+
+@compiled(inner=True)
+def add_forces(lanes: tuple, slots: tuple, bank: Bank, first: int, begin: int, end: int) -> None:
+    """Modal forces of some active points (law.before, modified).
+
+    slots: as many zeros as there are points.
+    first: place of the first of them in `State.active`; 0 to begin the sum.
+    """
+    scheme, state, law = bank.scheme, bank.state, bank.law
+    columns = indices(slots, state.active, first)
+    forces = tile_gather(lanes, state.multiplier, columns)
+    for k in range(begin, end):
+        total = splat(lanes, 0.0)
+        if first > 0:
+            total = load(lanes, law.before, k)
+        store(law.before, k, tile_dot(scheme.load, k, columns, forces, total))
+
+
+@compiled(inner=True)
+def advance_modes(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int, end: int) -> None:
+    """Corrector and predictor of some modes (state, law.before are modified).
+
+    On entry ``law.before`` holds the modal forces, if there are any (n_active), on return the
+    increments of the step before.
+    """
+    scheme, state, law = bank.scheme, bank.state, bank.law
+    loaded = scheme.external.shape[0] > 0
+    for k in range(begin, end):
+        gain = load(lanes, scheme.gain, k)
+        q, d = load(lanes, state.position, k), load(lanes, state.increment, k)
+        if n_active > 0:
+            kick = load(lanes, law.before, k) * gain
+            q, d = q + kick, d + kick
+        store(law.before, k, d)
+        d = load(lanes, scheme.decay, k) * d - (gain * load(lanes, scheme.squared, k)) * q
+        if loaded:
+            d = d + scheme.external[step, k] * gain
+        store(state.increment, k, d)
+        store(state.position, k, q + d)
+
+
+@compiled(inner=True)
+def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+    """Corrector of the step before, predictor and penetrations of this one (bank is modified).
+
+    Returns (L,); deepest penetration of all contact points [m].
+    """
+    scheme, state = bank.scheme, bank.state
+    n_modes, n_points = scheme.normal.shape
+    deepest = splat(lanes, -np.inf)
+    for first in range(0, n_points, TILE):
+        points = consecutive(TIPS, first)
+        tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
+    for begin in range(0, n_modes, BLOCK):
+        end = min(begin + BLOCK, n_modes)
+        for first in range(0, n_active, TILE):
+            if n_active - first <= len(FEW):
+                add_forces(lanes, FEW, bank, first, begin, end)
+            elif n_active - first <= len(SOME):
+                add_forces(lanes, SOME, bank, first, begin, end)
+            else:
+                add_forces(lanes, MANY, bank, first, begin, end)
+        advance_modes(lanes, bank, step, n_active, begin, end)
+        for first in range(0, n_points, TILE):
+            points = consecutive(TIPS, first)
+            depth = tile_gather(lanes, state.penetration, points)
+            for k in range(begin, end):
+                depth = tile_add(depth, scheme.normal, k, points, load(lanes, state.position, k))
+            tile_store(state.penetration, points, depth)
+            if end == n_modes:
+                deepest = larger(tile_largest(depth), deepest)
+    return deepest

@@ -22,9 +22,8 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
-from hpcrub.contact.laws.lines import find_gains, follow
 from hpcrub.contact.laws.rigid import Rigid
-from hpcrub.contact.laws.surfaces import Coated, relief
+from hpcrub.contact.laws.surfaces import Coated, find_gains, relief
 from hpcrub.contact.lcp import gauss_seidel
 from hpcrub.contact.passes import predict_all
 from hpcrub.contact.status import FATAL
@@ -112,7 +111,7 @@ class Giving(NamedTuple):
     @compiled(inline=True, inner=True)
     def respond(lanes: tuple, law: "Giving", j: int, depth: np.ndarray) -> np.ndarray:
         """Depth that the force of point j undoes; see `lcp.gauss_seidel`."""
-        return follow(lanes, law.surface, j, depth)[0]
+        return law.surface.follow(lanes, law.surface, j, depth)[0]
 
     @staticmethod
     @compiled(inline=True, inner=True)

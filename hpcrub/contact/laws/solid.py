@@ -1,8 +1,8 @@
 """The contact law of disks that move in three dimensions.
 
 Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
-(`blades`, `groups`), and there are many modes and points (`blocks`). What they meet is one of
-`surfaces`.
+(`blades`, `groups`), and there are many modes and points (`passes.predict_blocks`). What they meet
+is one of `surfaces`.
 """
 
 from typing import Any, NamedTuple
@@ -22,9 +22,9 @@ from hpcrub.contact.lanes import (
     store,
 )
 from hpcrub.contact.laws.blades import solve_blades
-from hpcrub.contact.laws.blocks import predict_blocks
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
+from hpcrub.contact.passes import predict_blocks
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
 from hpcrub.model.reduction import Modes
