@@ -9,7 +9,6 @@ folder named like the input's output, each under the keys that it replaces.
 """
 
 import copy
-import os
 from typing import Any
 
 from hpcrub.config.text import flatten, set_key, show
@@ -22,7 +21,7 @@ MOST = 1000  # runs
 def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
     """Inputs of all runs, without `runs`, of an input that is not validated yet, `output` given.
 
-    Raises InputError when `runs` is not a list of mappings, or two runs have the same output.
+    Raises InputError when `runs` is not a list of mappings.
     """
     data = dict(data)
     if "runs" not in data:
@@ -30,36 +29,20 @@ def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
     entries = data.pop("runs")
     if not isinstance(entries, list) or not 1 <= len(entries) <= MOST:
         raise InputError(f"runs: {show(entries)} is not a list of 1 to {MOST} runs")
-    runs = [_run(data, entry) for entry in entries]
-    outputs = [os.path.normpath(str(run["output"])) for run in runs]
-    twice = next((o for o in outputs if outputs.count(o) > 1), None)
-    if twice is not None:
-        raise InputError(f"runs: two runs have the output {twice}")
-    return runs
+    return [_run(data, entry) for entry in entries]
 
 
 def _run(data, entry):
     if not isinstance(entry, dict) or not entry:
         raise InputError(f"runs: {show(entry)} does not replace keys, as {{key.path: value}}")
     run = copy.deepcopy(data)
-    replaced = _replaced(entry)
+    replaced = flatten(entry)
     if "output" not in replaced:
         label = "_".join(f"{key.rpartition('.')[2]}={_short(v)}" for key, v in replaced.items())
         run["output"] = str(without_suffix(str(data["output"])) / f"{label[:200]}.h5")
     for path, value in replaced.items():
         set_key(run, path, value)
     return run
-
-
-def _replaced(entry):
-    """{path: value} of one run. Raises InputError for a key that is given twice."""
-    found: dict[str, Any] = {}
-    for key, value in entry.items():
-        for path, leaf in flatten({key: value}).items():
-            if path in found:
-                raise InputError(f"runs: {path} is given twice in {show(entry)}")
-            found[path] = leaf
-    return found
 
 
 def _short(value):
