@@ -130,11 +130,16 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
 
 @cache
 def schema_of(model: type[BaseModel]) -> Any:
-    """JSON schema of a pydantic model, limits of numbers that may be null by standard names."""
+    """JSON schema of a pydantic model, limits of numbers that may be null by standard names.
+
+    Every text is on one line.
+    """
     return _renamed(model.model_json_schema())
 
 
 def _renamed(node):
+    if isinstance(node, str):
+        return " ".join(node.split())
     if isinstance(node, dict):
         return {LIMITS.get(key, key): _renamed(value) for key, value in node.items()}
     return [_renamed(value) for value in node] if isinstance(node, list) else node

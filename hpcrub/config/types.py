@@ -79,12 +79,3 @@ class Section(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: Any) -> dict[str, Any]:
-        """JSON schema, with the text of each key on one line."""
-        found = handler(core_schema)
-        for key in handler.resolve_ref_schema(found)["properties"].values():
-            if "description" in key:
-                key["description"] = " ".join(key["description"].split())
-        return found

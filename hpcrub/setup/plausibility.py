@@ -50,17 +50,6 @@ def steady_problems(config: Config) -> Iterator[str]:
         )
 
 
-def steps_per_bump_width(config: Config) -> float:
-    """Time steps while a tip passes the width of a bump at the highest speed; inf: no contact."""
-    return resolution.bump_time(config) / config.step
-
-
-def steps_per_period(config: Config, problem: Problem) -> float:
-    """Time steps per period of the first family's highest mode."""
-    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
-    return float(2.0 * np.pi / np.sqrt(family[-1]) / config.step)
-
-
 def orders(config: Config) -> tuple[int, ...]:
     """Engine orders that the casing excites, the strongest first; see `model.casing.outline`."""
     if config.casing.profile.exists:
@@ -72,7 +61,8 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
     if not can_touch(problem.scene):
         return
-    found = steps_per_bump_width(config)
+    # while a tip passes the width of a bump at the highest speed; inf: no contact
+    found = resolution.bump_time(config) / config.step
     if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
         yield (
             f"not resolved: {found:.3g} time steps per bump width, fewer than "
@@ -80,7 +70,8 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
         )
     else:
         yield from _graze_warnings(config)
-    found = steps_per_period(config, problem)
+    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
+    found = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
     if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
         yield (
             f"not resolved: {found:.3g} time steps per period of the first family, fewer than "
