@@ -7,7 +7,7 @@ Every figure is a function of a result file, a path or an open one, and of axes 
     hpcrub.plot.summary("results/quickstart.h5")            # a new figure
     hpcrub.plot.summary("results/quickstart.h5", ax=axes)   # into axes of one's own
 
-- Some compare several files, given as a list.
+- Some compare several files, given as a list. `mode` is that of `mode_shapes`, from 1.
 - Of fewer axes than a figure has panels, the first panels are drawn. `ax` may be a Figure or a
   SubFigure, too; a Figure without axes gets the size that suits the drawing.
 - Returned are the axes drawn into, one or an array; their `figure` has everything else.
@@ -26,10 +26,9 @@ from hpcrub.plot.amplifications import (
     running_means,
 )
 from hpcrub.plot.canvas import Drawing
-from hpcrub.plot.coexistence import branches
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import cutting, rubbing, time_response
-from hpcrub.plot.maps import interaction_map
+from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.solids import model

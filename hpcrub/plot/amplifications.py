@@ -26,7 +26,6 @@ MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
 ABOVE = 0.12  # of a row, likewise
 SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
-MOST_COLUMNS = 4  # percentiles with a panel each; of more, the first, the middle and the last
 
 
 class Look(NamedTuple):
@@ -287,16 +286,14 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
     files = ordered(canvas.files)
     for file in files:
         _require_estimates(file)
-    shown = _shown(files)
+    shown = sorted({p for file in files for p in file.config.convergence.percentiles})
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
     for file, row, label in zip(files, axes, labels(files), strict=True):
-        at, values = (
-            list(file.config.convergence.percentiles),
-            file.read(f"statistics/contact/{name}"),
-        )
+        at = list(file.config.convergence.percentiles)
+        values = file.read(f"statistics/contact/{name}")
         seen = file.read("statistics/contact/samples_seen")
         known = seen[np.isfinite(values).any(axis=(0, 1))]
         few = slice(MIN_VALUES - 1)
@@ -319,11 +316,6 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
         "convergence is not judged on these."
     )
     return axes
-
-
-def _shown(files: list[ResultFile]) -> list[float]:
-    at = sorted({p for file in files for p in file.config.convergence.percentiles})
-    return at if len(at) <= MOST_COLUMNS else [at[0], at[len(at) // 2], at[-1]]
 
 
 def _require_estimates(file: ResultFile) -> None:

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import pyplot, rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
@@ -112,8 +112,6 @@ class Canvas:
 
     def _figure(self, size: tuple[float, float]) -> FigureBase:
         if self._where is None:
-            from matplotlib import pyplot
-
             return pyplot.figure(figsize=size)
         assert isinstance(self._where, FigureBase)
         if isinstance(self._where, Figure) and not self._where.axes:
@@ -138,7 +136,7 @@ class Canvas:
     def finish(self) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""
         for file in self.files:
-            for warning in warnings(file):
+            for warning in filter(str.strip, str(file.attributes.get("warnings", "")).splitlines()):
                 self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return
@@ -206,12 +204,6 @@ def _fitting(
     return None
 
 
-def warnings(file: ResultFile) -> list[str]:
-    """What a result file warns of, a line each."""
-    lines = str(file.attributes.get("warnings", "")).splitlines()
-    return [line for line in lines if line.strip()]
-
-
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
     """Decorator that makes a function of a `Canvas` a figure of a result file.
 
@@ -226,8 +218,8 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
             options = {} if mode is None else {"mode": mode}
             style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
-            if ax is None:
-                _start_pyplot()
+            if ax is None:  # what the user's way to show figures sets is to outlive `rc_context`
+                pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(style):
                 _check(draw.__name__, about, files)
                 canvas = Canvas(files, ax)
@@ -237,23 +229,11 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
 
         functools.update_wrapper(drawn, draw)
         del drawn.__wrapped__  # type: ignore[attr-defined]
-        own = inspect.signature(drawn).parameters
-        more = list(inspect.signature(draw).parameters.values())[1:]
-        drawn.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-            [own["file"], own["ax"], *more]
-        )
         drawn.__doc__ = f"{inspect.cleandoc(draw.__doc__ or '')}\n\nStudy: {', '.join(studies)}."
         drawn.about = about  # type: ignore[attr-defined]
         return drawn
 
     return decorate
-
-
-def _start_pyplot():
-    """Let the user's way to show figures set what it needs, or `rc_context` would take it back."""
-    from matplotlib import pyplot
-
-    pyplot.draw_if_interactive()
 
 
 @contextlib.contextmanager

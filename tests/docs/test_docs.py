@@ -175,8 +175,8 @@ def tree(tmp_path_factory):
     (tree / "hpcrub/studies/frequencies.py").write_text(block("python"), encoding="utf-8")
     for name, n_places in (("studies/__init__.py", 2), ("config/study_keys.py", 1)):
         path = tree / "hpcrub" / name
-        line = re.compile(r'^( +"?)energy("?,\n)', re.MULTILINE)
-        text, n_found = line.subn(r"\g<0>\1frequencies\2", path.read_text("utf-8"))
+        name = re.compile(r'("?)\benergy\b("?,)')
+        text, n_found = name.subn(r"\g<0> \1frequencies\2", path.read_text("utf-8"))
         assert n_found == n_places
         path.write_text(text, "utf-8")
     return tree
