@@ -207,15 +207,6 @@ def test_not_a_number_from_python_is_refused():
             sections.Time(step_s=value)
 
 
-def test_a_narrow_bump_gets_shorter_steps():
-    """Half the width, half the time over it: the bumps decide the step of the default input."""
-    wide, narrow = (
-        Config.from_yaml(f"casing: {{bump_width: {w}}}\nspeeds: {{from_hz: 300, to_hz: 300}}")
-        for w in (0.1, 0.05)
-    )
-    assert narrow.step == pytest.approx(wide.step / 2)
-
-
 def _with_spike(degrees):
     angle = [0.0, 100.0, 100.0 + degrees / 2, 100.0 + degrees, 200.0]
     return f"casing: {{profile_deg: {angle}, profile_mm: [0, 0, -2, 0, 0], clearance_mm: 0.9}}"

@@ -65,16 +65,12 @@ def test_any_file(tmp_path_factory, content, overrides):
 
 
 NUMBERS = {
-    "time.step_s": st.floats(1e-12, 1e-2),
-    "speeds.from_hz": st.floats(1e-6, 1e5),
-    "disk.n_blades": st.integers(2, 200),
-    "disk.blade.n_elements": st.integers(1, 50),
-    "casing.n_bumps": st.integers(1, 1000),
-    "mistuning.samples": st.integers(1, 10**12),
-    "history.duration_s": st.floats(1e-3, 1000),
-    "spectrum.step_hz": st.floats(1e-3, 1e4),
+    "time.step_s": st.floats(1e-12, 1e-2), "speeds.from_hz": st.floats(1e-6, 1e5),
+    "history.duration_s": st.floats(1e-3, 1000), "spectrum.step_hz": st.floats(1e-3, 1e4),
+    "disk.n_blades": st.integers(2, 200), "disk.blade.n_elements": st.integers(1, 50),
+    "casing.n_bumps": st.integers(1, 1000), "mistuning.samples": st.integers(1, 10**12),
     "steady_state.window_revolutions": st.integers(1, 1000),
-}
+}  # fmt: skip
 KINDS = ["contact", "modal", "linear", "time_response", "interaction_map", "branches"]
 
 

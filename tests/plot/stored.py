@@ -10,6 +10,8 @@ from hpcrub.results.layout import DONE
 from tests.program import TINY
 
 N = 40  # samples of every level
+EVERYWHERE = [("amplitude_error_m", np.nan), ("amplitude_scatter_m", np.nan), ("point_reason", 0),
+              ("max_sweeps", 1), ("point_status", STEADY)]  # fmt: skip
 PHYSICS = TINY[: TINY.index("mistuning")]
 PATTERN = f"mistuning: {{pattern_unit: gpa, pattern: {[205.0, 215.0] * 6}}}\n"
 
@@ -48,22 +50,16 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         sigma=np.array([0.02, 0.04])[: shape[0]] / np.sqrt(3),
         tuned__amplitude_m=random.uniform(0.01, 0.02, 3),
         tuned__run_amplitude_m=random.uniform(0.01, 0.02, (9, 3)),
-        **{f"{group}__amplitude_{name}_m": np.full((*of, 3), np.nan)
-           for group, of in (("tuned", ()), ("samples", shape)) for name in ("error", "scatter")},
+        **{f"{group}__{name}": np.full((*of, 3), value)
+           for group, of in (("tuned", ()), ("samples", shape)) for name, value in EVERYWHERE},
         tuned__peak_speed_hz=34.2,
-        tuned__point_reason=np.zeros(3, dtype=int),
-        tuned__max_sweeps=np.ones(3, dtype=int),
-        samples__point_reason=np.zeros((*shape, 3), dtype=int),
-        samples__max_sweeps=np.ones((*shape, 3), dtype=int),
         samples__time_s=np.ones((*shape, 3)),
         tuned__localisation=random.uniform(0.0, 0.1, 3),
-        tuned__point_status=np.full(3, STEADY),
         tuned__reference_amplitude_m=0.013,
         tuned__run_peaks_m=np.array([0.012, 0.013, 0.015]),
         samples__status=status,
         samples__amplitude_m=random.gamma(9.0, 0.002, (*shape, 3)),
         samples__localisation=random.uniform(0.1, 0.6, (*shape, 3)),
-        samples__point_status=np.full((*shape, 3), STEADY),
         samples__peak_amplitude_m=random.gamma(9.0, 0.003, shape),
         samples__amplification=random.gamma(9.0, 0.2, shape),
         samples__linear_amplification=random.gamma(30.0, 0.05, shape),

@@ -6,7 +6,6 @@ import pytest
 from evidence.truth.disk import LOAD, reference_reduced, reference_scene
 from hpcrub.config.schema import Config
 from hpcrub.contact.bank import allocate
-from hpcrub.errors import InputError
 from hpcrub.model.casing import Profile
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
@@ -78,7 +77,3 @@ def test_the_keys_of_the_load():
     assert (scene.load, scene.load_order, scene.repeats) == (150.0, 6, 2)
     assert time_grid(config).repeats == 2
     assert build_problem(Config()).scene.load == 0.0
-    waves = [{"order": n, "amplitude_mm": 0.1} for n in (2, 3)]
-    with pytest.raises(InputError, match="forcing.engine_order: a casing without equal bumps"):
-        build_problem(config.replace({"casing.harmonics": waves, "casing.bump_height_mm": 0.0,
-                                        "forcing.engine_order": None}))  # fmt: skip

@@ -125,14 +125,6 @@ def test_a_sample_is_done_only_once_all_of_it_is_written(path, monkeypatch):
     file.close()
 
 
-def test_more_samples_than_a_percentile_needs(tmp_path):
-    path = lay_out(tmp_path / "short.h5", "mistuning: {samples: 5}\nconvergence: {step: 10}")
-    with storage.ResultFile(path, mode="r+") as file:
-        assert file.read("statistics/contact/percentile").shape == (4, 3, 0)
-        empty = running_percentiles(np.ones(5), [1, 50, 99], 10, 2.81)
-        contact_file.write_statistics(file, "contact", 0, empty)
-
-
 def inside(change):
     """Function that changes the content of a result file."""
 
@@ -223,12 +215,6 @@ def test_damaged_metadata_is_found(path):
         except InputError:
             n_refused += 1
     assert n_refused > 50
-
-
-def test_another_configuration_is_refused_by_name(path):
-    other = config.Config.from_yaml("casing: {n_bumps: 3}")
-    with pytest.raises(InputError, match=r"another configuration: .* \(and \d+ more\)"):
-        studies.open_result(path, other)
 
 
 def test_a_failed_replacement_leaves_the_old_file(path, monkeypatch):

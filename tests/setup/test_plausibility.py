@@ -37,6 +37,7 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
     [
         ({"speeds.to_hz": 10_000.0, "speeds.step_hz": 100}, 0.2 / 4 / 10_000),
         ({"casing.n_bumps": 300}, 0.2 / 300 / 35.5),
+        ({"casing.n_bumps": 300, "casing.bump_width": 0.05}, 0.1 / 300 / 35.5),
         # only the tip of the bump, a Gaussian, reaches beyond the clearance
         ({"casing.clearance_mm": 1.25 * np.exp(-0.01)}, 0.1 * 0.2 / 4 / 35.5),
     ],

@@ -145,8 +145,8 @@ def works(cluster, samples_in, tmp_path_factory):
     found["failing"].result("study.part-2-of-3").write_text("no HDF5")
     found["sweep"].write(7, more="runs:\n- {casing.n_bumps: 4}\n- {casing.n_bumps: 3}\n")
     words = {
-        "limit": "study.yaml", "parts": "--parts 2 study.yaml nd3.yaml", "check": "--check",
-        "failing": "--parts 3 study.yaml", "sweep": "--parts 2 study.yaml",
+        "limit": "--parts 1 study.yaml", "parts": "--parts 2 study.yaml nd3.yaml",
+        "failing": "--parts 3 study.yaml", "sweep": "--parts 2 study.yaml", "check": "--check",
     }  # fmt: skip
     return {name: (work, work.submit(*words[name].split())) for name, work in found.items()}
 
@@ -236,28 +236,12 @@ def test_cancelled_and_submitted_again(cluster, tmp_path, samples_in, single):
         assert datasets(work.result()) == single(samples)
 
 
-def test_a_task_that_queues_itself_again_holds_up_the_merge(cluster, tmp_path, samples_in, single):
-    """With the signal that Slurm sends before the time limit, but not at the limit."""
-    samples = samples_in(MEDIUM)
-    work = Work(cluster, tmp_path / "work", "srun")
-    work.write(samples)
-    _, array, merge = work.submit("--parts", "2", "study.yaml")
-    work.wait_for_samples("study.part-1-of-2")
-    cluster.ask("scancel", "--signal=USR1", "--batch", f"{array}_1")
-    assert work.wait(merge) == ["COMPLETED"], work.log()
-    log = work.log(f"hpcrub-array-{array}_1")
-    assert log.count("hpcrub: stopped: SIGUSR1 came") == 1
-    assert log.count("queued again") == 1
-    assert "samples are already there" in log
-    assert "from 2 files" in work.log("hpcrub-merge-*")
-    assert datasets(work.result()) == single(samples)
-
-
 def test_time_limit_then_queued_again_and_resumed(works, samples_in, single):
-    work, (_, job) = works["limit"]
-    assert work.wait(job, 900) == ["COMPLETED"], work.log()
-    log = work.log("hpcrub-[0-9]*")
-    told = work.cluster.ask("scontrol", "--oneliner", "show", "job", job)
+    """A task of an array, which holds up its merge until it has gone on to its end."""
+    work, (_, array, merge) = works["limit"]
+    assert work.wait(merge, 900) == ["COMPLETED"], work.log()
+    log = work.log("hpcrub-array-*")
+    told = work.cluster.ask("scontrol", "--oneliner", "show", "job", array)
     restarts = int(re.search(r"Restarts=(\d+)", told)[1])
     assert restarts >= 1, told
     assert log.count("job: stopped before the time limit; queued again") == restarts, log

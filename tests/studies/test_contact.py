@@ -35,9 +35,8 @@ def finished(tmp_path_factory):
 @pytest.fixture
 def file(finished):
     """Its open result file."""
-    file = open_result(finished / "results/tiny.h5")
-    yield file
-    file.close()
+    with open_result(finished / "results/tiny.h5") as file:
+        yield file
 
 
 @pytest.fixture
@@ -132,13 +131,12 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     out = capfd.readouterr().out
     assert "level 1, sample 0 failed: " in out
     assert "1 (+1 failed)" in out
-    file = open_result("results/tiny.h5")
-    np.testing.assert_array_equal(file.status, [[DONE, DONE], [FAILED, DONE]])
-    np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
-    percentile = file.read("statistics/contact/percentile", 1)
-    assert np.isnan(percentile[:, 0]).all()
-    np.testing.assert_array_equal(percentile[:, 1], file.read("samples/amplification", (1, 1)))
-    file.close()
+    with open_result("results/tiny.h5") as file:
+        np.testing.assert_array_equal(file.status, [[DONE, DONE], [FAILED, DONE]])
+        np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
+        percentile = file.read("statistics/contact/percentile", 1)
+        assert np.isnan(percentile[:, 0]).all()
+        np.testing.assert_array_equal(percentile[:, 1], file.read("samples/amplification", (1, 1)))
 
 
 def said(file):
@@ -157,11 +155,10 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     few += [f"--set=convergence.criterion={criterion}"]
     monkeypatch.setattr("hpcrub.statistics.percentiles.MIN_VALUES", 3)
     assert run_here(tiny, *few) == 0
-    file = open_result("results/tiny.h5")
-    np.testing.assert_array_equal(file.status, [[DONE] * n + [0] * (12 - n)])
-    known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
+    with open_result("results/tiny.h5") as file:
+        np.testing.assert_array_equal(file.status, [[DONE] * n + [0] * (12 - n)])
+        known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
     np.testing.assert_array_equal(known, np.arange(12) < n)
-    file.close()
     before = datasets("results/tiny.h5")
     assert run_here(tiny, *few, "--status") == 0
     assert run_here(tiny, *few, "--resume") == 0
