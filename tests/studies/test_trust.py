@@ -151,9 +151,8 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def coated(folder):
     """Its open result coated."""
-    coated = open_result(folder / "coated.h5")
-    yield coated
-    coated.close()
+    with open_result(folder / "coated.h5") as coated:
+        yield coated
 
 
 def test_the_largest_of_every_disk_are_those_of_its_points(coated):
