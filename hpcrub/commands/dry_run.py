@@ -94,7 +94,7 @@ def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Ta
         if isinstance(outcome, Finished):
             hours = f"{outcome.seconds * outcome.n_ranks / 3600:.3g}"
             with open_result(run.config.output) as file:
-                result = run.study.one_line(file)
+                result = next(iter(run.study.report(file)), "")
         found.add_row(str(number), _own_keys(runs, run.config), hours, result)
     return found
 

@@ -146,8 +146,8 @@ def _fill(team, run, examined, file, log):
     except Interrupted as error:
         n_done, n_all = team.on_root(job.n_done)
         error.args = (
-            f"{error} came; {n_done} of {n_all} {job.what} are in {run.config.output}, and the "
-            "same command with --resume computes the others, on any number of ranks",
+            f"{error} came; {n_done} of {n_all} {run.study.unit} are in {run.config.output}, and "
+            "the same command with --resume computes the others, on any number of ranks",
         )
         raise
     log.phase("summary")

@@ -55,8 +55,8 @@ class Study:
     mistunes: bool = True  # draws the blades of its disks; one that does not takes a pattern alone
     # periods around the disk of the loads whose linear responses it computes
     loads: Callable[[Config], tuple[int, ...]] = lambda config: (config.engine_order or 1,)
-    report: Callable[[ResultFile], Iterable[str]] = lambda file: ()  # lines about the results
-    headline: Callable[[ResultFile], str] | None = None  # its one line in a table of several runs
+    # lines about the results; the first one stands in a table of several runs
+    report: Callable[[ResultFile], Iterable[str]] = lambda file: ()
     # pieces of one task, from what `prepare` returned: (dataset, where in it, values)
     compute: Callable[[Config, Any, int, Poll], Iterator[Values]] | None = None
     n_tasks: Callable[[Config], int] = lambda config: 1
@@ -65,7 +65,7 @@ class Study:
     problems: Callable[[Config], Iterable[str]] = lambda config: ()  # keys that do not fit it
     # what all tasks do together, when a point takes so many seconds until it is steady
     cost: Callable[[Config, float], Cost] = lambda config, until_steady: Cost()
-    unit: str = "tasks"  # of the job
+    unit: str = "tasks"  # of the job, what it is made of
     # whether a file that lacks some of its parts is complete nevertheless
     is_enough: Callable[[ResultFile], bool] = lambda file: False
     n_sources: int = 0  # result files of contact studies that it starts from
@@ -73,12 +73,7 @@ class Study:
     # of a study that integrates: the Problem in what `prepare` returned
     problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
     histories: bool = False  # keeps the motion itself, and not only its amplitudes
-    has_parts: bool = False  # can be computed in parts, each in a file of its own
     job: Callable[..., "Job"] = field(default=lambda *arguments: Job(*arguments))
-
-    def one_line(self, file: ResultFile) -> str:
-        """The result in one line, for a table of several runs."""
-        return self.headline(file) if self.headline else next(iter(self.report(file)), "")
 
 
 class Run(NamedTuple):
@@ -132,7 +127,7 @@ class Run(NamedTuple):
         if len(config.sources) != study.n_sources and study.n_sources:
             n_given = len(config.sources)
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
-        if config.is_part and not study.has_parts:
+        if config.is_part and study.compute:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
         yield from study.problems(config)
 
@@ -163,8 +158,6 @@ class Run(NamedTuple):
 
 class Job:
     """A run on its way: some results may already be in its file; here of independent tasks."""
-
-    what = "tasks"  # it is made of
 
     def __init__(
         self,

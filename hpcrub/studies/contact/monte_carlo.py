@@ -47,8 +47,6 @@ class Outcome(NamedTuple):
 class MonteCarlo(Job):
     """The job of a contact study."""
 
-    what = "samples"
-
     def __init__(self, run: Run, team: Team, prepared: Problem | None, *others: Any) -> None:
         """A job that has not begun; arguments as for `Job`, no Problem where parts are merged."""
         super().__init__(run, team, prepared, *others)

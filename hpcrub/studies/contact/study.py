@@ -108,12 +108,11 @@ STUDY = Study(
     problem_of=lambda problem: problem,
     cost=cost,
     problems=problems,
-    unit=MonteCarlo.what,
+    unit="samples",
     integrates=True,
-    has_parts=True,
     job=MonteCarlo,
     is_enough=is_enough,
-    headline=headline,
+    report=lambda file: [headline(file)],
 )
 
 
