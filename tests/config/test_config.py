@@ -26,9 +26,6 @@ def read(text):
     return Config.from_yaml(text)
 
 
-# --- what is read -------------------------------------------------------------------------------
-
-
 def test_defaults_are_the_reference_disk():
     c = read("study: contact")
     assert c == Config()
@@ -113,9 +110,6 @@ def test_table2_is_the_papers_in_reversed_order():
     np.testing.assert_allclose(c.mistuning.pattern, 100 * np.array(paper)[::-1], rtol=1e-12)
 
 
-# --- there and back -----------------------------------------------------------------------------
-
-
 def test_effective_configuration_has_every_key():
     text = Config(casing={"harmonics": [{"order": 2}]}).to_yaml()
     for key in config.key_table():
@@ -141,9 +135,6 @@ def test_to_yaml_and_back_is_the_same(clearance, step, levels, seed, output, sto
         convergence={"stop_when_converged": stop},
     )  # fmt: skip
     assert read(c.to_yaml()) == c
-
-
-# --- files and overrides ------------------------------------------------------------------------
 
 
 def test_load_names_the_output_after_the_input(tmp_path):

@@ -32,11 +32,7 @@ MODES = Modes.planar(np.full(1, OMEGA), np.ones((1, 1)), np.ones((1, 1)))
 TWO_TURNS = SteadyCriteria(first_check=0.0, window_revolutions=1, max_time=2.5 * PERIOD)
 STEPS = PERIOD / np.array([2000, 4000, 8000, 16000])
 SCHEMES = ["central_difference", "exact_modal"]
-
-
-@pytest.fixture(autouse=True)
-def _stiffness(monkeypatch):
-    monkeypatch.setattr(Spring, "k", 4.0 * OMEGA**2)
+Spring.k = 4.0 * OMEGA**2
 
 
 def scene_of(**changes):

@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from evidence.truth.disk import (
-    disk_section,
-    earlier_disk,
-    make_disk,
-    reference_disk,
-)
+from evidence.truth.disk import disk_section, earlier_disk, make_disk, reference_disk
 from hpcrub.studies.modal import displacements
 
 # Reference values of an independent implementation of the same equations and geometry.
@@ -73,6 +68,8 @@ def test_tip_is_at_its_nominal_angle_and_root_behind_by_the_lean():
     points = disk.points
     np.testing.assert_allclose(disk.contact_angle, 2 * np.pi * np.arange(12) / 12)
     np.testing.assert_allclose(disk.contact_radius, 0.5)
+    np.testing.assert_array_equal(points.dof[points.blades[:, -1]], disk.contact_dof)
+    np.testing.assert_allclose(points.frame[points.blades[:, -1]], disk.contact_angle)
     root, tip = (points.position[points.blades[:, end]] for end in (0, -1))
     nominal = np.column_stack([np.cos(disk.contact_angle), np.sin(disk.contact_angle)])
     np.testing.assert_allclose(tip, 0.5 * nominal, atol=1e-15)
@@ -179,12 +176,6 @@ def test_any_number_of_blades_and_elements(n_blades, n_elements):
     np.linalg.cholesky(disk.stiffness)
     np.linalg.cholesky(disk.mass)
     assert disk.contact_dof.shape == (n_blades, 2)
-
-
-def test_contact_dof_are_the_tips():
-    disk = reference_disk()
-    np.testing.assert_array_equal(disk.points.dof[disk.points.blades[:, -1]], disk.contact_dof)
-    np.testing.assert_allclose(disk.points.frame[disk.points.blades[:, -1]], disk.contact_angle)
 
 
 def test_chord_that_misses_the_tip_circle_is_refused():

@@ -107,10 +107,7 @@ def blisk(tmp_path_factory):
     return imported.resolved(Config.from_yaml(BLISK.replace("sector.h5", str(path))))
 
 
-WEARS = {
-    "contact.law": "abradable",
-    "contact.coating": {"yield_mpa": 0.5, "tip_area_mm2": 400},
-}
+WEARS = {"contact.law": "abradable", "contact.coating": {"yield_mpa": 0.5, "tip_area_mm2": 400}}
 TABLE = {"casing.clearance_hz_mm": [[570, 0.045], [590, 0.005]]}  # 35, 25, 15 µm
 
 

@@ -1,5 +1,7 @@
 """What is said of a worn coating, against numbers that can be had by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -72,17 +74,9 @@ def test_depths_around_the_casing_are_the_largest_of_their_part():
     assert found.max() == found.sum() == 2e-3
 
 
-class Rule:
-    """Says of a motion what a test wants to hear."""
-
-    verdict = None
-
-    def look(self, *windows):
-        return self.verdict
-
-
 def test_a_run_ends_when_nothing_has_worn_for_ten_revolutions():
-    rule, none = Rule(), (None, None)
+    rule, none = SimpleNamespace(verdict=None), (None, None)
+    rule.look = lambda *windows: rule.verdict
     followed = wear.Wearing(rule, None)
     for revolution in range(0, 40, 3):
         followed.see(1.0 + revolution, 0.1 * revolution)

@@ -93,16 +93,15 @@ def test_energies_are_those_of_the_full_model(folder):
     assert (folder / "energy.png").exists()
     file.close()
 
-    file = open_result("energy.h5", mode="r+")
-    before = energy.amplification(file)
-    file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
-    np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
-    assert next(energy.report(file)).startswith("3 of 12 points: diverged")
-    plot.energy("energy.h5")
-    file.write({"tuned/energy_j": np.nan}, ())
-    assert list(energy.report(file))[-1].startswith("by strain energy: not known")
-    plot.energy("energy.h5")
-    file.close()
+    with open_result("energy.h5", mode="r+") as file:
+        before = energy.amplification(file)
+        file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
+        np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
+        assert next(energy.report(file)).startswith("3 of 12 points: diverged")
+        plot.energy("energy.h5")
+        file.write({"tuned/energy_j": np.nan}, ())
+        assert list(energy.report(file))[-1].startswith("by strain energy: not known")
+        plot.energy("energy.h5")
 
 
 def largest_energies(config, deviation):

@@ -221,10 +221,7 @@ def entry(values, place, factor):
         (lambda a: {"M/data": entry(a["M/data"], 3, np.nan)}, "M: holds numbers that are not fin"),
         (lambda a: {"n_sectors": np.array(N + 1)}, "the sides do not pair"),
         (lambda a: {"contact_node": [*a["contact_node"], a["low"][-1]]}, "nodes lie on the tips"),
-        (
-            lambda a: {"nodes": 1e3 * a["nodes"]},
-            "the contact nodes lie at a radius of 220 m",
-        ),
+        (lambda a: {"nodes": 1e3 * a["nodes"]}, "the contact nodes lie at a radius of 220 m"),
         (lambda a: {"units": np.array("mm kg s")}, "the contact nodes lie at a radius of 0.0"),
         (lambda a: {"dof": np.roll(a["dof"], 1, axis=0)}, "a rigid motion causes forces"),
         (lambda a: {"M/data": None}, "M: this array is missing"),
