@@ -90,9 +90,7 @@ def test_failed_points_are_told_in_words(copied):
     assert said == [f"contact forces: at most {most} sweeps of the solver in a step"]
     codes = np.array([status.JAMMING, status.NOT_FINITE, status.JAMMING], np.uint8)
     contact_file.write_sample(file, 1, 1, {"point_reason": codes, "status": DONE})
-    one, two, _ = point_lines(
-        trust.survey(file)
-    )  # three speeds of the tuned disk and of four samples
+    one, two, _ = point_lines(trust.survey(file))  # three speeds, the tuned disk, four samples
     assert one == "1 of 15 points: diverged: a displacement is not finite"
     assert two.startswith("2 of 15 points: diverged: jamming")
     file.close()
