@@ -53,7 +53,8 @@ def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndar
     for speed in np.flatnonzero(n_points):
         motions = windows[:, known[:, speed], speed]
         part = split(motions, level)
-        groups = [_group(motions[:, part == p], speed) for p in range(part.max() + 1)]
+        alike = [motions[:, part == p] for p in range(part.max() + 1)]
+        groups = [Group(m.mean(axis=(1, 2)), m.std(axis=(1, 2)), int(speed)) for m in alike]
         branch_of[known[:, speed], speed] = _link(branches, groups)[part]
     return _by_size(branch_of)
 
@@ -98,10 +99,6 @@ def _chance(a, b, degrees, level):
     return -both * stdtrit(degrees / ratio, level / 2)
 
 
-def _group(motions, speed):
-    return Group(motions.mean(axis=(1, 2)), motions.std(axis=(1, 2)), speed)
-
-
 def _link(branches, groups):
     """Branch of each group (G,), int; the last groups of the branches are modified."""
     from scipy.optimize import linear_sum_assignment  # as in `split`
@@ -129,10 +126,9 @@ def _distance(a, b):
 
 
 def _by_size(branch_of):
-    """Numbers in the order of their counts, the largest 0; -1 stays."""
+    """Numbers (modified) in the order of their counts, the largest 0; -1 stays."""
     known = branch_of >= 0
     rank = np.argsort(np.argsort(-np.bincount(branch_of[known]), kind="stable"))
-    branch_of = branch_of.copy()
     branch_of[known] = rank[branch_of[known]]
     return branch_of
 

@@ -49,10 +49,10 @@ _COATING = (
 
 
 class Chosen(NamedTuple):
-    """The tuned disk, and the samples that were chosen."""
+    """What every rank needs."""
 
-    problem: Problem
-    deviation: np.ndarray  # (n, N)
+    problem: Problem  # of the tuned disk
+    deviation: np.ndarray  # of the samples that were chosen (n, N)
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
@@ -92,15 +92,9 @@ def n_tasks(config: Config) -> int:
 
 def cost(config: Config, until_steady: float) -> Cost:
     """Every disk at every speed until it is steady, and over one more window."""
-    lanes = history.LANES, history.groups(config.speeds.values_hz)
+    n, lanes = n_tasks(config), len(history.LANES) * len(history.groups(config.speeds.values_hz))
     window = config.steady_state.window_revolutions / config.speeds.from_hz
-    before = n_tasks(config) * config.speeds.n_values * until_steady
-    return Cost(before, n_tasks(config) * window * len(lanes[0]) * len(lanes[1]), n_tasks(config))
-
-
-def prepare(config: Config) -> Chosen:
-    """The samples of a configuration. Raises InputError as `build_problem` and `constants`."""
-    return Chosen(build_problem(config), constants(config)["deviation"])
+    return Cost(n * config.speeds.n_values * until_steady, n * window * lanes, n)
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
@@ -202,7 +196,7 @@ STUDY = Study(
     layout=layout,
     sizes=lambda config: {"sample": config.energy.samples},
     constants=constants,
-    prepare=prepare,
+    prepare=lambda config: Chosen(build_problem(config), constants(config)["deviation"]),
     n_tasks=n_tasks,
     cost=cost,
     problems=steady_problems,

@@ -135,9 +135,7 @@ def _fill(path, parts_paths, found):
 
 def _copy(part, whole):
     """Copy what is finished in a part into the whole file, a group of samples at a time."""
-    names = [
-        line.name for line in Run(STUDY, part.config).datasets() if line.name.startswith("samples/")
-    ]
+    names = [f"samples/{name}" for name in contact_file.names(part, "samples")]
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))
     for mine, level in enumerate(part.config.levels):

@@ -41,7 +41,7 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
         if len(file.config.samples) > 1:
             out.print(interval_table(file))
             if "samples/deepest_m" in file:
-                out.print(coating_table(file))
+                out.print(interval_table(file, of_coating=True))
     print_line(out, tuned_line(file))
     for line in (*depths.lines(file), *point_lines(found)):
         print_line(out, line)
@@ -100,27 +100,23 @@ def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> 
     return table
 
 
-def interval_table(file: ResultFile) -> Table:
-    """One row per level and percentile: amplifications with their confidence intervals."""
+def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
+    """One row per level and percentile: amplifications with their confidence intervals.
+
+    of_coating: largest amplitudes and worn depths instead.
+    """
     title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
     names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    return _intervals(file, title, names, ".3f", trust.shared_uncertainty(file))
-
-
-def coating_table(file: ResultFile) -> Table:
-    """One row per level and percentile: largest amplitudes and worn depths with their intervals."""
-    names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
-    title = "Coating: percentiles and their intervals (95 %) [mm]"
-    return _intervals(file, title, names, ".4g", np.zeros(2), 1e3)
-
-
-def _intervals(file, title, names, form, shared, factor=1.0):
-    """Percentiles of the numbers {heading: name}; shared: uncertainty of the first of them."""
+    form, shared, factor = ".3f", trust.shared_uncertainty(file), 1.0  # shared: of the first
+    if of_coating:
+        title = "Coating: percentiles and their intervals (95 %) [mm]"
+        names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
+        form, shared, factor = ".4g", np.zeros(2), 1e3
     at = file.config.convergence.percentiles
     headings = (word for heading in names for word in (heading, "interval"))
     table = progress.table(title, ("level", "percentile", *headings))
     for level, half_range in enumerate(file.read("half_range")):
-        columns = []
+        columns: list[list[str]] = []
         for name in names.values():
             values = factor * trust.finished(file, level, name)
             low, high = percentile_interval(values, at, Z_95)
