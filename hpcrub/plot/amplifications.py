@@ -95,12 +95,10 @@ def percentiles(canvas: Canvas) -> None:
         _draw_rows(canvas, files)
         return
     columns = min(2, len(files))
-    axes = canvas.grid(len(files), columns, (6, 4.2), sharey=True)
+    axes = canvas.grid(len(files), columns, (6, 4.2), AMPLIFICATION, sharey=True)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         draw_kinds(panel, file, 100 * file.read("sigma"))
         panel.set(xlabel=SIGMA, title=f"{label}, {samples([file])}")
-    for panel in axes[::columns]:
-        panel.set_ylabel(AMPLIFICATION)
 
 
 def samples(files: Sequence[ResultFile]) -> str:
@@ -216,7 +214,7 @@ def linear(canvas: Canvas) -> None:
     file = canvas.file
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
     columns = min(3, len(diameters))
-    axes = canvas.grid(len(diameters), columns, (4, 3.3), sharex=True, sharey=True)
+    axes = canvas.grid(len(diameters), columns, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
     for d, panel in enumerate(axes):
         by_level = file.read("amplification", (slice(None), d))
         values = [level[np.isfinite(level)] for level in by_level]
@@ -227,8 +225,6 @@ def linear(canvas: Canvas) -> None:
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-columns:]:
         panel.set_xlabel(SIGMA)
-    for panel in axes[::columns]:
-        panel.set_ylabel(AMPLIFICATION)
 
 
 @figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,

@@ -94,11 +94,12 @@ class Canvas:
         return np.array([*self.axes, *rest]).reshape(rows, columns)
 
     def grid(
-        self, n: int, columns: int, size: tuple[float, float], **how: Any
+        self, n: int, columns: int, size: tuple[float, float], ylabel: str = "", **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
         """The n panels of a figure of so many columns, row by row.
 
-        size: width and height of a panel [inch], besides room below all; how: for `panels`.
+        size: width and height of a panel [inch], besides room below all; ylabel: of those on the
+        left; how: for `panels`.
         """
         rows = -(-n // columns)
         panels = self.panels(
@@ -108,6 +109,8 @@ class Canvas:
             panel.set_axis_off()
             if panel in self.axes:
                 self.axes.remove(panel)
+        for panel in panels[:n:columns]:
+            panel.set_ylabel(ylabel)
         return panels[:n]
 
     def _figure(self, size: tuple[float, float]) -> FigureBase:

@@ -178,7 +178,7 @@ def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
         raise InputError(f"--mode: {mode} is not a whole number from 1 up to {n_shapes}")
     size = 3.2 if mode is None else 6.5
     is_solid = file.config.disk.model is not None
-    how = {"subplot_kw": solids.THREE} if is_solid else {}
+    how: dict[str, Any] = {"subplot_kw": solids.THREE} if is_solid else {}
     height = 0.8 * size if is_solid else size + 0.3
     axes = canvas.grid(len(chosen), min(len(chosen), 4), (size, height), **how)
     for panel, k in zip(axes, chosen, strict=True):
@@ -217,29 +217,21 @@ def casing(canvas: Canvas) -> None:
     inward = 1e3 * casing_height(angle, *shape.shape)
     _draw_round(round_, config, angle, inward)
     least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
-    gap = least - inward
-    gaps.plot(np.degrees(angle), gap, color=BLUE)
+    gap, degrees = least - inward, np.degrees(angle)
+    gaps.plot(degrees, gap, color=BLUE)
     gaps.axhline(least, color="0.5", lw=1.2, ls="--", label="undeformed casing")
     if most > least:
-        gaps.plot(
-            np.degrees(angle), most - inward, color=BLUE, lw=1.2, ls=":",
-            label="at the speed of the largest clearance",
-        )  # fmt: skip
+        words = "at the speed of the largest clearance"
+        gaps.plot(degrees, most - inward, color=BLUE, lw=1.2, ls=":", label=words)
     gaps.axhline(0, color=BLACK, lw=1.2)
-    gaps.fill_between(
-        np.degrees(angle), 0, gap, where=gap < 0, color=ORANGE, alpha=0.4,
-        label="tips at rest would touch",
-    )  # fmt: skip
+    look: dict[str, Any] = {"color": ORANGE, "alpha": 0.4, "label": "tips at rest would touch"}
+    gaps.fill_between(degrees, 0, gap, where=gap < 0, **look)
     gaps.set(xlabel="angle of the casing [deg]", ylabel="gap at rest [mm]", xlim=(0, 360))
     gaps.set(xticks=range(0, 361, 60), title=config.casing.words)
     time = np.linspace(0, 1.2 * shape.growth_time, N_TIMES)
     growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
-    growth.set(
-        xlabel="time [ms]",
-        ylabel="part of its shape [-]",
-        title="growth of the casing",
-        ylim=(0, 1.05),
-    )
+    growth.set(xlabel="time [ms]", ylabel="part of its shape [-]", ylim=(0, 1.05))
+    growth.set_title("growth of the casing")
 
 
 def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:

@@ -75,9 +75,7 @@ def draw_response(
     unsteady, lost = found == NOT_STEADY, found == DIVERGED
     look: dict[str, Any] = {"ls": "", "mec": colour, "clip_on": False, "label": "not steady"}
     if unsteady.any():
-        axes.plot(
-            speeds[unsteady], values[unsteady], marker="o", mfc="w", ms=5, zorder=4, **look
-        )  # fmt: skip
+        axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", ms=5, zorder=4, **look)
     reasons = file.read(f"{group}/point_reason", where)
     for n, code in enumerate(np.unique(reasons[lost])):
         at = speeds[lost & (reasons == code)]
@@ -173,17 +171,15 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
     n = len(disks)
     axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, sharey="row", height_ratios=(3, 2))
     others = [file for file in files if file is not best]
-    colours = dict(zip(map(id, others), COLOURS, strict=False))
     speeds = best.read("speeds_hz")
     for (title, group, where), top, bottom in zip(disks, *axes, strict=True):
         wanted = best.read(f"{group}/{layout.amplitude(best.config)}", where)
         for file, label in zip(files, labels(files), strict=True):
             if file is best:
-                draw_response(
-                    top, file, group, where, BLACK, f"{label} (reference)", lw=2.2, zorder=4
-                )  # fmt: skip
+                words = f"{label} (reference)"
+                draw_response(top, file, group, where, BLACK, words, lw=2.2, zorder=4)
                 continue
-            colour = colours[id(file)]
+            colour = COLOURS[others.index(file)]
             draw_response(top, file, group, where, colour, label, lw=1.3)
             values = file.read(f"{group}/{layout.amplitude(file.config)}", where)
             bottom.plot(speeds, 1e3 * (values - wanted), color=colour, lw=1.3, marker=".", ms=5)
@@ -220,7 +216,7 @@ def _scatter(file: ResultFile, group: str) -> Any:
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     columns = min(len(files), 2 if len(files) <= 4 else 3)
-    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=True)
+    axes = canvas.grid(len(files), columns, (5.4, 4.0), AMPLITUDE, sharey=True)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11)
         if file.config.pattern_deviation is None:
@@ -233,5 +229,3 @@ def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> No
         else:
             draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
         panel.set_xlabel(SPEED if panel in axes[-columns:] else "")
-    for panel in axes[::columns]:
-        panel.set_ylabel(AMPLITUDE)

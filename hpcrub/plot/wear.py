@@ -36,9 +36,8 @@ def wear(canvas: Canvas) -> None:
     _draw_around(around, file, worn[deepest])
     around.set_title(f"tuned disk, {speeds[deepest]:g} Hz")
     angle = np.append(file.read("angle_deg"), 360.0)
-    image = over.pcolormesh(
-        angle, _edges(speeds), worn, cmap="viridis", vmin=0.0, rasterized=True
-    )  # fmt: skip
+    look: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "rasterized": True}
+    image = over.pcolormesh(angle, _edges(speeds), worn, **look)
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
     over.grid(False)

@@ -111,17 +111,9 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
     shapes = reduced.basis @ reduced.tuned_modes[:, :MOST_SHAPES]
     shapes = np.vstack([shapes, np.zeros(shapes.shape[1])])  # row -1 is held
-    yield "shapes", (), _in_space(seen.nodes, shapes[seen.rows])
-
-
-def _in_space(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Displacements x, y, z (K, n, 3), the largest one is 1.
-
-    nodes: (n, 3); parts: (n, 3, K), radial, tangential and axial.
-    """
-    xyz = to_cartesian(nodes, parts)
+    xyz = to_cartesian(seen.nodes, shapes[seen.rows])  # (n, 3, K)
     largest = np.linalg.norm(xyz, axis=1).max(axis=0)
-    return np.moveaxis(xyz / largest, 2, 0)
+    yield "shapes", (), np.moveaxis(xyz / largest, 2, 0)
 
 
 def _diameters(shapes, n_blades):
