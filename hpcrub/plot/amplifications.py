@@ -281,7 +281,12 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
     """A statistic of the contact amplifications; colours tell σ."""
     files = ordered(canvas.files)
     for file in files:
-        _require_estimates(file)
+        if not np.isfinite(file.read("statistics/contact/convergence_error")).any():
+            step = file.config.convergence.step
+            raise InputError(
+                f"{file.path}: convergence needs at least {2 * step} finished samples of a level, "
+                f"two steps of convergence.step = {step}"
+            )
     shown = sorted({p for file in files for p in file.config.convergence.percentiles})
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
@@ -312,13 +317,3 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
         "convergence is not judged on these."
     )
     return axes
-
-
-def _require_estimates(file: ResultFile) -> None:
-    """Raises InputError when no level has two percentile values, which an error needs."""
-    if not np.isfinite(file.read("statistics/contact/convergence_error")).any():
-        step = file.config.convergence.step
-        raise InputError(
-            f"{file.path}: convergence needs at least {2 * step} finished samples of a level, two "
-            f"steps of convergence.step = {step}"
-        )
