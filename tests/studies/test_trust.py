@@ -188,7 +188,7 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
         assert f"below {100 * (1 - np.sqrt(0.025)):.2g} %" in line
     printed = list(inspect.description(str(folder / "coated.h5")))
     assert [line.strip() for line in printed if line.strip() in found] == found
-    assert summary.coating_table(coated).row_count == 6
+    assert summary.interval_table(coated, of_coating=True).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
