@@ -57,26 +57,25 @@ def main(argv=None):
 def row(group, name, folder):
     """Cause one fault: the line of its table, and what went wrong."""
     place = folder / _slug(group) / _slug(name)
-    began, codes, said, n_trials = time.monotonic(), collections.Counter(), {}, 0
+    began, codes, said, n_trials = time.monotonic(), collections.Counter(), "", 0
     whens, mine = collections.Counter(), []
     try:
         for trial in GROUPS[group][name](place):
             n_trials += 1
             codes[str(trial.code)] += 1
-            said.setdefault(str(trial.code), trial.said)
+            said = said or trial.said
             whens.update([trial.when] * bool(trial.when))
             if trial.problem:
                 mine.append(f"{name}: {trial.problem}")
     except Skip as reason:
-        said["skipped"] = str(reason)
+        said = str(reason)
     except Exception as error:  # the trial itself went wrong: as bad as what it looks for
         mine.append(f"{name}: {type(error).__name__}: {error}")
     took = time.monotonic() - began
     told = f"{name}: {n_trials} trials, {len(mine)} problems, {took:.0f} s"
     print("\n".join([told, *mine]), flush=True)
     ends = ", ".join(f"{code} ({n})" for code, n in codes.most_common())
-    message = next((text for text in said.values() if text), "")
-    message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or message
+    message = ", ".join(f"{n} {when}" for when, n in whens.most_common()) or said
     return [name, f"{n_trials}", ends or "skipped", _short(message), f"{len(mine)}"], mine
 
 

@@ -3,6 +3,7 @@
 Every fault yields `Trial`s. A trial without a problem did what it should.
 """
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -50,14 +51,10 @@ class Job:
         variables = os.environ | ENVIRONMENT | environment
         with open(self.folder / "out", "w") as out, open(self.folder / "err", "w") as err:
             self.process = subprocess.Popen(
-                command(ranks, script or ROOT / "main.py", *arguments),
-                cwd=folder,
+                command(ranks, script or ROOT / "main.py", *arguments), cwd=folder,
                 env={name: value for name, value in variables.items() if value is not None},
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=err,
-                start_new_session=True,
-            )
+                stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True,
+            )  # fmt: skip
 
     @property
     def result(self):
@@ -82,11 +79,9 @@ class Job:
     def below(self):
         """Processes that it started, in their order: the ranks, under mpirun."""
         pid = self.process.pid
-        try:
-            with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-                return sorted(map(int, file.read().split()))
-        except FileNotFoundError:
-            return []
+        with contextlib.suppress(FileNotFoundError):
+            return sorted(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
+        return []
 
     def by_rank(self):
         """Processes of all ranks, as soon as they are there; fewer at the program's end."""
@@ -122,10 +117,8 @@ class Job:
 
 def send(pid, number):
     """Send a signal to a process that may be gone."""
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.kill(pid, number)
-    except ProcessLookupError:
-        return
 
 
 def listens(pid, number):

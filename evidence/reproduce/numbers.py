@@ -6,6 +6,7 @@ from evidence.reproduce.pattern import CHAOS, coexistence, reduction, table2, ti
 from evidence.reproduce.rows import (
     MissingError,
     Row,
+    above_linear,
     bounded,
     claim_row,
     done,
@@ -23,7 +24,6 @@ from hpcrub.contact.status import STEADY
 from hpcrub.results.layout import DONE
 from hpcrub.runs.cost import trial
 from hpcrub.setup.problem import build_problem
-from hpcrub.statistics.pairs import share_interval
 from hpcrub.statistics.percentiles import MIN_VALUES, Z_95
 
 GEOMETRY = (
@@ -83,9 +83,8 @@ def ranges(results):
     for n_d, text in ((3, "44.5–47.5"), (4, "33.5–35.5"), (5, "26.7–28.2"), (6, "22–23")):
         file = results.contact(n_d)
         first, last = map(float, text.split("–"))
-        peak = np.concatenate(
-            [done(file, "peak_speed_hz", v) for v in range(len(file.read("sigma")))]
-        )
+        levels = range(len(file.read("sigma")))
+        peak = np.concatenate([done(file, "peak_speed_hz", level) for level in levels])
         outside = np.mean((peak <= first + 1e-6) | (peak >= last - 1e-6))
         low, high = np.percentile(peak, [1, 99])
         found.append(
@@ -163,18 +162,9 @@ def shares(results):
     """12: share of the samples above the diagonal."""
     file, rows = results.contact(4), []
     for sigma, paper, level in ((0.6, 82, 0), (2.3, 96, 3)):
-        done = file.status[level] == DONE
-        contact, linear = (
-            file.read(f"samples/{name}", level)[done]
-            for name in ("amplification", "linear_amplification")
-        )
-        above, n = int((contact > linear).sum()), int(done.sum())
-        ends = (100 * end for end in share_interval(above, n))
         what = f"samples with A_nl > A_lin, n_d = 4, σ = {sigma} % [%]"
-        share = 100 * above / n
-        rows.append(
-            value_row("12", what, paper, share, *ends, digits=0, fitted=True, remark=MISSED)
-        )
+        rows.append(value_row("12", what, paper, *above_linear(file, level), digits=0, fitted=True,
+                              remark=MISSED))  # fmt: skip
     return rows
 
 

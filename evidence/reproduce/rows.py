@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.results.layout import DONE
+from hpcrub.statistics.pairs import share_interval
 from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies import open_result
 
@@ -124,6 +125,14 @@ def bounded(values, at):
 def percentile(file, level, at, name="amplification"):
     """`bounded` of the finished samples of a level."""
     return bounded(done(file, name, level), at)
+
+
+def above_linear(file, level):
+    """Share of the samples with A_nl > A_lin, and its interval: value, low, high [%]."""
+    names = "amplification", "linear_amplification"
+    contact, linear = (done(file, name, level) for name in names)
+    above, n = np.count_nonzero(contact > linear), len(contact)
+    return 100 * above / n, *(100 * end for end in share_interval(above, n))
 
 
 def tuned_amplitudes(file):

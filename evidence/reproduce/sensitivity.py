@@ -1,11 +1,8 @@
 """What the result depends on: the studies of `inputs/sensitivity.yaml` → a table."""
 
-import numpy as np
-
 from evidence import page
-from evidence.reproduce.rows import bracket, done, percentile, tuned_amplitudes
+from evidence.reproduce.rows import above_linear, bracket, percentile, tuned_amplitudes
 from hpcrub.config.text import flatten
-from hpcrub.statistics.pairs import share_interval
 from hpcrub.studies import open_result
 
 HEADS = ["changed", "tuned peak", "percentile 50", "percentile 99", "A_nl > A_lin [%]"]
@@ -32,12 +29,11 @@ def _cells(file, base):
     changed = [f"{k.rpartition('.')[2]} {base[k]} → {keys[k]}" for k in keys
                if keys[k] != base[k] and k != "output"]  # fmt: skip
     peak, *span = tuned_amplitudes(file)
-    above = done(file, "amplification", 0) > done(file, "linear_amplification", 0)
-    share = 100 * np.array(share_interval(np.count_nonzero(above), len(above)))
+    share, *ends = above_linear(file, 0)
     return (
         ", ".join(changed) or "nothing",
         f"{peak:.1f} mm {bracket(span, 1)} at {float(file.read('tuned/peak_speed_hz')):.2f} Hz",
         *(f"{value:.2f} {bracket(ends, 2)}"
           for value, *ends in (percentile(file, 0, at) for at in (50, 99))),
-        f"{100 * above.mean():.1f} {bracket(share, 1)}",
+        f"{share:.1f} {bracket(ends, 1)}",
     )  # fmt: skip

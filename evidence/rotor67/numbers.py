@@ -27,31 +27,27 @@ class Number(NamedTuple):
 
 def read(path: Path) -> dict:
     """Numbers of a CSV file by (quantity, at)."""
+    found = {}
     with open(path, newline="", encoding="utf-8") as file:
-        rows = [_number(row) for row in csv.DictReader(file)]
-    return {row[:2]: row for row in rows}
+        for row in csv.DictReader(file):
+            key = row["quantity"], row["at"]
+            bounds = (float(row.get(name) or NONE) for name in ("low", "high"))
+            found[key] = Number(*key, float(row["value"]), row.get("unit", ""), *bounds)
+    return found
 
 
-def _number(row):
-    bounds = (float(row.get(name) or NONE) for name in ("low", "high"))
-    return Number(row["quantity"], row["at"], float(row["value"]), row.get("unit", ""), *bounds)
-
-
-def write(path: Path, numbers: list[Number], keep: bool = True) -> None:
+def write(path: Path, numbers: list[Number]) -> None:
     """Write numbers; those of other (quantity, at) that the file has are kept."""
-    found = read(path) if keep and path.exists() else {}
+    found = read(path) if path.exists() else {}
     found |= {number[:2]: number for number in numbers}
     path.parent.mkdir(parents=True, exist_ok=True)
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Number._fields)
         for row in found.values():
-            writer.writerow([*row[:2], *(_text(x) for x in row[2:3]), row.unit,
-                             *(_text(x) for x in row[4:])])  # fmt: skip
-
-
-def _text(x):
-    return "" if x != x else f"{x:.6g}"
+            cells = ("" if x != x else f"{x:.6g}" for x in (row.value, row.low, row.high))
+            value, *bounds = cells
+            writer.writerow([*row[:2], value, row.unit, *bounds])
 
 
 def compare(theirs: dict, ours: dict) -> list[tuple]:

@@ -131,18 +131,14 @@ def _conclusions(found):
 
 def _coated(found):
     """Tuned fan by speed, before the rigid casing and the coating."""
-    rigid = {n.at: n.value for n in _rows(found, "amplitude of the tuned fan in contact")}
-    depth = {n.at: n.value for n in _rows(found, "worn depth of the tuned fan")}
+    rigid = {n.at: f"{n.value:.2f}" for n in _rows(found, "amplitude of the tuned fan in contact")}
+    depth = {n.at: f"{n.value:.3f}" for n in _rows(found, "worn depth of the tuned fan")}
     heads = ["speed", "rigid casing [mm]", "coating: largest amplitude [mm]", "worn depth [mm]"]
     rows = [
-        [n.at, _shown(rigid.get(n.at)), _shown(n.value), f"{depth[n.at]:.3f}"]
+        [n.at, rigid.get(n.at, ""), f"{n.value:.2f}", depth[n.at]]
         for n in _rows(found, "largest amplitude of the tuned fan on a coating")
     ]
     return page.table(heads, rows)
-
-
-def _shown(value):
-    return "" if value is None else f"{value:.2f}"
 
 
 def _interval(number, digits=2):

@@ -12,12 +12,11 @@ number of nodal diameters, so that no family is cut and the reduced fan is cycli
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
-from hpcrub.model.imported.assembly import disk_rows
 from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
+from hpcrub.model.imported.cyclic import wave
 from hpcrub.model.imported.frames import row_table, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 
@@ -34,23 +33,15 @@ class Cyclic:
     """A free sector whose neighbours move alike, turned by one number of nodal diameters."""
 
     def __init__(self, model: NeutralModel, diameters: int):
-        rows, own = disk_rows(model)
-        turn = np.exp(2j * np.pi * diameters / model.n_sectors)
-        if diameters in (0, model.n_sectors / 2):
-            turn = turn.real
-        own_row = rows[0] % len(own)  # of a sector's rows among those that it owns
-        value = np.where(rows[0] < len(own), 1.0, turn)
-        n = len(own_row)
-        phases = sp.csr_array((value, (np.arange(n), own_row)), shape=(n, len(own)))
-        free = np.setdiff1d(np.arange(len(own)), own_row[model.fixed])
-        self.phases = phases[:, free]
+        phases = wave(model, diameters)
+        self.phases = phases.real if diameters in (0, model.n_sectors / 2) else phases
         self.K, self.M = (
             (self.phases.conj().T @ a @ self.phases).tocsc()
             for a in (model.stiffness[0], model.mass)
         )
         contact = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
-        # node by node, three directions
-        self.boundary = np.searchsorted(free, own_row[contact.ravel()])
+        # node by node, three directions: the one column of each row
+        self.boundary = self.phases.indices[self.phases.indptr[contact.ravel()]]
 
     def modes(self, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
         """Lowest eigenvalues [rad2/s2] and mass-normalised modes."""

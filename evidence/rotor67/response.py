@@ -8,12 +8,13 @@ import numpy as np
 import hpcrub
 from evidence import program
 from evidence.page import ROOT
+from evidence.reproduce.rows import bounded
 from evidence.rotor67.numbers import Number
 from hpcrub.config.schema import load_runs
 from hpcrub.plot import pictures
 from hpcrub.results.reader import Results
 from hpcrub.statistics.pairs import rank_correlation, share_interval
-from hpcrub.statistics.percentiles import Z_95, percentile_interval, probability_interval
+from hpcrub.statistics.percentiles import Z_95, probability_interval
 
 INPUTS = ROOT / "inputs" / "rotor67"
 STUDIES = (
@@ -96,11 +97,10 @@ def _percentiles(file, quantity, name, unit, times=1.0):
     for level, half_range in enumerate(file.config.mistuning.half_range_percent):
         values = times * file[name][level]
         values = values[np.isfinite(values)]
-        ends = percentile_interval(values, list(PERCENTILES), Z_95)
-        for k, p in enumerate(PERCENTILES):
-            low, high = (float(np.ravel(end)[k]) for end in ends)
+        for p in PERCENTILES:
+            value, low, high = bounded(values, p)
             at = f"percentile {p:g}, blades within {half_range:g} %"
-            found.append(Number(quantity, at, np.percentile(values, p), unit, low, high))
+            found.append(Number(quantity, at, value, unit, low, high))
     return found
 
 
@@ -137,11 +137,11 @@ def conclusions_of(file: Results) -> list[Number]:
                           for name in ("amplification", "linear_amplification")])  # fmt: skip
         nonlinear, linear = pairs[:, np.isfinite(pairs).all(axis=0)]
         ratio, at = nonlinear / linear, f"blades within {half_range:g} %"
-        low, high = (float(np.ravel(end)[0]) for end in percentile_interval(ratio, [50.0], Z_95))
+        middle, low, high = bounded(ratio, 50.0)
         above = int((ratio > 1.0).sum())
         r, r_low, r_high = rank_correlation(nonlinear, linear)
         found += [
-            Number("median of A_nl/A_lin", at, float(np.median(ratio)), "1", low, high),
+            Number("median of A_nl/A_lin", at, middle, "1", low, high),
             Number("share of A_nl above A_lin", at, above / len(ratio), "1",
                    *share_interval(above, len(ratio))),
             Number("rank correlation of A_nl and A_lin", at, r, "1", r_low, r_high),

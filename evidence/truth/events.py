@@ -56,14 +56,11 @@ class _Flow:
 
     def _operators(self, s):
         at = s * (_NODES + 1.0) / 2.0
-        pushes = (
-            [
-                weight * s / 2.0 * expm(self.A * (s - a)) @ self.b
-                for a, weight in zip(at, _WEIGHTS, strict=True)
-            ]
+        pushes = [
+            weight * s / 2.0 * expm(self.A * (s - a)) @ self.b
+            for a, weight in zip(at, _WEIGHTS, strict=True)
             if self.b.any()
-            else []
-        )
+        ]
         return expm(self.A * s), np.array(pushes), at
 
     def __call__(self, y, t, s):

@@ -39,11 +39,9 @@ SERIES = (
     ("exact_modal", True, 0.98, (40, 80, 160, 320)),
 )
 AFTER = {  # times at which that many exact bounces are over
-    "one bounce": FALL + TAU + FALL,
-    "two bounces": PERIOD,
-    "five bounces": FALL + 2.5 * CYCLE,
+    "one bounce": FALL + TAU + FALL, "two bounces": PERIOD, "five bounces": FALL + 2.5 * CYCLE,
     "ten bounces": TEN_BOUNCES,
-}
+}  # fmt: skip
 SMOOTH = 0.05  # [s] of the running mean of the pressure, TAU / 13
 
 
@@ -217,7 +215,7 @@ def _verdicts(case, lumped, size, two, ten, losses):
 
 def _step_table():
     ratios, columns = np.array([0.8, 0.4, 0.2, 0.1]), {}
-    for name in ("central_difference", "exact_modal"):
+    for name in report.SCHEMES:
         finest = bounce(80, name, critical_step(80) / 40.0, PERIOD)
         off, apart = [], []
         for ratio in ratios:
@@ -235,7 +233,7 @@ def _figure(folder, curves):
     figure, axes = report.axes(n_rows=4, n_columns=2, sharex=True, sharey="row", figsize=(13, 10))
     t_exact = np.linspace(0.0, TEN_BOUNCES, 4000)
     u_exact, v_exact, p_exact = exact(0.0, t_exact)
-    for column, name in zip(axes.T, ("central_difference", "exact_modal"), strict=True):
+    for column, name in zip(axes.T, report.SCHEMES, strict=True):
         for lumped, n in ((False, 160), (True, 80), (True, 320)):
             (t, u, v, force), (t_lost, lost) = curves[name, lumped, n]
             mass = "lumped" if lumped else "consistent"
@@ -245,12 +243,11 @@ def _figure(folder, curves):
             column[3].plot(t_lost, 100.0 * (1.0 - lost), lw=1.5)
         for ax, values in zip(column, (u_exact, v_exact, p_exact, 100.0), strict=True):
             ax.plot(t_exact, values + 0.0 * t_exact, "k--", lw=1.0, label="exact")
-        column[0].set_title(f"{name}")
+        column[0].set_title(name)
         column[3].set_xlabel("time [s]")
-    labels = ("height of the foot [m]", "its velocity [m/s]")
-    for ax, label in zip(
-        axes[:, 0], (*labels, "pressure [Pa],\nmean over 0.05 s", "energy [%]"), strict=True
-    ):
+    labels = ("height of the foot [m]", "its velocity [m/s]", "pressure [Pa],\nmean over 0.05 s",
+              "energy [%]")  # fmt: skip
+    for ax, label in zip(axes[:, 0], labels, strict=True):
         ax.set_ylabel(label)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     report.save(figure, folder, "bouncing_bar")

@@ -80,21 +80,17 @@ def section(folder):
     parts, verdicts = [], []
     for n_modes, fewest in SIZES.items():
         divisions = fewest * 2 ** np.arange(5)
-        columns = {
-            f"`{name}`": step_errors(n_modes, name, divisions)
-            for name in ("central_difference", "exact_modal")
-        }
-        labels = "h", [f"{DURATION / n:.3g} s" for n in divisions]
+        steps = DURATION / divisions
+        columns = {f"`{name}`": step_errors(n_modes, name, divisions) for name in report.SCHEMES}
+        labels = "h", [f"{h:.3g} s" for h in steps]
         impacts = len(reference(n_modes, fewest).impacts)
         parts += [
             f"{n_modes} modes, {impacts} impacts:",
-            report.order_table(labels, DURATION / divisions, columns),
+            report.order_table(labels, steps, columns),
         ]
         for name, error in columns.items():
-            verdicts += [
-                report.order(f"{n_modes} modes, {name}", DURATION / divisions, error, 0.7),
-                report.at_most(f"{n_modes} modes, {name}, finest step", error[-1], FINEST_ERROR),
-            ]
+            what, finest = f"{n_modes} modes, {name}", ("finest step", FINEST_ERROR)
+            verdicts += report.falling(what, steps, error, finest, 0.7)
     table, found = _modes_table()
     _figure(folder)
     return {"errors": "\n\n".join(parts), "modes": table}, verdicts + found
@@ -117,27 +113,16 @@ def mode_errors(modes, finest, n_steps):
 
 
 def _modes_table():
-    columns = {"mass at the contact point [g]": [], "impacts": [], "lost [mJ]": []}
-    for n in MODES:
+    errors = np.array(mode_errors(MODES, FINEST_MODES, MODE_STEPS))
+    names, rows = ("off, events", "off, kernel"), []
+    for n, off in zip(MODES, errors.T, strict=True):
         motion, R = reference(n, MODE_STEPS), beam(n)[0].radial
-        cells = 1e3 / (R @ R), len(motion.impacts), 1e3 * motion.lost
-        for column, cell in zip(columns.values(), cells, strict=True):
-            column.append(cell)
-    errors = dict(
-        zip(
-            ("off, events", "off, kernel"),
-            mode_errors(MODES, FINEST_MODES, MODE_STEPS),
-            strict=True,
-        )
-    )
-    rows = [
-        [str(n), *(c[i] for c in columns.values()), *(float(e[i]) for e in errors.values())]
-        for i, n in enumerate(MODES)
-    ]
-    orders = [f"**{report.fitted_order(1.0 / MODES, e):.2f}**" for e in errors.values()]
-    rows.append(["**fitted order**", "", "", "", *orders])
-    verdicts = [report.order(f"modes, {what}", 1.0 / MODES, e, 1.0) for what, e in errors.items()]
-    return report.table(["modes", *columns, *errors], rows), verdicts
+        rows.append([n, 1e3 / (R @ R), len(motion.impacts), 1e3 * motion.lost, *off])
+    verdicts = [report.order(f"modes, {what}", 1.0 / MODES, e, 1.0)
+                for what, e in zip(names, errors, strict=True)]  # fmt: skip
+    rows.append(["**fitted order**", "", "", "", *(f"**{v.value:.2f}**" for v in verdicts)])
+    heads = ["modes", "mass at the contact point [g]", "impacts", "lost [mJ]", *names]
+    return report.table(heads, rows), verdicts
 
 
 def _figure(folder):
@@ -146,14 +131,10 @@ def _figure(folder):
     t = 1e3 * np.linspace(0.0, DURATION, n + 1)
     ax.axhline(1e3 * GAP, color="0.6", lw=4, label="stop")
     for n_modes in (1, 2, 8):
-        ax.plot(
-            t,
-            1e3 * computed(n_modes, "exact_modal", n, n),
-            label=f"kernel, {n_modes} mode{'s' * (n_modes > 1)}",
-        )
+        label = f"kernel, {n_modes} mode{'s' * (n_modes > 1)}"
+        ax.plot(t, 1e3 * computed(n_modes, "exact_modal", n, n), label=label)
         ax.plot(t, 1e3 * _tip(n_modes, n)[1], "k:", lw=1.6)
     ax.plot([], [], "k:", label="event-driven")
-    ax.set_xlabel("time [ms]")
-    ax.set_ylabel("tip [mm]")
+    ax.set(xlabel="time [ms]", ylabel="tip [mm]")
     ax.legend(ncols=2)
     report.save(figure, folder, "cantilever")

@@ -30,7 +30,7 @@ def section(folder):
     """Parts of the page, and verdicts; figures go to ``folder``."""
     head = ["", *ACCOUNTS, "stored", "unexplained", "below zero"]
     rows, verdicts, books = [], [], {}
-    for name in ("central_difference", "exact_modal"):
+    for name in report.SCHEMES:
         bank = bank_of(name)
         found = books[name] = audit(bank, BLOCKS * len(bank.scheme.bump))
         totals = [getattr(found, part)[:, LANE].sum() for part in ACCOUNTS]
@@ -62,7 +62,6 @@ def _figure(folder, books):
         ax.fill_between(turns, total, total + part, color=colour, alpha=0.75, lw=0, label=name)
         total = total + part
     ax.plot(turns, work["casing"], "k--", lw=1.6, label="work of the casing")
-    ax.set_xlabel("revolutions from rest")
-    ax.set_ylabel("energy [J]")
+    ax.set(xlabel="revolutions from rest", ylabel="energy [J]")
     ax.legend(loc="upper left")
     report.save(figure, folder, "energy")

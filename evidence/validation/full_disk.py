@@ -67,9 +67,8 @@ class Model(NamedTuple):
 def of_reduced(reduced):
     """The reduced matrices as a Model, without modal coordinates."""
     interface = reduced.interface
-    dof = np.stack(
-        [rows.argmax(axis=1) for rows in (interface.normal, interface.tangential)], axis=1
-    )
+    rows = np.stack([interface.normal, interface.tangential], axis=1)  # (n_c, 2, n)
+    dof = rows.argmax(axis=2)
     return Model(reduced.mass, reduced.stiffness, dof, interface.angle)
 
 
@@ -188,11 +187,8 @@ def kernel_run(n_modes, damping_ratio, speeds_hz, seconds, step=KERNEL_STEP, nud
     modes = mistuned_modes(reduced, nudge * np.linspace(-1.0, 1.0, reduced.interface.n_blades))
     motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
     result = run_sweep(modes, scene, speeds_hz, width=WIDTH, motion=motion)
-    return result.amplitude, (
-        modes.shapes @ motion.position.T,
-        modes.shapes @ motion.velocity.T,
-        motion.time,
-    )
+    u, v = (modes.shapes @ values.T for values in (motion.position, motion.velocity))
+    return result.amplitude, (u, v, motion.time)
 
 
 def _model(n_modes):
@@ -201,9 +197,8 @@ def _model(n_modes):
 
 def _pair(n_modes, damping_ratio, seconds):
     """Kernel's amplitudes at SPEEDS and their relative change by a nudge, (S,) each."""
-    plain, nudged = (
-        kernel_run(n_modes, damping_ratio, SPEEDS, seconds, nudge=x)[0] for x in (0.0, NUDGE)
-    )
+    how = n_modes, damping_ratio, SPEEDS, seconds
+    plain, nudged = (kernel_run(*how, nudge=nudge)[0] for nudge in (0.0, NUDGE))
     return plain, np.abs(nudged / plain - 1.0)
 
 
@@ -222,10 +217,9 @@ def _damped():
     rows, verdicts = [], []
     for n_modes in (60, ALL):
         kernel, change = _pair(n_modes, DAMPED, SETTLED)
-        other = [
-            amplitudes(_model(n_modes), DAMPED, Casing(), SPEEDS, h, SETTLED)[1] for h in STEPS
-        ]
-        every = np.array(other) / kernel - 1.0
+        how = _model(n_modes), DAMPED, Casing(), SPEEDS
+        other = np.array([amplitudes(*how, h, SETTLED)[1] for h in STEPS])
+        every = other / kernel - 1.0
         off, rms = every[-1], np.sqrt(np.mean(every**2, axis=1))
         for s, speed in enumerate(SPEEDS):
             row = [f"η = {n_modes}", f"{speed:g}", f"{1e3 * kernel[s]:.3f}", f"{change[s]:.0e}"]
@@ -245,9 +239,8 @@ def _reference():
     rows, verdicts = [], []
     for n_modes in (60, ALL):
         kernel, change = _pair(n_modes, REFERENCE, LONG)
-        other = amplitudes(
-            _model(n_modes), REFERENCE, Casing(), SPEEDS[:2], LONG_STEPS[n_modes], LONG
-        )
+        how = _model(n_modes), REFERENCE, Casing(), SPEEDS[:2]
+        other = amplitudes(*how, LONG_STEPS[n_modes], LONG)
         for s, speed in enumerate(SPEEDS[:2]):
             off = other[1, s] / kernel[s] - 1.0
             cells = [f"{1e3 * kernel[s]:.2f}", f"{change[s]:.0e}"]
@@ -262,20 +255,12 @@ def _reference():
 
 def _half():
     kernel, start = kernel_run(60, HALF, SPEEDS, LONG, 1e-6)
-    coarse, fine = (
-        amplitudes(_model(60), HALF, Casing(), SPEEDS, h, SETTLED, start=start)[1]
-        for h in HALF_STEPS
-    )
+    coarse, fine = (amplitudes(_model(60), HALF, Casing(), SPEEDS, h, SETTLED, start=start)[1]
+                    for h in HALF_STEPS)  # fmt: skip
     limit = 2.0 * fine - coarse
-    off = limit / kernel - 1.0
-    rows = [
-        [
-            f"{speed:g}",
-            *(f"{1e3 * a[s]:.2f}" for a in (kernel, coarse, fine, limit)),
-            f"{100.0 * off[s]:+.1f} %",
-        ]
-        for s, speed in enumerate(SPEEDS)
-    ]
+    off, found = limit / kernel - 1.0, 1e3 * np.transpose([kernel, coarse, fine, limit])
+    rows = [[f"{speed:g}", *(f"{mm:.2f}" for mm in row), f"{100.0 * away:+.1f} %"]
+            for speed, row, away in zip(SPEEDS, found, off, strict=True)]  # fmt: skip
     head = ["speed [Hz]", "kernel, 1 µs", *(f"{1e6 * h:g} µs" for h in HALF_STEPS)]
     head += ["extrapolated", "difference"]
     what = "damping 1 %, η = 60, difference of the programs, extrapolated"

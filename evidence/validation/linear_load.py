@@ -29,16 +29,8 @@ def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
 
     modes: Modes; interface: its Interface; speeds_hz: up to WIDTH. Returns two (S, n_c) [m].
     """
-    scene = Scene(
-        interface=interface,
-        damping_ratio=DAMPING_RATIO,
-        n_bumps=DIAMETERS,
-        bump_height=0.0,
-        clearance=1.0,  # out of reach
-        ramp_time=0.0,
-        friction=0.0,
-        scheme=scheme_name,
-    )
+    # bumps without height, a clearance out of reach, no friction
+    scene = Scene(interface, DAMPING_RATIO, DIAMETERS, 0.0, 1.0, 0.0, 0.0, scheme=scheme_name)
     revolution = DIAMETERS * steps_per_pitch
     grid = Grid(revolution, DIAMETERS, steps_per_pitch // RECORDS)
     bank = allocate(modes, scene, grid, WIDTH, speeds_hz)
@@ -77,14 +69,10 @@ def section(_folder):
     reduced = reference_reduced(12)
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     columns = {
-        f"`{name}`": errors(modes, reduced.interface, name, DIVISIONS)
-        for name in ("central_difference", "exact_modal")
+        f"`{name}`": errors(modes, reduced.interface, name, DIVISIONS) for name in report.SCHEMES
     }
-    labels = "steps a pitch", [str(n) for n in DIVISIONS]
-    verdicts = []
+    finest, verdicts = (f"error at {DIVISIONS[-1]} steps a pitch", FINEST), []
     for name, error in columns.items():
-        verdicts += [
-            report.order(name, 1.0 / DIVISIONS, error, 1.95, 2.05),
-            report.at_most(f"{name}, error at {DIVISIONS[-1]} steps a pitch", error[-1], FINEST),
-        ]
+        verdicts += report.falling(name, 1.0 / DIVISIONS, error, finest, 1.95, 2.05)
+    labels = "steps a pitch", DIVISIONS
     return {"errors": report.order_table(labels, 1.0 / DIVISIONS, columns)}, verdicts

@@ -123,20 +123,16 @@ def section(folder):
     """Parts of the page, and verdicts; figures go to ``folder``."""
     parts, verdicts = [], []
     for wall in WALLS:
-        verdicts += [
-            report.at_most(
-                f"{wall} wall, reference at two of its own steps", segment_error(wall), SEGMENT
-            ),
-            report.at_most(
-                f"{wall} wall, `exact_modal` until the first impact",
-                flight_error(wall, "exact_modal"),
-                SEGMENT,
-            ),
-        ]
+        exact_motions = {
+            "reference at two of its own steps": segment_error(wall),
+            "`exact_modal` until the first impact": flight_error(wall, "exact_modal"),
+        }
+        verdicts += [report.at_most(f"{wall} wall, {what}", error, SEGMENT)
+                     for what, error in exact_motions.items()]  # fmt: skip
         for friction in (0.0, 0.4):
             exact = reference(wall, friction, DIVISIONS[-1])
             columns = {}
-            for name in ("central_difference", "exact_modal"):
+            for name in report.SCHEMES:
                 rows = np.array([errors(exact, wall, friction, name, n) for n in DIVISIONS])
                 for what, error in zip(("normal", "tangential", "impulse"), rows.T, strict=True):
                     columns[f"`{name.partition('_')[0]}` {what}"] = error
@@ -171,8 +167,7 @@ def _figure(folder):
             ax.plot(t, run @ direction, lw=1.8, label=f"{name}, h = 1 ms")
             ax.plot(t, exact.position @ direction, "k:", lw=1.6)
         ax.plot([], [], "k:", label="exact")
-        ax.set_title(f"{wall} wall, friction 0.4")
-        ax.set_xlabel("time [s]")
+        ax.set(title=f"{wall} wall, friction 0.4", xlabel="time [s]")
     axes[0].set_ylabel("displacement [m]")
     figure.legend(*axes[1].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     report.save(figure, folder, "moving_wall")

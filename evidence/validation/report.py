@@ -11,6 +11,7 @@ import numpy as np
 from evidence.page import table
 from hpcrub.plot.style import COLOURS, STYLE
 
+SCHEMES = "central_difference", "exact_modal"
 LOOK = {"figure.figsize": (9.0, 4.2), "axes.prop_cycle": matplotlib.cycler(color=COLOURS)}
 
 
@@ -39,6 +40,12 @@ class Verdict(NamedTuple):
 def at_most(what, value, bound):
     """Verdict on an error."""
     return Verdict(what, float(value), -np.inf, bound)
+
+
+def falling(what, size, error, finest, low, high=np.inf):
+    """Verdicts on the fitted order of errors, and on the last of them: (what, words, bound)."""
+    words, bound = finest
+    return [order(what, size, error, low, high), at_most(f"{what}, {words}", error[-1], bound)]
 
 
 def order(what, size, error, low, high=np.inf):

@@ -26,7 +26,7 @@ def sector_frequencies(
     Returns (n_modes,) [Hz]; every double frequency once.
     """
     model = to_cylindrical(model)
-    P = _wave(model, n_diameters)
+    P = wave(model, n_diameters)
     K, M = (
         (P.conj().T @ matrix @ P).tocsc()
         for matrix in (stiffness_at(model.stiffness, speed), model.mass)
@@ -37,7 +37,7 @@ def sector_frequencies(
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
-def _wave(model, n_diameters):
+def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
     """Rows of a sector in cylindrical frames of its free own ones, in a motion of n_diameters."""
     rows, own = disk_rows(model)
     rows, n_own = rows[0], len(own)
@@ -98,7 +98,7 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
     model = to_cylindrical(model)
     n = len(model.dof)
     if model.kind == "sector":
-        P = _wave(model, 0).real
+        P = wave(model, 0).real
     else:
         P = sp.eye_array(n, format="csr")[:, np.setdiff1d(np.arange(n), model.fixed)]
     rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
