@@ -19,8 +19,8 @@ from hpcrub.statistics.percentiles import (
     widened,
 )
 from hpcrub.studies import energy, open_result
-from hpcrub.studies.contact import depths, summary, trust
 from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact import summary, trust
 from hpcrub.studies.contact.layout import KINDS
 from tests.program import TINY, lay_out, run_here
 
@@ -179,7 +179,7 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
         coated.read("tuned/run_deepest_m"),
         coated.read("samples/deepest_m").max(axis=1),
     )
-    found = list(depths.lines(coated))
+    found = list(trust.depth_lines(coated))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):
         ratio = depth / np.median(tuned)
@@ -195,7 +195,7 @@ def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
     """As if the coating had been as thin as the median disk has cut."""
     least = float(np.median(coated.read("samples/deepest_m")))
     monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", least)
-    assert list(depths.lines(coated))[-1].startswith("2 of 4 disks cut through the coating")
+    assert list(trust.depth_lines(coated))[-1].startswith("2 of 4 disks cut through the coating")
 
 
 def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):

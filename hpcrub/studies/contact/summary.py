@@ -21,7 +21,7 @@ from hpcrub.statistics.percentiles import (
     percentile_interval,
     widened,
 )
-from hpcrub.studies.contact import depths, measured, trust
+from hpcrub.studies.contact import measured, trust
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -43,7 +43,7 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
             if "samples/deepest_m" in file:
                 out.print(interval_table(file, of_coating=True))
     print_line(out, tuned_line(file))
-    for line in (*depths.lines(file), *point_lines(found)):
+    for line in (*trust.depth_lines(file), *point_lines(found)):
         print_line(out, line)
     out.print("How far this can be trusted:")
     for line in trust.lines(file, found):
