@@ -13,10 +13,8 @@ HALF_RANGE = 0.03  # mistuning level 1.7 %
 
 def problem(n_modes=60, scheme="exact_modal", step=3.3e-5):
     """Reduced model and scene of the reference disk."""
-    config = Config.model_validate(
-        {"reduction": {"n_modes": n_modes}, "time": {"scheme": scheme, "step_s": step}}
-    )
-    return build_problem(config)
+    keys = {"reduction.n_modes": n_modes, "time.scheme": scheme, "time.step_s": step}
+    return build_problem(Config().replace(keys))
 
 
 def modes_of(reduced, sample, nudge=0.0):

@@ -18,7 +18,6 @@ def main(argv=None):
     """Run all steps, or only write the decks; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m evidence.blisk", description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path("build/blisk"), help="of the decks")
-    parser.add_argument("--output", type=Path, default=OUTPUT, help="model file")
     parser.add_argument("--decks", action="store_true", help="only write the decks")
     options = parser.parse_args(argv)
     folder = options.folder
@@ -26,7 +25,7 @@ def main(argv=None):
     if options.decks:
         return 0
     calculix.run(folder)
-    for command in imports(folder, options.output):
+    for command in imports(folder):
         print("hpcrub import " + " ".join(command), flush=True)
         if code := import_model.main(command):
             return code
@@ -37,7 +36,7 @@ def main(argv=None):
     return int(failed)
 
 
-def imports(folder, output):
+def imports(folder):
     """Arguments of `hpcrub import` that make the model file: the whole disk, then reduced."""
     disk = str(folder / "blisk_disk.h5")
     speeds = [f"--stiffness={s}={folder / f'disk_{s}.inp'}" for s in calculix.SPEEDS]
@@ -45,7 +44,7 @@ def imports(folder, output):
     source = ["calculix", str(folder / "disk_0.inp"), "--units", "mm t s", "--contact", "TIP"]
     blades = ["--blade", str(folder / "blades.inp")]
     yield [*source, *blades, *speeds, *at, "--output", disk, "--overwrite"]
-    small = ["--reduce", str(N_MODES), *at, "--output", str(output), "--overwrite"]
+    small = ["--reduce", str(N_MODES), *at, "--output", str(OUTPUT), "--overwrite"]
     yield ["model", disk, *small]
 
 
