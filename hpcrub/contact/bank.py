@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane
-from hpcrub.contact.lanes import TILE, aligned, aligned_zeros
-from hpcrub.contact.laws.giving import Giving
-from hpcrub.contact.laws.rigid import Rigid
+from hpcrub.contact.lanes import TILE, aligned, aligned_zeros, lane_arrays
+from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.tables import by_columns, columns
@@ -29,7 +28,7 @@ def allocate(
     speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
     Returns lanes at rest.
     """
-    law = scene.law or _law(modes, scene)
+    law = scene.law or (Solid if len(modes.axial) else Planar)
     scheme = _allocate_scheme(modes, scene, grid, width, law)
     state = _allocate_state(scheme, width)
     bank = Bank(scheme, state, law.allocate(modes, scene, grid, width))
@@ -37,13 +36,6 @@ def allocate(
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
     return bank
-
-
-def _law(modes, scene):
-    """The class of ``laws`` for a kind of disk and of casing."""
-    if len(modes.axial) > 0:
-        return Solid
-    return Giving if scene.coating or scene.elastic_casing else Rigid
 
 
 def _allocate_scheme(modes, scene, grid, width, law):
@@ -93,27 +85,20 @@ def _allocate_state(scheme, width):
     n_modes, n_points = scheme.normal.shape
     n_forces = scheme.load.shape[1]
     return State(
-        position=aligned_zeros((n_modes, width)),
-        increment=aligned_zeros((n_modes, width)),
-        penetration=aligned_zeros((n_points + 1, width)),
-        multiplier=aligned_zeros((n_forces, width)),
-        depth=aligned_zeros((n_points + 1, width)),
+        **lane_arrays(
+            width, position=n_modes, increment=n_modes, penetration=n_points + 1,
+            multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
+        ),
         active=np.full(n_forces + TILE, n_forces - 1),
-        ramp=aligned_zeros((1, width)),
         n_steps=np.zeros(width, dtype=np.int64),
-        report=aligned_zeros((4, width)),
-    )
+    )  # fmt: skip
 
 
 def empty_lane(bank: Bank, lane: int) -> None:
-    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it.
-
-    bank: bank of the lane (modified); lane: index of the lane.
-    """
+    """Leave a lane idle (bank is modified): its time stands still, so no bump ever grows for it."""
     scheme, state = bank.scheme, bank.state
-    for array in (scheme.decay, scheme.gain, state.position, state.increment, state.multiplier):
-        array[:, lane] = 0.0
-    for array in (state.ramp, state.report):
+    moved = state.position, state.increment, state.multiplier, state.ramp, state.report
+    for array in (scheme.decay, scheme.gain, *moved):
         array[:, lane] = 0.0
     clear_lane(bank.law, lane)
     scheme.step[lane] = state.n_steps[lane] = 0
@@ -122,11 +107,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
 def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None:
     """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
-    bank: bank of the lane (modified).
-    lane: index of the lane.
-    modes: of the sample, at the lane's speed.
-    scene: response.scene.Scene, casing, contact law and integration scheme, at the lane's speed.
-    h: time step [s].
+    modes, scene: of the sample, as of `allocate`, at the lane's speed; h: time step [s].
     """
     empty_lane(bank, lane)
     scheme = bank.scheme
@@ -144,8 +125,6 @@ def set_motion(
 ) -> None:
     """Start a filled lane from a motion at the begin of a block (bank is modified).
 
-    bank: bank of the lane (modified).
-    lane: index of the lane.
     position: (K,) modal coordinates [m·√kg].
     velocity: (K,) modal velocities, mean over the step before [m·√kg/s].
     time: since the bumps began to grow [s].
@@ -162,7 +141,6 @@ def set_motion(
 def motion(bank: Bank, lane: int) -> tuple[np.ndarray, np.ndarray, float, Any]:
     """Motion of a lane, as `set_motion` takes it.
 
-    bank: bank of the lane; lane: index of the lane.
     Returns position (K,), modal coordinates [m·√kg]; velocity (K,), modal velocities, mean over the
     step before [m·√kg/s]; time, since the bumps began to grow [s]; memory of the contact law.
     """

@@ -23,7 +23,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
 
 STATIC_METHODS = (  # of contact laws, observers and surfaces
-    "predict", "forces", "respond", "observe",
+    "predict", "forces", "press", "observe",
     "tick", "meet", "near", "relieve", "total", "keep",
     "comply", "follow", "line", "check", "wear", "despair",
 )  # fmt: skip

@@ -34,6 +34,11 @@ def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
     return raw[start : start + n_bytes].view(np.float64).reshape(shape)
 
 
+def lane_arrays(width: int, **rows: int) -> dict[str, np.ndarray]:
+    """Lane arrays of zeros, by name, of some rows each."""
+    return {name: aligned_zeros((n, width)) for name, n in rows.items()}
+
+
 def aligned(values: np.ndarray) -> np.ndarray:
     """A copy on a cache-line boundary."""
     array = aligned_zeros(values.shape).astype(values.dtype, copy=False)

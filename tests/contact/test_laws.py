@@ -14,7 +14,8 @@ import pytest
 from evidence.validation.report import fitted_order
 from hpcrub.contact import jit
 from hpcrub.contact.lanes import aligned_zeros
-from hpcrub.contact.laws.rigid import Rigid
+from hpcrub.contact.laws.hard import Hard
+from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.status import STEADY
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
@@ -82,7 +83,7 @@ def test_a_copy_of_the_program_and_a_change_have_their_own_compiled_code(tmp_pat
     shutil.copytree(ROOT / "hpcrub", tmp_path / "clone" / "hpcrub")
     monkeypatch.setattr(jit, "__file__", str(tmp_path / "clone" / "hpcrub" / "contact" / "jit.py"))
     folders.append(jit._cache_folder())
-    with (tmp_path / "clone/hpcrub/contact/laws/rigid.py").open("a") as file:
+    with (tmp_path / "clone/hpcrub/contact/laws/planar.py").open("a") as file:
         file.write("# changed\n")
     folders.append(jit._cache_folder())
     assert len(set(folders)) == 3
@@ -96,7 +97,8 @@ def test_no_folder_for_compiled_code_is_no_error(tmp_path, monkeypatch):
 
 def test_the_key_of_compiled_code_holds_the_source_of_a_law_from_elsewhere():
     """Else a law that was changed would go on as it was."""
-    own, rigid = Spring(aligned_zeros((12, 8))), Rigid(*(aligned_zeros((12, 8)) for _ in range(3)))
+    own, arrays = Spring(aligned_zeros((12, 8))), [aligned_zeros((12, 8))] * 3
+    rigid = Planar(*arrays, Hard())
     (spring, nothing) = (jit._foreign_sources((numba.typeof(law),)) for law in (own, rigid))
     assert spring == {(ROOT / "tests/contact/spring_law.py").read_text(encoding="utf-8")}
     assert nothing == set()

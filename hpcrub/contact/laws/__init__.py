@@ -1,9 +1,9 @@
 """Contact laws: which forces the casing exerts on the tips. One law, one module, one class.
 
 A law is a NamedTuple of arrays, its state in a `bank.Bank`. Its type chooses the code when the
-kernel is compiled, so that no scene compiles or pays for another law. `rigid.Rigid` is the law of
-planar disks, `giving.Giving` before a casing that gives or wears, `solid.Solid` that of disks that
-move in three dimensions before any of the `surfaces`. Another one needs:
+kernel is compiled, so that no scene compiles or pays for another law. `planar.Planar` is the law of
+planar disks, `solid.Solid` that of disks that move in three dimensions, both before any of the
+`surfaces`. Another one needs:
 
 ``per_lane()``
     Static method: names of its arrays whose last axis are the lanes, and of groups of such arrays.

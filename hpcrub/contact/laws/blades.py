@@ -38,12 +38,11 @@ NEAR = 0.5  # distance at which blades are looked at from the begin, of the deep
 
 @compiled(inner=True)
 def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> int:
-    """List the points of blades that penetrate more than a threshold in any lane (state.active).
+    """List the points of blades that penetrate more than a threshold in any lane.
 
-    lanes, law: as in `integrate.integrate`; ``groups`` and ``deepest`` are modified.
-    state: modified.
-    threshold: (L,) negative for blades that are near [m].
-    Returns groups with points in the list; ``law.groups`` says where each begins.
+    threshold: negative for blades that are near.
+    Returns groups with points in the list; ``law.groups`` says where each begins
+    in ``state.active``, ``law.deepest`` how deep each blade is (all modified).
     """
     n_groups = n_active = 0
     law.groups[0] = 0
@@ -171,10 +170,7 @@ def turn_all(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 
 @compiled(inner=True)
 def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: int) -> None:
-    """Penetrations of a group that the forces on the other groups leave (state.depth, modified).
-
-    n_groups: groups with listed points; group: one of them.
-    """
+    """Penetrations of a group that the forces on the other groups leave (state.depth, modified)."""
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
     for a in range(start, end):
@@ -192,8 +188,7 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
 def solve_stuck(state: State, law: Any, n_active: int) -> None:
     """Multipliers of the lanes marked in ``law.right`` by pivoting (state is modified).
 
-    state, law: as in `integrate.integrate`.
-    n_active: entries of `State.active`: all points, with their columns.
+    n_active: all points, with their columns.
     """
     n_rows = state.penetration.shape[0]
     rows = state.active[:n_active].copy()

@@ -33,7 +33,7 @@ def choose(
 ) -> int:
     """Points of a group that touch in the guess of any lane (law is modified).
 
-    n_groups: groups with listed points; group: one of them; solving: (L,) bool, lanes that count.
+    solving: (L,) bool, lanes that count.
     Returns points whose places ``law.chosen`` holds, in order.
     """
     n, n_fresh = 0, 0
@@ -108,10 +108,7 @@ def find_wrong(
 
     A point that others push in needs its column before its surface can tell its line.
 
-    n_groups: groups with listed points; group: one of them.
     n: chosen points, the first of ``law.chosen``.
-    threshold: (L,) penetration from which on a blade counts in a lane [m].
-    limit: (L,) tolerance of a multiplier or penetration [m].
     trying: (L,) bool, lanes whose set is not found yet; the others have no wrong points.
     Returns (L,); zero in the lanes that have none.
     """
@@ -174,10 +171,6 @@ def solve_group(
     """Multipliers of one group (state.multiplier, law are modified).
 
     state: on entry ``depth`` holds what the other groups leave of the penetrations [m].
-    n_groups: groups with listed points.
-    group: one of them.
-    threshold: (L,) penetration from which on a blade counts in a lane [m].
-    limit: (L,) tolerance of a multiplier or penetration [m].
     solving: (L,) bool, lanes to solve; the others keep their multipliers.
     Returns tried (L,), sets that were tried; unfinished (L,), 1 for lanes in which none was right,
     else 0.

@@ -1,12 +1,14 @@
-"""A rigid casing as a surface of disks that move in three dimensions."""
+"""A rigid casing as a surface."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import positive_part, select, splat
 from hpcrub.contact.laws.blades import solve_stuck
+from hpcrub.contact.lcp import gauss_seidel
 
 
 @compiled(inline=True, inner=True)
@@ -36,6 +38,20 @@ class Hard(NamedTuple):
 
     def memory(self, lane: int) -> None:
         """Nothing."""
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
+        """Contact forces of a planar disk (state is modified); see ``laws``."""
+        n_active = gauss_seidel.candidates(lanes, law, state, deepest)
+        gauss_seidel.solve(lanes, law, state, deepest, n_active)
+        return n_active
+
+    @staticmethod
+    @compiled(inline=True, inner=True)
+    def follow(lanes: tuple, surface: "Hard", j: int, d: np.ndarray) -> tuple:
+        """All of d, and the code of a force."""
+        return positive_part(d), splat(lanes, 1.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)

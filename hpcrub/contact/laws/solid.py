@@ -13,8 +13,8 @@ from hpcrub.contact.arrays import FLAW, Bank, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
     TILE,
-    aligned_zeros,
     any_lane,
+    lane_arrays,
     larger,
     load,
     select,
@@ -150,9 +150,12 @@ class Solid(NamedTuple):
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
-            coupling=aligned_zeros(((n_points + 1) ** 2, width)),
-            stiffness=aligned_zeros((n_points, width)),
-            across=aligned_zeros((1, width)),
+            **lane_arrays(
+                width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1,
+                compliance=3 * n_points**2, before=n_modes, cosine=n_points, sine=n_points,
+                touching=n_points, deepest=interface.n_blades, factor=most**2, right=most,
+                wrong=most, touched=interface.n_blades,
+            ),
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
             starts=starts,
@@ -160,23 +163,13 @@ class Solid(NamedTuple):
             friction=scene.friction,
             tangential=by_columns(columns(modes.tangential)),
             axial=by_columns(axial),
-            compliance=aligned_zeros((3 * n_points**2, width)),
-            before=aligned_zeros((n_modes, width)),
-            cosine=aligned_zeros((n_points, width)),
-            sine=aligned_zeros((n_points, width)),
-            touching=aligned_zeros((n_points, width)),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.bool_),
-            deepest=aligned_zeros((interface.n_blades, width)),
             fresh=np.zeros(n_points + TILE, dtype=np.int64),
             slipping=np.zeros(TILE, dtype=np.int64),
             chosen=np.zeros(most, dtype=np.int64),
-            factor=aligned_zeros((most**2, width)),
-            right=aligned_zeros((most, width)),
-            wrong=aligned_zeros((most, width)),
-            touched=aligned_zeros((interface.n_blades, width)),
             surface=surface_of(scene, grid, n_points, width),
-        )
+        )  # fmt: skip
 
     @classmethod
     def loads(cls, modes: Modes, scene: Any) -> np.ndarray:

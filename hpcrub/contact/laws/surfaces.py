@@ -32,10 +32,10 @@ import numpy as np
 from hpcrub.contact.arrays import UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import (
-    aligned_zeros,
     any_lane,
     fma,
     inverse,
+    lane_arrays,
     larger,
     load,
     positive_part,
@@ -43,6 +43,7 @@ from hpcrub.contact.lanes import (
     splat,
     store,
 )
+from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.recurrence import newmark
 
@@ -123,15 +124,11 @@ class Coated(NamedTuple):
                 [coating.stiffnesses(coating.area * share) for share in interface.share]
             )
         return cls(
-            gain=aligned_zeros((LINES * n_points, width)),
-            lag=aligned_zeros((1, width)),
-            worn=aligned_zeros(((strip.max() + 1) * n_steps, width)),
-            reached=aligned_zeros((n_points, width)),
-            last=aligned_zeros((n_points, width)),
-            weights=aligned_zeros((WEIGHTS * n_points, width)),
-            remembered=aligned_zeros((2 * n_points, width)),
-            earlier=aligned_zeros((n_points, width)),
-            filled=aligned_zeros((1, width)),
+            **lane_arrays(
+                width, gain=LINES * n_points, lag=1, worn=(strip.max() + 1) * n_steps,
+                reached=n_points, last=n_points, weights=WEIGHTS * n_points,
+                remembered=2 * n_points, earlier=n_points, filled=1,
+            ),
             clock=np.array([0, -1, -2]),
             strip=strip,
             offset=offset,
@@ -143,7 +140,7 @@ class Coated(NamedTuple):
             thickness=coating.thickness if coating else 0.0,
             stiffness=casing.stiffness if casing else 1.0,
             carried=1.0 if casing else 0.0,
-        )
+        )  # fmt: skip
 
     def fill(self, lane: int, scene: Any, h: float, compliance: np.ndarray) -> None:
         """Give a lane a new coating (surface is modified).
@@ -378,6 +375,7 @@ class Coated(NamedTuple):
                 state.report[UNSOLVED, lane] = 1.0
 
 
+Coated.press = staticmethod(press)  # type: ignore[attr-defined]
 Coated.comply = staticmethod(compiled(find_gains, inner=True))  # type: ignore[attr-defined]
 
 

@@ -1,7 +1,6 @@
 """Projected Gauss–Seidel for the contact forces: λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0.
 
-A law that calls it has the arrays ``coupling``, ``stiffness`` and ``bound`` of `laws.rigid.Rigid`
-and its `respond`.
+A law that calls it has the members of `laws.planar.Planar`.
 
 Sweeps go in registers; what does not converge is solved by pivoting. A lane that has
 converged is frozen, sums run in the order of the contact points, and points that are active in
@@ -85,7 +84,6 @@ def solve_few(
     """Multipliers of a few active points, all in registers; see `solve`.
 
     slots: as many zeros as there is room for points, no fewer than are active.
-    limit: (L,) tolerance of a multiplier or penetration [m].
     changing: (L,) bool, lanes in which anything penetrates.
     Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), sweeps that each lane
     took.
@@ -116,7 +114,7 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
     for a in range(n_active):
         j = state.active[a]
         old = load(lanes, state.multiplier, j)
-        new = law.respond(lanes, law, j, load(lanes, state.depth, j))
+        new = law.surface.follow(lanes, law.surface, j, load(lanes, state.depth, j))[0]
         new = select(changing, new, old)
         less = old - new
         moved = larger(new - old, less)
@@ -143,8 +141,8 @@ def solve_many(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Depths x of any number of active points; of a rigid casing bit for bit as `solve_few`.
 
-    ``law.respond`` says which depth the force of a point undoes, of that which the others leave.
-    On return ``state.depth`` holds these.
+    The surface says which depth the force of a point undoes, of that which the others leave. On
+    return ``state.depth`` holds these.
 
     Parameters and returns as of `solve_few`.
     """
