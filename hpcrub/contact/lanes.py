@@ -11,7 +11,8 @@ are the sums, differences, products and comparisons of two vectors, or a vector 
 
 Lane arrays have shape (rows, width) and are C-contiguous; ``lanes`` is a tuple of ``width`` zeros
 whose *length* tells the compiler the vector width, ``tile`` one whose length tells the tile size.
-Where vectors are taken lane by lane, a number in place of one stands for all lanes.
+Where vectors are taken lane by lane, a number in place of one stands for all lanes. Modules with
+much of this call it ``v``.
 """
 
 from typing import Any

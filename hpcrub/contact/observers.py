@@ -10,21 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    TIPS,
-    aligned_zeros,
-    consecutive,
-    larger,
-    load,
-    splat,
-    store,
-    tile_add,
-    tile_splat,
-    tile_store,
-)
+from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.passes import FEW, MANY, NONE, SOME, correct, settle
 
 
@@ -52,17 +41,17 @@ def record_displacements(
         seen = settle(lanes, SOME, scheme, state)
     else:
         seen = settle(lanes, MANY, scheme, state)
-    tile_store(history, consecutive(TIPS, row * n_observed), seen)
+    v.tile_store(history, v.consecutive(TIPS, row * n_observed), seen)
     for first in range(TILE, n_observed, TILE):
-        seen, rows = tile_splat(TIPS, splat(lanes, 0.0)), consecutive(TIPS, first)
+        seen, rows = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, first)
         for k in range(state.position.shape[0]):
-            seen = tile_add(seen, scheme.observed, k, rows, load(lanes, state.position, k))
-        tile_store(history, consecutive(TIPS, row * n_observed + first), seen)
+            seen = v.tile_add(seen, scheme.observed, k, rows, v.load(lanes, state.position, k))
+        v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
     for i in range(n_observed):
-        u = load(lanes, history, row * n_observed + i)
-        size = larger(u, 0.0 - u)
+        u = v.load(lanes, history, row * n_observed + i)
+        size = v.larger(u, 0.0 - u)
         at = block * n_observed + i
-        store(peak, at, larger(size, load(lanes, peak, at)))
+        v.store(peak, at, v.larger(size, v.load(lanes, peak, at)))
 
 
 class Record(NamedTuple):
@@ -100,8 +89,8 @@ class Record(NamedTuple):
         n_records = len(bank.scheme.bump) // stride
         n_observed = bank.scheme.observed.shape[1]
         return cls(
-            history=aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
-            peak=aligned_zeros((n_blocks * n_observed, bank.width)),
+            history=v.aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
+            peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
             begin=0,
             stride=stride,
         )

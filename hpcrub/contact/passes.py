@@ -18,24 +18,10 @@ are kept, because friction follows the slip velocity.
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    TIPS,
-    consecutive,
-    indices,
-    larger,
-    load,
-    splat,
-    store,
-    tile_add,
-    tile_dot,
-    tile_gather,
-    tile_largest,
-    tile_splat,
-    tile_store,
-)
+from hpcrub.contact.lanes import TILE, TIPS
 
 # Points whose forces are found or applied in one pass: the fewer, the faster.
 NONE = ()
@@ -51,10 +37,10 @@ def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) 
 
     first: first contact point.
     """
-    depth = tile_splat(TIPS, 0.0 - load(lanes, scheme.clearance, 0))
-    points = consecutive(TIPS, first)
-    depth = tile_add(depth, scheme.own, 0, points, splat(lanes, -1.0))
-    return tile_add(depth, scheme.bump, step, points, load(lanes, state.ramp, 0))
+    depth = v.tile_splat(TIPS, 0.0 - v.load(lanes, scheme.clearance, 0))
+    points = v.consecutive(TIPS, first)
+    depth = v.tile_add(depth, scheme.own, 0, points, v.splat(lanes, -1.0))
+    return v.tile_add(depth, scheme.bump, step, points, v.load(lanes, state.ramp, 0))
 
 
 @compiled(inline=True, inner=True)
@@ -64,27 +50,27 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
     contacts: as many zeros as there are first active points to correct.
     Returns (L,); deepest penetration of the first TILE contact points [m].
     """
-    columns = indices(contacts, state.active, 0)
-    forces = tile_gather(lanes, state.multiplier, columns)
-    depth, points = open_gap(lanes, scheme, state, step, 0), consecutive(TIPS, 0)
+    columns = v.indices(contacts, state.active, 0)
+    forces = v.tile_gather(lanes, state.multiplier, columns)
+    depth, points = open_gap(lanes, scheme, state, step, 0), v.consecutive(TIPS, 0)
     loaded = scheme.external.shape[0] > 0
     for k in range(state.position.shape[0]):
-        gain = load(lanes, scheme.gain, k)
-        q = load(lanes, state.position, k)
-        d = load(lanes, state.increment, k)
+        gain = v.load(lanes, scheme.gain, k)
+        q = v.load(lanes, state.position, k)
+        d = v.load(lanes, state.increment, k)
         if len(contacts) > 0:
-            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0)) * gain
+            kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0)) * gain
             q = q + kick
             d = d + kick
-        d = load(lanes, scheme.decay, k) * d - (gain * load(lanes, scheme.squared, k)) * q
+        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
         if loaded:
             d = d + scheme.external[step, k] * gain
         q = q + d
-        store(state.increment, k, d)
-        store(state.position, k, q)
-        depth = tile_add(depth, scheme.normal, k, points, q)
-    tile_store(state.penetration, points, depth)
-    return tile_largest(depth)
+        v.store(state.increment, k, d)
+        v.store(state.position, k, q)
+        depth = v.tile_add(depth, scheme.normal, k, points, q)
+    v.tile_store(state.penetration, points, depth)
+    return v.tile_largest(depth)
 
 
 @compiled(inner=True)
@@ -94,11 +80,11 @@ def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: i
     first: first contact point of the tile.
     Returns (L,); deepest of these penetrations [m].
     """
-    depth, points = open_gap(lanes, scheme, state, step, first), consecutive(TIPS, first)
+    depth, points = open_gap(lanes, scheme, state, step, first), v.consecutive(TIPS, first)
     for k in range(state.position.shape[0]):
-        depth = tile_add(depth, scheme.normal, k, points, load(lanes, state.position, k))
-    tile_store(state.penetration, points, depth)
-    return tile_largest(depth)
+        depth = v.tile_add(depth, scheme.normal, k, points, v.load(lanes, state.position, k))
+    v.tile_store(state.penetration, points, depth)
+    return v.tile_largest(depth)
 
 
 @compiled(inline=True, inner=True)
@@ -120,7 +106,7 @@ def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarra
     else:
         deepest = predict(lanes, MANY, scheme, state, step)
     for first in range(TILE, state.penetration.shape[0] - 1, TILE):
-        deepest = larger(predict_more(lanes, first, scheme, state, step), deepest)
+        deepest = v.larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest
 
 
@@ -130,14 +116,14 @@ def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     if n_active == 0:
         return
     for k in range(state.position.shape[0]):
-        kick = splat(lanes, 0.0)
+        kick = v.splat(lanes, 0.0)
         for first in range(0, n_active, TILE):
-            columns = indices(MANY, state.active, first)
-            forces = tile_gather(lanes, state.multiplier, columns)
-            kick = tile_dot(scheme.load, k, columns, forces, kick)
-        kick = kick * load(lanes, scheme.gain, k)
-        store(state.position, k, load(lanes, state.position, k) + kick)
-        store(state.increment, k, load(lanes, state.increment, k) + kick)
+            columns = v.indices(MANY, state.active, first)
+            forces = v.tile_gather(lanes, state.multiplier, columns)
+            kick = v.tile_dot(scheme.load, k, columns, forces, kick)
+        kick = kick * v.load(lanes, scheme.gain, k)
+        v.store(state.position, k, v.load(lanes, state.position, k) + kick)
+        v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
 
 
 @compiled(inline=True, inner=True)
@@ -147,18 +133,18 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
     contacts: as many zeros as there are first active points to correct.
     Returns (L,); first TILE observed displacements [m].
     """
-    columns = indices(contacts, state.active, 0)
-    forces = tile_gather(lanes, state.multiplier, columns)
-    seen, points = tile_splat(TIPS, splat(lanes, 0.0)), consecutive(TIPS, 0)
+    columns = v.indices(contacts, state.active, 0)
+    forces = v.tile_gather(lanes, state.multiplier, columns)
+    seen, points = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, 0)
     for k in range(state.position.shape[0]):
-        q = load(lanes, state.position, k)
+        q = v.load(lanes, state.position, k)
         if len(contacts) > 0:
-            kick = tile_dot(scheme.load, k, columns, forces, splat(lanes, 0.0))
-            kick = kick * load(lanes, scheme.gain, k)
+            kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0))
+            kick = kick * v.load(lanes, scheme.gain, k)
             q = q + kick
-            store(state.position, k, q)
-            store(state.increment, k, load(lanes, state.increment, k) + kick)
-        seen = tile_add(seen, scheme.observed, k, points, q)
+            v.store(state.position, k, q)
+            v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
+        seen = v.tile_add(seen, scheme.observed, k, points, q)
     return seen
 
 
@@ -170,13 +156,13 @@ def add_forces(lanes: tuple, slots: tuple, bank: Bank, first: int, begin: int, e
     first: place of the first of them in `State.active`; 0 to begin the sum.
     """
     scheme, state, law = bank.scheme, bank.state, bank.law
-    columns = indices(slots, state.active, first)
-    forces = tile_gather(lanes, state.multiplier, columns)
+    columns = v.indices(slots, state.active, first)
+    forces = v.tile_gather(lanes, state.multiplier, columns)
     for k in range(begin, end):
-        total = splat(lanes, 0.0)
+        total = v.splat(lanes, 0.0)
         if first > 0:
-            total = load(lanes, law.before, k)
-        store(law.before, k, tile_dot(scheme.load, k, columns, forces, total))
+            total = v.load(lanes, law.before, k)
+        v.store(law.before, k, v.tile_dot(scheme.load, k, columns, forces, total))
 
 
 @compiled(inner=True)
@@ -189,17 +175,17 @@ def advance_modes(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int
     scheme, state, law = bank.scheme, bank.state, bank.law
     loaded = scheme.external.shape[0] > 0
     for k in range(begin, end):
-        gain = load(lanes, scheme.gain, k)
-        q, d = load(lanes, state.position, k), load(lanes, state.increment, k)
+        gain = v.load(lanes, scheme.gain, k)
+        q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
         if n_active > 0:
-            kick = load(lanes, law.before, k) * gain
+            kick = v.load(lanes, law.before, k) * gain
             q, d = q + kick, d + kick
-        store(law.before, k, d)
-        d = load(lanes, scheme.decay, k) * d - (gain * load(lanes, scheme.squared, k)) * q
+        v.store(law.before, k, d)
+        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
         if loaded:
             d = d + scheme.external[step, k] * gain
-        store(state.increment, k, d)
-        store(state.position, k, q + d)
+        v.store(state.increment, k, d)
+        v.store(state.position, k, q + d)
 
 
 @compiled(inner=True)
@@ -210,10 +196,10 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
     """
     scheme, state = bank.scheme, bank.state
     n_modes, n_points = scheme.normal.shape
-    deepest = splat(lanes, -np.inf)
+    deepest = v.splat(lanes, -np.inf)
     for first in range(0, n_points, TILE):
-        points = consecutive(TIPS, first)
-        tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
+        points = v.consecutive(TIPS, first)
+        v.tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
     for begin in range(0, n_modes, BLOCK):
         end = min(begin + BLOCK, n_modes)
         for first in range(0, n_active, TILE):
@@ -225,11 +211,13 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
                 add_forces(lanes, MANY, bank, first, begin, end)
         advance_modes(lanes, bank, step, n_active, begin, end)
         for first in range(0, n_points, TILE):
-            points = consecutive(TIPS, first)
-            depth = tile_gather(lanes, state.penetration, points)
+            points = v.consecutive(TIPS, first)
+            depth = v.tile_gather(lanes, state.penetration, points)
             for k in range(begin, end):
-                depth = tile_add(depth, scheme.normal, k, points, load(lanes, state.position, k))
-            tile_store(state.penetration, points, depth)
+                depth = v.tile_add(
+                    depth, scheme.normal, k, points, v.load(lanes, state.position, k)
+                )
+            v.tile_store(state.penetration, points, depth)
             if end == n_modes:
-                deepest = larger(tile_largest(depth), deepest)
+                deepest = v.larger(v.tile_largest(depth), deepest)
     return deepest

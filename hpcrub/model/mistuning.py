@@ -94,12 +94,8 @@ def uniform(seed: int, stream: int, level: int, sample: int, n: int) -> np.ndarr
     draw. Raw bits are used because numpy promises to keep them from version to version, and not
     its distributions.
     """
-    key = [seed % 2**64, seed >> 64]
-    counter = [0, stream, sample, level]
-    bits = np.random.Philox(key=_words(key), counter=_words(counter)).random_raw(n)
+    key = np.array([seed % 2**64, seed >> 64], dtype=np.uint64)
+    counter = np.array([0, stream, sample, level], dtype=np.uint64)
+    bits = np.random.Philox(key=key, counter=counter).random_raw(n)
     unit = (bits >> np.uint64(11)) * 2.0**-53  # the 53 upper bits, in [0, 1)
     return 2 * unit - 1
-
-
-def _words(values):
-    return np.array(values, dtype=np.uint64)

@@ -53,8 +53,6 @@ class Modes(NamedTuple):
 
     def at(self, speed_hz: float) -> "Modes":
         """The same modes with the frequencies of a speed of rotation [Hz], see `omega_at`."""
-        if not len(self.stiffening):
-            return self
         return self._replace(omega=self.omega_at(2 * np.pi * speed_hz))
 
     @classmethod
@@ -127,6 +125,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     eigenvalues, vectors = np.linalg.eigh(change)
     shapes = reduced.tuned_modes @ vectors
     interface = reduced.interface
+    slopes = [np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening]
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
         normal=interface.normal @ shapes,
@@ -135,9 +134,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
         observed=interface.observed @ shapes,
         shapes=shapes,
         speed=reduced.speed,
-        stiffening=np.array([np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening])
-        if reduced.stiffening
-        else np.zeros((0, 0)),
+        stiffening=np.array(slopes).reshape(-1, len(eigenvalues)),
     )
 
 

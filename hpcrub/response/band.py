@@ -210,10 +210,8 @@ class Band:
         """
         if len(self.modes.axial) > 0:
             return False
-        n_observed = self.bank.scheme.observed.shape[1]
-        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
-        motion = history[self._windows(now).ravel(), :, : len(self.modes.observed), lane]
-        moved = np.abs(np.diff(motion.reshape(-1, len(self.modes.observed)), axis=0)).max()
+        motion = self._signals(lane, self._windows(now).ravel())
+        moved = np.abs(np.diff(motion, axis=0)).max()
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return moved > turned * self.scene.interface.radius.min()
 
@@ -226,7 +224,7 @@ class Band:
         over = elapsed + extend > cap if self.ensemble else elapsed >= cap
 
         def signals(row):
-            return tuple(self._signal(lane, row, window) for window in self._windows(now))
+            return tuple(self._signals(lane, w)[:, row].copy() for w in self._windows(now))
 
         found = self.watch[lane].look(before, last, signals, self._seconds(lane, now), over)
         self.check[lane] = min(now + extend, self.start[lane] + cap)
@@ -263,8 +261,8 @@ class Band:
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
-    def _signal(self, lane, row, window):
-        """One observed displacement over a window, places in the ring."""
-        n_observed = self.bank.scheme.observed.shape[1]
+    def _signals(self, lane, window):
+        """Observed displacements over a window, places in the ring, (records, O) [m]."""
+        n_observed, n = self.bank.scheme.observed.shape[1], len(self.modes.observed)
         history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
-        return history[window, :, row, lane].ravel()
+        return history[window, :, :n, lane].reshape(-1, n)

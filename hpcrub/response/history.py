@@ -189,19 +189,15 @@ def integrate(
     reason = np.zeros(n_speeds, dtype=np.uint8)
     for _ in range(n_blocks(speeds_hz.max(), duration, grid)):
         piece = _piece(bank, modes, scene, grid, n_speeds)
-        _judge(bank, scene, piece, reason)
+        for lane in range(n_speeds):
+            if not status.are_fatal(reason[lane]):
+                reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
         yield piece._replace(reason=reason.copy())
         if poll is not None:
             poll()
     for lane in range(n_speeds):
         for values, end in zip(motion, motion_of(bank, lane), strict=True):
             values[lane] = end
-
-
-def _judge(bank, scene, piece, reason):
-    """Say of every speed that has not failed yet whether it has now (reason (S,) is modified)."""
-    for lane in np.flatnonzero(~status.are_fatal(reason)):
-        reason[lane] = judge(bank, lane, piece.peak[:, lane], scene)
 
 
 def _piece(bank, modes, scene, grid, n_speeds):

@@ -97,7 +97,7 @@ class _Oscillators:
 
     def stiffness(self, w: np.ndarray) -> np.ndarray:
         """omega^2 - w^2 + 2 j xi omega w of every mode, (len(w), K)."""
-        omega = self._omega(w)
+        omega = self.modes.omega_at(w / self.engine_order)
         stiffness = np.empty((len(w), omega.shape[-1]), dtype=complex)
         np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
         np.multiply(2 * self.xi * omega, w[:, None], out=stiffness.imag)
@@ -105,7 +105,7 @@ class _Oscillators:
 
     def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
         """First and second derivative of `stiffness` by w."""
-        omega, w = self._omega(w), w[:, None]
+        omega, w = self.modes.omega_at(w / self.engine_order), w[:, None]
         d1 = 2 * (1j * self.xi * omega - w)
         if not len(self.modes.stiffening):
             return d1, -2.0
@@ -117,12 +117,6 @@ class _Oscillators:
         omega2 = (square2 / 2 - omega1**2) / omega
         d1 = d1 + square1 + 2j * self.xi * w * omega1
         return d1, square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
-
-    def _omega(self, w):
-        """Frequencies (K,), or (len(w), K) where they depend on the speed [rad/s]."""
-        if not len(self.modes.stiffening):
-            return self.modes.omega
-        return self.modes.omega_at(w / self.engine_order)
 
 
 def _resonances(modes, engine_order):

@@ -15,18 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    any_lane,
-    fma,
-    larger,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-)
 from hpcrub.contact.laws.friction import turn, turn_penetrating
 from hpcrub.contact.laws.groups import solve_group
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
@@ -50,15 +41,15 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
         first = law.starts[group]
         while first < law.starts[group + 1]:
             blade, end = law.blade[law.points[first]], first
-            deepest = splat(lanes, -np.inf)
+            deepest = v.splat(lanes, -np.inf)
             while end < len(law.points) and law.blade[law.points[end]] == blade:
                 i = law.points[end]
-                depth = load(lanes, state.penetration, i)
+                depth = v.load(lanes, state.penetration, i)
                 depth = law.surface.near(lanes, law.surface, i, law.stiffness, depth)
-                deepest = larger(depth, deepest)
+                deepest = v.larger(depth, deepest)
                 end += 1
-            store(law.deepest, blade, deepest)
-            if any_lane(threshold < deepest):
+            v.store(law.deepest, blade, deepest)
+            if v.any_lane(threshold < deepest):
                 for place in range(first, end):
                     state.active[n_active] = law.points[place]
                     n_active += 1
@@ -79,11 +70,11 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
     deepest: (L,) deepest penetration of the step [m]; lanes without contact keep their guess.
     """
     for i in law.points:
-        before = load(lanes, law.touching, i)
-        penetrates = load(lanes, state.penetration, i) > 0.0
-        new = select(penetrates, select(before < 0.0, 0.0, larger(1.0, before)), 0.0)
-        store(law.touching, i, select(deepest > 0.0, new, before))
-        store(state.multiplier, i, splat(lanes, 0.0))
+        before = v.load(lanes, law.touching, i)
+        penetrates = v.load(lanes, state.penetration, i) > 0.0
+        new = v.select(penetrates, v.select(before < 0.0, 0.0, v.larger(1.0, before)), 0.0)
+        v.store(law.touching, i, v.select(deepest > 0.0, new, before))
+        v.store(state.multiplier, i, v.splat(lanes, 0.0))
 
 
 @compiled(inner=True)
@@ -94,9 +85,9 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
 
     Returns entries of `State.active` that count.
     """
-    zero = splat(lanes, 0.0)
-    limit = positive_part(deepest) * TOLERANCE
-    threshold = 0.0 - positive_part(deepest) * NEAR
+    zero = v.splat(lanes, 0.0)
+    limit = v.positive_part(deepest) * TOLERANCE
+    threshold = 0.0 - v.positive_part(deepest) * NEAR
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
     turn_penetrating(lanes, state, law, law.groups[n_groups])
@@ -108,32 +99,32 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
             tried, unfinished = solve_group(
                 lanes, state, law, n_groups, g, threshold, limit, changing
             )
-            most, stuck = larger(tried, most), larger(unfinished, stuck)
+            most, stuck = v.larger(tried, most), v.larger(unfinished, stuck)
             for a in range(law.groups[g], law.groups[g + 1]):
-                moved = load(lanes, state.multiplier, state.active[a])
-                moved = moved - load(lanes, law.wrong, a - law.groups[g])
-                change = larger(larger(moved, 0.0 - moved), change)
-        trials = trials + select(limit < change, most, 0.0)
-        unsettled = select(limit < select(changing, change, 0.0), 1.0, 0.0)
+                moved = v.load(lanes, state.multiplier, state.active[a])
+                moved = moved - v.load(lanes, law.wrong, a - law.groups[g])
+                change = v.larger(v.larger(moved, 0.0 - moved), change)
+        trials = trials + v.select(limit < change, most, 0.0)
+        unsettled = v.select(limit < v.select(changing, change, 0.0), 1.0, 0.0)
         if n_groups == 1:
             unsettled = zero
         felt = reach_of_forces(lanes, state, law, law.groups[n_groups])
-        if any_lane(felt < threshold):
+        if v.any_lane(felt < threshold):
             more = count_between(lanes, law, felt, threshold)
-            threshold = select(felt < threshold, felt, threshold)
-            if any_lane(more > 0.0):
+            threshold = v.select(felt < threshold, felt, threshold)
+            if v.any_lane(more > 0.0):
                 n_groups = list_near(lanes, state, law, threshold)
                 turn_penetrating(lanes, state, law, law.groups[n_groups])
-                unsettled = larger(more, unsettled)
+                unsettled = v.larger(more, unsettled)
         changing = unsettled > 0.0
-        if not any_lane(changing):
+        if not v.any_lane(changing):
             break
-    stuck = larger(stuck, select(changing, 1.0, 0.0))
-    store(state.report, SWEEPS, larger(trials, load(lanes, state.report, SWEEPS)))
-    if any_lane(stuck > 0.0):
-        n_groups = list_near(lanes, state, law, splat(lanes, -np.inf))
+    stuck = v.larger(stuck, v.select(changing, 1.0, 0.0))
+    v.store(state.report, SWEEPS, v.larger(trials, v.load(lanes, state.report, SWEEPS)))
+    if v.any_lane(stuck > 0.0):
+        n_groups = list_near(lanes, state, law, v.splat(lanes, -np.inf))
         turn_all(lanes, state, law, law.groups[n_groups])
-        store(law.right, 0, stuck)
+        v.store(law.right, 0, stuck)
         law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
 
@@ -141,22 +132,24 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
 @compiled(inner=True)
 def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.ndarray:
     """Minus the depth (L,) that the forces can push points of other blades in, a bound [m]."""
-    total = splat(lanes, 0.0)
+    total = v.splat(lanes, 0.0)
     for a in range(n_active):
         if law.turned[a]:
             i = state.active[a]
             total = law.surface.total(lanes, law.surface, i, total)
-            total = fma(load(lanes, state.multiplier, i), load(lanes, law.stiffness, i), total)
-    return 0.0 - total * load(lanes, law.across, 0)
+            total = v.fma(
+                v.load(lanes, state.multiplier, i), v.load(lanes, law.stiffness, i), total
+            )
+    return 0.0 - total * v.load(lanes, law.across, 0)
 
 
 @compiled(inner=True)
 def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
-    count = splat(lanes, 0.0)
+    count = v.splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
-        depth = load(lanes, law.deepest, blade)
-        count = count + select(high < depth, 0.0, select(low < depth, 1.0, 0.0))
+        depth = v.load(lanes, law.deepest, blade)
+        count = count + v.select(high < depth, 0.0, v.select(low < depth, 1.0, 0.0))
     return count
 
 
@@ -174,14 +167,14 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
     for a in range(start, end):
-        store(state.depth, a, load(lanes, state.penetration, state.active[a]))
+        v.store(state.depth, a, v.load(lanes, state.penetration, state.active[a]))
     law.surface.relieve(lanes, law.surface, state, law, start, end, law.groups[n_groups])
     for b in range(law.groups[n_groups]):
         if law.turned[b] and not start <= b < end:
-            less = 0.0 - load(lanes, state.multiplier, state.active[b])
+            less = 0.0 - v.load(lanes, state.multiplier, state.active[b])
             for a in range(start, end):
-                effect = load(lanes, law.coupling, b * n_rows + a)
-                store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
+                effect = v.load(lanes, law.coupling, b * n_rows + a)
+                v.store(state.depth, a, v.fma(effect, less, v.load(lanes, state.depth, a)))
 
 
 @compiled

@@ -12,25 +12,10 @@ solver of `blades` asks for it.
 
 from typing import Any
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    any_lane,
-    fma,
-    indices,
-    inverse,
-    larger,
-    length,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-    tile_add,
-    tile_splat,
-    tile_store,
-)
+from hpcrub.contact.lanes import TILE
 from hpcrub.contact.passes import FEW, MANY, SOME
 from hpcrub.contact.status import JAMMING
 
@@ -42,9 +27,9 @@ def turn_penetrating(lanes: tuple, state: State, law: Any, n_active: int) -> Non
     for a in range(n_active):
         i = state.active[a]
         law.turned[a] = False
-        near = larger(load(lanes, state.penetration, i), load(lanes, law.touching, i))
+        near = v.larger(v.load(lanes, state.penetration, i), v.load(lanes, law.touching, i))
         near = law.surface.near(lanes, law.surface, i, law.stiffness, near)
-        if any_lane(near > 0.0):
+        if v.any_lane(near > 0.0):
             law.fresh[n] = a
             n += 1
     turn(lanes, state, law, n, n_active)
@@ -78,15 +63,15 @@ def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None
     """
     for a in range(len(slots)):
         law.slipping[a] = state.active[law.fresh[first + a]]
-    points = indices(slots, law.slipping, 0)
-    way = tile_splat(slots, splat(lanes, 0.0))
+    points = v.indices(slots, law.slipping, 0)
+    way = v.tile_splat(slots, v.splat(lanes, 0.0))
     for k in range(law.before.shape[0]):
-        way = tile_add(way, law.tangential, k, points, load(lanes, law.before, k))
-    tile_store(law.cosine, points, way)
-    way = tile_splat(slots, splat(lanes, 0.0))
+        way = v.tile_add(way, law.tangential, k, points, v.load(lanes, law.before, k))
+    v.tile_store(law.cosine, points, way)
+    way = v.tile_splat(slots, v.splat(lanes, 0.0))
     for k in range(law.before.shape[0]):
-        way = tile_add(way, law.axial, k, points, load(lanes, law.before, k))
-    tile_store(law.sine, points, way)
+        way = v.tile_add(way, law.axial, k, points, v.load(lanes, law.before, k))
+    v.tile_store(law.sine, points, way)
 
 
 @compiled(inner=True)
@@ -98,29 +83,29 @@ def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> 
     """
     n_rows = state.penetration.shape[0]
     j = state.active[b]
-    along = law.way[j] + load(lanes, law.cosine, j)
-    across = load(lanes, law.sine, j)
-    unit = inverse(length(along, across))
+    along = law.way[j] + v.load(lanes, law.cosine, j)
+    across = v.load(lanes, law.sine, j)
+    unit = v.inverse(v.length(along, across))
     along, across = along * unit, across * unit
-    store(law.cosine, j, along)
-    store(law.sine, j, across)
+    v.store(law.cosine, j, along)
+    v.store(law.sine, j, across)
     along, across = law.friction * along, law.friction * across
     first = 3 * j * (n_rows - 1)
-    own = load(lanes, law.compliance, first + 3 * j)
-    own = fma(along, load(lanes, law.compliance, first + 3 * j + 1), own)
-    own = fma(across, load(lanes, law.compliance, first + 3 * j + 2), own)
+    own = v.load(lanes, law.compliance, first + 3 * j)
+    own = v.fma(along, v.load(lanes, law.compliance, first + 3 * j + 1), own)
+    own = v.fma(across, v.load(lanes, law.compliance, first + 3 * j + 2), own)
     # where the point penetrates: a force there would pull its blade further in
-    near = load(lanes, state.penetration, j) > 0.0
-    jamming = select(near, own, 1.0) < 1e-300
-    code = select(jamming, float(JAMMING), load(lanes, state.report, FLAW))
-    store(state.report, FLAW, code)
-    scale = inverse(own)
-    store(law.stiffness, j, scale)
-    law.surface.comply(lanes, law.surface, j, positive_part(own))
+    near = v.load(lanes, state.penetration, j) > 0.0
+    jamming = v.select(near, own, 1.0) < 1e-300
+    code = v.select(jamming, float(JAMMING), v.load(lanes, state.report, FLAW))
+    v.store(state.report, FLAW, code)
+    scale = v.inverse(own)
+    v.store(law.stiffness, j, scale)
+    law.surface.comply(lanes, law.surface, j, v.positive_part(own))
     for a in range(n_active):
         at = first + 3 * state.active[a]
-        w = load(lanes, law.compliance, at)
-        w = fma(along, load(lanes, law.compliance, at + 1), w)
-        w = fma(across, load(lanes, law.compliance, at + 2), w)
-        store(law.coupling, b * n_rows + a, w * scale)
+        w = v.load(lanes, law.compliance, at)
+        w = v.fma(along, v.load(lanes, law.compliance, at + 1), w)
+        w = v.fma(across, v.load(lanes, law.compliance, at + 2), w)
+        v.store(law.coupling, b * n_rows + a, w * scale)
     law.turned[b] = True

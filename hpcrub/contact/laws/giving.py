@@ -8,19 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    any_lane,
-    fma,
-    larger,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-)
+from hpcrub.contact.lanes import TILE
 from hpcrub.contact.lcp import gauss_seidel
 
 
@@ -30,12 +21,12 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
 
     On return ``state.depth`` holds the depths d that the others leave.
     """
-    limit = positive_part(deepest) * gauss_seidel.TOLERANCE
+    limit = v.positive_part(deepest) * gauss_seidel.TOLERANCE
     changing = deepest > 0.0
     failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, limit, changing)
-    stuck = select(failed, 1.0, 0.0)
-    store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
-    store(state.report, UNSOLVED, larger(stuck, load(lanes, state.report, UNSOLVED)))
+    stuck = v.select(failed, 1.0, 0.0)
+    v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
+    v.store(state.report, UNSOLVED, v.larger(stuck, v.load(lanes, state.report, UNSOLVED)))
 
 
 @compiled(inner=True)
@@ -44,20 +35,20 @@ def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
 
     Returns (L,); the deepest penetration [m].
     """
-    last, zero = state.penetration.shape[0] - 1, splat(lanes, 0.0)
+    last, zero = state.penetration.shape[0] - 1, v.splat(lanes, 0.0)
     for j in range(last):
         less = 0.0 - law.surface.near(lanes, law.surface, j, law.stiffness, zero)
-        store(state.multiplier, j, zero)
-        if any_lane(less < 0.0):
+        v.store(state.multiplier, j, zero)
+        if v.any_lane(less < 0.0):
             for i in range(last):
-                effect = load(lanes, law.coupling, i * (last + 1) + j)
-                left = fma(effect, less, load(lanes, state.penetration, i))
-                store(state.penetration, i, left + less if i == j else left)
-    deepest = load(lanes, state.penetration, 0)
+                effect = v.load(lanes, law.coupling, i * (last + 1) + j)
+                left = v.fma(effect, less, v.load(lanes, state.penetration, i))
+                v.store(state.penetration, i, left + less if i == j else left)
+    deepest = v.load(lanes, state.penetration, 0)
     for i in range(last):
-        p = load(lanes, state.penetration, i)
-        store(law.surface.reached, i, p + load(lanes, law.surface.worn, law.surface.bar[i]))
-        deepest = larger(p, deepest)
+        p = v.load(lanes, state.penetration, i)
+        v.store(law.surface.reached, i, p + v.load(lanes, law.surface.worn, law.surface.bar[i]))
+        deepest = v.larger(p, deepest)
     return deepest
 
 
@@ -70,15 +61,15 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
     surface, n = law.surface, 0
     for a in range(n_active):
         i = state.active[a]
-        x, worn = load(lanes, state.multiplier, i), load(lanes, surface.worn, surface.bar[i])
-        store(surface.reached, i, load(lanes, state.depth, i) - x + worn)
+        x, worn = v.load(lanes, state.multiplier, i), v.load(lanes, surface.worn, surface.bar[i])
+        v.store(surface.reached, i, v.load(lanes, state.depth, i) - x + worn)
     surface.wear(lanes, surface, state, n_active)
     for i in range(state.penetration.shape[0] - 1):
-        force = load(lanes, state.multiplier, i) * load(lanes, law.stiffness, i)
+        force = v.load(lanes, state.multiplier, i) * v.load(lanes, law.stiffness, i)
         surface.keep(lanes, surface, i, force)
         force = surface.total(lanes, surface, i, force)
-        store(state.multiplier, i, force)
-        if any_lane(force > 0.0):
+        v.store(state.multiplier, i, force)
+        if v.any_lane(force > 0.0):
             state.active[n] = i
             n += 1
     for a in range(n, n + TILE):
@@ -90,7 +81,7 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
 def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     """Contact forces of a step (state, law are modified); see ``laws``."""
     deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
-    if not any_lane(deepest > 0.0):
+    if not v.any_lane(deepest > 0.0):
         return 0
     deepest = relieve(lanes, law, state)
     n_active = gauss_seidel.candidates(lanes, law, state, deepest)

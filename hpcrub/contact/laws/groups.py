@@ -9,18 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    any_lane,
-    fma,
-    inverse,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-)
 from hpcrub.contact.laws.friction import turn
 
 MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
@@ -38,8 +29,8 @@ def choose(
     """
     n, n_fresh = 0, 0
     for a in range(law.groups[group], law.groups[group + 1]):
-        touches = select(solving, load(lanes, law.touching, state.active[a]), 0.0)
-        if any_lane(touches > 0.0):
+        touches = v.select(solving, v.load(lanes, law.touching, state.active[a]), 0.0)
+        if v.any_lane(touches > 0.0):
             law.chosen[n] = a
             n += 1
             if not law.turned[a]:
@@ -64,32 +55,32 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
     for r in range(n):
         a = law.chosen[r]
         i = state.active[a]
-        slope, start = law.surface.line(lanes, law.surface, i, load(lanes, law.touching, i))
-        store(law.right, r, fma(slope, load(lanes, state.depth, a), start))
+        slope, start = law.surface.line(lanes, law.surface, i, v.load(lanes, law.touching, i))
+        v.store(law.right, r, v.fma(slope, v.load(lanes, state.depth, a), start))
         for c in range(n):
-            value = slope * load(lanes, law.coupling, law.chosen[c] * n_rows + a)
+            value = slope * v.load(lanes, law.coupling, law.chosen[c] * n_rows + a)
             if r == c:
                 value = value + (1.0 - slope)
-            store(law.factor, r * n + c, value)
+            v.store(law.factor, r * n + c, value)
     for p in range(n):
-        scale = inverse(load(lanes, law.factor, p * n + p))
-        store(law.factor, p * n + p, scale)
-        known = load(lanes, law.right, p)
+        scale = v.inverse(v.load(lanes, law.factor, p * n + p))
+        v.store(law.factor, p * n + p, scale)
+        known = v.load(lanes, law.right, p)
         for r in range(p + 1, n):
-            less = 0.0 - load(lanes, law.factor, r * n + p) * scale
-            store(law.right, r, fma(less, known, load(lanes, law.right, r)))
+            less = 0.0 - v.load(lanes, law.factor, r * n + p) * scale
+            v.store(law.right, r, v.fma(less, known, v.load(lanes, law.right, r)))
             for c in range(p + 1, n):
                 at = r * n + c
-                pivot = load(lanes, law.factor, p * n + c)
-                store(law.factor, at, fma(less, pivot, load(lanes, law.factor, at)))
+                pivot = v.load(lanes, law.factor, p * n + c)
+                v.store(law.factor, at, v.fma(less, pivot, v.load(lanes, law.factor, at)))
     for back in range(n):
         p = n - 1 - back
-        less = splat(lanes, 0.0)
+        less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = load(lanes, law.factor, p * n + c)
-            less = fma(factor, load(lanes, law.right, c), less)
-        x = load(lanes, law.right, p) - less
-        store(law.right, p, x * load(lanes, law.factor, p * n + p))
+            factor = v.load(lanes, law.factor, p * n + c)
+            less = v.fma(factor, v.load(lanes, law.right, c), less)
+        x = v.load(lanes, law.right, p) - less
+        v.store(law.right, p, x * v.load(lanes, law.factor, p * n + p))
 
 
 @compiled(inner=True)
@@ -112,26 +103,26 @@ def find_wrong(
     trying: (L,) bool, lanes whose set is not found yet; the others have no wrong points.
     Returns (L,); zero in the lanes that have none.
     """
-    n_rows, zero = state.penetration.shape[0], splat(lanes, 0.0)
+    n_rows, zero = state.penetration.shape[0], v.splat(lanes, 0.0)
     start, count, own = law.groups[group], zero, 0
     for a in range(start, law.groups[group + 1]):
         i = state.active[a]
         less, force = zero, zero
         for r in range(n):
-            effect = load(lanes, law.coupling, law.chosen[r] * n_rows + a)
-            less = fma(effect, load(lanes, law.right, r), less)
-        depth = load(lanes, state.depth, a) - less
+            effect = v.load(lanes, law.coupling, law.chosen[r] * n_rows + a)
+            less = v.fma(effect, v.load(lanes, law.right, r), less)
+        depth = v.load(lanes, state.depth, a) - less
         if own < n and law.chosen[own] == a:
-            force = load(lanes, law.right, own)
+            force = v.load(lanes, law.right, own)
             own += 1
-        elif not law.turned[a] and any_lane(limit < depth):
+        elif not law.turned[a] and v.any_lane(limit < depth):
             law.fresh[0] = a
             turn(lanes, state, law, 1, law.groups[n_groups])
-        near = threshold < load(lanes, law.deepest, law.blade[i])
-        code = load(lanes, law.touching, i)
+        near = threshold < v.load(lanes, law.deepest, law.blade[i])
+        code = v.load(lanes, law.touching, i)
         wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
-        wrong = select(trying, select(near, wrong, 0.0), 0.0)
-        store(law.wrong, a - start, wrong)
+        wrong = v.select(trying, v.select(near, wrong, 0.0), 0.0)
+        v.store(law.wrong, a - start, wrong)
         count = count + wrong
     return count
 
@@ -145,16 +136,16 @@ def change_sides(
     start, end: places in `State.active` of the first point of the group and after the last.
     all_at_once: whether all change, or only the last.
     """
-    free = splat(lanes, 1.0)
+    free = v.splat(lanes, 1.0)
     for back in range(end - start):
         a = end - 1 - back
         i = state.active[a]
-        wrong = load(lanes, law.wrong, a - start)
+        wrong = v.load(lanes, law.wrong, a - start)
         if not all_at_once:
             found = wrong > 0.0
-            wrong, free = select(free > 0.0, wrong, 0.0), select(found, 0.0, free)
-        code = load(lanes, law.touching, i)
-        store(law.touching, i, select(wrong > 0.0, wrong - 1.0, code))
+            wrong, free = v.select(free > 0.0, wrong, 0.0), v.select(found, 0.0, free)
+        code = v.load(lanes, law.touching, i)
+        v.store(law.touching, i, v.select(wrong > 0.0, wrong - 1.0, code))
 
 
 @compiled(inner=True)
@@ -177,25 +168,25 @@ def solve_group(
 
     On return ``law.wrong`` holds the multipliers from before.
     """
-    zero = splat(lanes, 0.0)
+    zero = v.splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]
     n, trying, tried = 0, solving, zero
     for trial in range(MOST_TRIALS):
         n = choose(lanes, state, law, n_groups, group, solving)
         solve_set(lanes, state, law, n)
         count = find_wrong(lanes, state, law, n_groups, group, n, threshold, limit, trying)
-        tried = tried + select(trying, 1.0, 0.0)
+        tried = tried + v.select(trying, 1.0, 0.0)
         trying = count > 0.0
-        if not any_lane(trying):
+        if not v.any_lane(trying):
             break
         change_sides(lanes, state, law, start, end, trial < ALL_AT_ONCE)
     own = 0
     for a in range(start, end):
         i = state.active[a]
-        old, force = load(lanes, state.multiplier, i), zero
+        old, force = v.load(lanes, state.multiplier, i), zero
         if own < n and law.chosen[own] == a:
-            force = positive_part(load(lanes, law.right, own))
+            force = v.positive_part(v.load(lanes, law.right, own))
             own += 1
-        store(law.wrong, a - start, old)
-        store(state.multiplier, i, select(solving, force, old))
-    return tried, select(trying, 1.0, 0.0)
+        v.store(law.wrong, a - start, old)
+        v.store(state.multiplier, i, v.select(solving, force, old))
+    return tried, v.select(trying, 1.0, 0.0)

@@ -9,18 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, Bank, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    any_lane,
-    lane_arrays,
-    larger,
-    load,
-    select,
-    splat,
-    store,
-)
+from hpcrub.contact.lanes import TILE
 from hpcrub.contact.laws.blades import solve_blades
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
@@ -38,14 +30,14 @@ def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 
     n_active: entries of `State.active` that count, blade by blade.
     """
-    force = splat(lanes, 0.0)
+    force = v.splat(lanes, 0.0)
     for a in range(n_active):
-        force = larger(force, load(lanes, state.multiplier, state.active[a]))
+        force = v.larger(force, v.load(lanes, state.multiplier, state.active[a]))
         blade = law.blade[state.active[a]]
         if a + 1 == n_active or law.blade[state.active[a + 1]] != blade:
-            touched = select(force > 0.0, 1.0, 0.0) + load(lanes, law.touched, blade)
-            store(law.touched, blade, touched)
-            force = splat(lanes, 0.0)
+            touched = v.select(force > 0.0, 1.0, 0.0) + v.load(lanes, law.touched, blade)
+            v.store(law.touched, blade, touched)
+            force = v.splat(lanes, 0.0)
 
 
 @compiled(inner=True)
@@ -58,18 +50,18 @@ def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     n = 0
     for a in range(n_active):
         i = state.active[a]
-        force = load(lanes, state.multiplier, i)
-        touches = load(lanes, law.touching, i)
-        held = select(load(lanes, state.penetration, i) > 0.0, -1.0, 0.0)
-        store(law.touching, i, select(touches > 0.0, touches, held))
-        force = force * load(lanes, law.stiffness, i)
+        force = v.load(lanes, state.multiplier, i)
+        touches = v.load(lanes, law.touching, i)
+        held = v.select(v.load(lanes, state.penetration, i) > 0.0, -1.0, 0.0)
+        v.store(law.touching, i, v.select(touches > 0.0, touches, held))
+        force = force * v.load(lanes, law.stiffness, i)
         law.surface.keep(lanes, law.surface, i, force)
         force = law.surface.total(lanes, law.surface, i, force)
-        if any_lane(force > 0.0):
-            store(state.multiplier, i, force)
+        if v.any_lane(force > 0.0):
+            v.store(state.multiplier, i, force)
             friction = law.friction * force
-            store(state.multiplier, n_points + i, friction * load(lanes, law.cosine, i))
-            store(state.multiplier, 2 * n_points + i, friction * load(lanes, law.sine, i))
+            v.store(state.multiplier, n_points + i, friction * v.load(lanes, law.cosine, i))
+            v.store(state.multiplier, 2 * n_points + i, friction * v.load(lanes, law.sine, i))
             state.active[n] = i
             n += 1
     for a in range(n):
@@ -125,7 +117,7 @@ class Solid(NamedTuple):
         """Contact forces of a step (bank is modified); see ``laws``."""
         state, law = bank.state, bank.law
         deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
-        if not any_lane(deepest > 0.0):
+        if not v.any_lane(deepest > 0.0):
             return 0
         n_active = solve_blades(lanes, state, law, deepest)
         law.surface.wear(lanes, law.surface, state, n_active)
@@ -150,7 +142,7 @@ class Solid(NamedTuple):
         way = np.zeros(n_points)
         way[: len(interface.radius)] = interface.radius * 2.0 * np.pi / grid.steps_per_revolution
         return cls(
-            **lane_arrays(
+            **v.lane_arrays(
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1,
                 compliance=3 * n_points**2, before=n_modes, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, factor=most**2, right=most,

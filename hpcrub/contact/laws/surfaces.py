@@ -29,20 +29,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    any_lane,
-    fma,
-    inverse,
-    lane_arrays,
-    larger,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-)
 from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.recurrence import newmark
@@ -57,21 +46,21 @@ LEAST = 0.25  # a of a point that is soft
 @compiled(inline=True, inner=True)
 def relief(lanes: tuple, surface: Any, j: int, stiffness: np.ndarray) -> np.ndarray:
     """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
-    earlier = load(lanes, surface.earlier, j)
-    return select(earlier > 0.0, earlier * inverse(load(lanes, stiffness, j)), 0.0)
+    earlier = v.load(lanes, surface.earlier, j)
+    return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
 
 
 def find_gains(lanes: tuple, surface: Any, j: int, compliance: np.ndarray) -> None:
     """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
-    compliance = compliance * load(lanes, surface.weights, WEIGHTS * j)
+    compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
     before, beyond = surface.bars[BEFORE, j], surface.bars[BEYOND, j]
-    store(surface.gain, LINES * j, compliance * inverse(fma(compliance, before, 1.0)))
-    store(surface.gain, LINES * j + 1, compliance * inverse(fma(compliance, beyond, 1.0)))
-    behind = surface.stiffness + load(lanes, surface.lag, 0)
+    v.store(surface.gain, LINES * j, compliance * v.inverse(v.fma(compliance, before, 1.0)))
+    v.store(surface.gain, LINES * j + 1, compliance * v.inverse(v.fma(compliance, beyond, 1.0)))
+    behind = surface.stiffness + v.load(lanes, surface.lag, 0)
     for row, own in ((2, before), (3, beyond)):
-        both = compliance * inverse(fma(compliance, own + behind, 1.0))
-        rigid = select(compliance > 0.0, 1.0, 0.0)
-        store(surface.gain, LINES * j + row, both if surface.carried != 0.0 else rigid)
+        both = compliance * v.inverse(v.fma(compliance, own + behind, 1.0))
+        rigid = v.select(compliance > 0.0, 1.0, 0.0)
+        v.store(surface.gain, LINES * j + row, both if surface.carried != 0.0 else rigid)
 
 
 class Coated(NamedTuple):
@@ -124,7 +113,7 @@ class Coated(NamedTuple):
                 [coating.stiffnesses(coating.area * share) for share in interface.share]
             )
         return cls(
-            **lane_arrays(
+            **v.lane_arrays(
                 width, gain=LINES * n_points, lag=1, worn=(strip.max() + 1) * n_steps,
                 reached=n_points, last=n_points, weights=WEIGHTS * n_points,
                 remembered=2 * n_points, earlier=n_points, filled=1,
@@ -190,7 +179,7 @@ class Coated(NamedTuple):
         """
         surface.clock[0] += 1
         goes_on = surface.clock[0] - surface.clock[2] <= 2
-        return larger(deepest, 1.0) if goes_on else deepest
+        return v.larger(deepest, 1.0) if goes_on else deepest
 
     @staticmethod
     @compiled(inner=True)
@@ -204,26 +193,26 @@ class Coated(NamedTuple):
         """
         follows, now = surface.clock[1] == surface.clock[0] - 1, surface.clock[0] % surface.n_steps
         surface.clock[1] = surface.clock[0]
-        zero = splat(lanes, 0.0)
-        deepest = splat(lanes, -np.inf)
+        zero = v.splat(lanes, 0.0)
+        deepest = v.splat(lanes, -np.inf)
         for i in range(surface.strip.shape[0]):
             at = now + surface.offset[i]
             at = at - surface.n_steps if at >= surface.n_steps else at
             surface.bar[i] = surface.strip[i] * surface.n_steps + at
-            last = positive_part(load(lanes, surface.reached, i) - surface.thickness)
-            store(surface.last, i, last if follows else zero)
-            p = load(lanes, state.penetration, i)
-            store(surface.reached, i, p)
-            p = p - load(lanes, surface.worn, surface.bar[i])
-            store(state.penetration, i, p)
-            latest = load(lanes, surface.remembered, 2 * i + LATEST)
-            earlier = latest * load(lanes, surface.weights, WEIGHTS * i + 1)
-            before = load(lanes, surface.remembered, 2 * i + EARLIER)
-            earlier = fma(before, load(lanes, surface.weights, WEIGHTS * i + 2), earlier)
-            store(surface.earlier, i, earlier)
-            store(surface.remembered, 2 * i + EARLIER, latest)
-            store(surface.remembered, 2 * i + LATEST, zero)
-            deepest = larger(larger(p, relief(lanes, surface, i, stiffness)), deepest)
+            last = v.positive_part(v.load(lanes, surface.reached, i) - surface.thickness)
+            v.store(surface.last, i, last if follows else zero)
+            p = v.load(lanes, state.penetration, i)
+            v.store(surface.reached, i, p)
+            p = p - v.load(lanes, surface.worn, surface.bar[i])
+            v.store(state.penetration, i, p)
+            latest = v.load(lanes, surface.remembered, 2 * i + LATEST)
+            earlier = latest * v.load(lanes, surface.weights, WEIGHTS * i + 1)
+            before = v.load(lanes, surface.remembered, 2 * i + EARLIER)
+            earlier = v.fma(before, v.load(lanes, surface.weights, WEIGHTS * i + 2), earlier)
+            v.store(surface.earlier, i, earlier)
+            v.store(surface.remembered, 2 * i + EARLIER, latest)
+            v.store(surface.remembered, 2 * i + LATEST, zero)
+            deepest = v.larger(v.larger(p, relief(lanes, surface, i, stiffness)), deepest)
         return deepest
 
     @staticmethod
@@ -232,7 +221,7 @@ class Coated(NamedTuple):
         lanes: tuple, surface: "Coated", j: int, stiffness: np.ndarray, depth: np.ndarray
     ) -> np.ndarray:
         """Penetration (L,) [m] of a point, or the depth that its earlier forces undo."""
-        return larger(depth, relief(lanes, surface, j, stiffness))
+        return v.larger(depth, relief(lanes, surface, j, stiffness))
 
     @staticmethod
     @compiled(inner=True)
@@ -248,31 +237,31 @@ class Coated(NamedTuple):
         for b in range(n):
             j = state.active[b]
             less = 0.0 - relief(lanes, surface, j, law.stiffness)
-            if any_lane(less < 0.0):
+            if v.any_lane(less < 0.0):
                 for a in range(start, end):
-                    effect = load(lanes, law.coupling, b * n_rows + a)
-                    store(state.depth, a, fma(effect, less, load(lanes, state.depth, a)))
+                    effect = v.load(lanes, law.coupling, b * n_rows + a)
+                    v.store(state.depth, a, v.fma(effect, less, v.load(lanes, state.depth, a)))
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def total(lanes: tuple, surface: "Coated", j: int, force: np.ndarray) -> np.ndarray:
         """Force (L,) [N] of a point with what goes on of earlier ones."""
-        return force + load(lanes, surface.earlier, j)
+        return force + v.load(lanes, surface.earlier, j)
 
     @staticmethod
     @compiled(inner=True)
     def keep(lanes: tuple, surface: "Coated", j: int, pushed: np.ndarray) -> None:
         """Remember the force N of a point, ``pushed`` its part a N (surface is modified)."""
-        share = larger(load(lanes, surface.weights, WEIGHTS * j), LEAST)
-        new = pushed * inverse(share)
+        share = v.larger(v.load(lanes, surface.weights, WEIGHTS * j), LEAST)
+        new = pushed * v.inverse(share)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
-            t, worn = surface.thickness, load(lanes, surface.worn, surface.bar[j])
+            t, worn = surface.thickness, v.load(lanes, surface.worn, surface.bar[j])
             most = surface.bars[BEFORE, j] * (t - worn)
             beyond = surface.bars[BEYOND, j] * t + surface.bars[START, j]
-            most = select(beyond < most, beyond, most)
-            new = select(most < new, most, new)
-        store(surface.remembered, 2 * j + LATEST, new)
-        if any_lane(new > 0.0):
+            most = v.select(beyond < most, beyond, most)
+            new = v.select(most < new, most, new)
+        v.store(surface.remembered, 2 * j + LATEST, new)
+        if v.any_lane(new > 0.0):
             surface.clock[2] = surface.clock[0]
 
     @staticmethod
@@ -281,27 +270,27 @@ class Coated(NamedTuple):
         lanes: tuple, surface: "Coated", j: int, d: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Depth x (L,) [m] that the force of point j undoes of d [m], and the code of its line."""
-        worn = load(lanes, surface.worn, surface.bar[j])
+        worn = v.load(lanes, surface.worn, surface.bar[j])
         before = surface.bars[BEFORE, j] * d
-        beyond = fma(surface.bars[BEYOND, j], d + worn, surface.bars[START, j])
-        x = load(lanes, surface.gain, LINES * j) * before
-        other = load(lanes, surface.gain, LINES * j + 1) * beyond
+        beyond = v.fma(surface.bars[BEYOND, j], d + worn, surface.bars[START, j])
+        x = v.load(lanes, surface.gain, LINES * j) * before
+        other = v.load(lanes, surface.gain, LINES * j + 1) * beyond
         yields = other < x
-        x, code = select(yields, other, x), select(yields, 2.0, 1.0)
+        x, code = v.select(yields, other, x), v.select(yields, 2.0, 1.0)
         behind = (d + worn) - surface.thickness
         pressed = behind > 0.0
-        if any_lane(pressed):
-            lag, carried = load(lanes, surface.lag, 0), surface.carried
+        if v.any_lane(pressed):
+            lag, carried = v.load(lanes, surface.lag, 0), surface.carried
             push = (surface.stiffness + lag) * behind
-            push = push - lag * load(lanes, surface.last, j)
-            both = load(lanes, surface.gain, LINES * j + 2) * fma(carried, before, push)
-            other = load(lanes, surface.gain, LINES * j + 3) * fma(carried, beyond, push)
+            push = push - lag * v.load(lanes, surface.last, j)
+            both = v.load(lanes, surface.gain, LINES * j + 2) * v.fma(carried, before, push)
+            other = v.load(lanes, surface.gain, LINES * j + 3) * v.fma(carried, beyond, push)
             yields = other < both
-            both = select(pressed, select(yields, other, both), x)
+            both = v.select(pressed, v.select(yields, other, both), x)
             pushes = x < both
-            both_code = select(yields, 4.0, 3.0)
-            x, code = select(pushes, both, x), select(pushes, both_code, code)
-        return positive_part(x), select(x > 0.0, code, 0.0)
+            both_code = v.select(yields, 4.0, 3.0)
+            x, code = v.select(pushes, both, x), v.select(pushes, both_code, code)
+        return v.positive_part(x), v.select(x > 0.0, code, 0.0)
 
     @staticmethod
     @compiled(inner=True)
@@ -309,31 +298,33 @@ class Coated(NamedTuple):
         lanes: tuple, surface: "Coated", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Slope (L,) [-] and start (L,) [m] of the line x = slope·d + start of a code."""
-        worn = load(lanes, surface.worn, surface.bar[j])
+        worn = v.load(lanes, surface.worn, surface.bar[j])
         before, beyond = surface.bars[BEFORE, j], surface.bars[BEYOND, j]
-        first = fma(beyond, worn, surface.bars[START, j])
-        gain = load(lanes, surface.gain, LINES * j)
-        other = load(lanes, surface.gain, LINES * j + 1)
+        first = v.fma(beyond, worn, surface.bars[START, j])
+        gain = v.load(lanes, surface.gain, LINES * j)
+        other = v.load(lanes, surface.gain, LINES * j + 1)
         yields = code > 1.5
-        slope = select(yields, other * beyond, gain * before)
-        start = select(yields, other * first, 0.0)
+        slope = v.select(yields, other * beyond, gain * before)
+        start = v.select(yields, other * first, 0.0)
         pressed = code > 2.5
-        if any_lane(pressed):
-            lag, carried = load(lanes, surface.lag, 0), surface.carried
+        if v.any_lane(pressed):
+            lag, carried = v.load(lanes, surface.lag, 0), surface.carried
             behind = surface.stiffness + lag
             push = behind * (worn - surface.thickness)
-            push = push - lag * load(lanes, surface.last, j)
-            gain = load(lanes, surface.gain, LINES * j + 2)
-            other = load(lanes, surface.gain, LINES * j + 3)
+            push = push - lag * v.load(lanes, surface.last, j)
+            gain = v.load(lanes, surface.gain, LINES * j + 2)
+            other = v.load(lanes, surface.gain, LINES * j + 3)
             yields = code > 3.5
-            both = select(
-                yields, other * fma(carried, beyond, behind), gain * fma(carried, before, behind)
+            both = v.select(
+                yields,
+                other * v.fma(carried, beyond, behind),
+                gain * v.fma(carried, before, behind),
             )
-            slope = select(pressed, both, slope)
-            both = select(yields, other * fma(carried, first, push), gain * push)
-            start = select(pressed, both, start)
+            slope = v.select(pressed, both, slope)
+            both = v.select(yields, other * v.fma(carried, first, push), gain * push)
+            start = v.select(pressed, both, start)
         touches = code > 0.0
-        return select(touches, slope, 0.0), select(touches, start, 0.0)
+        return v.select(touches, slope, 0.0), v.select(touches, start, 0.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -348,11 +339,11 @@ class Coated(NamedTuple):
         limit: (L,) tolerance [m].
         trying: (L,) bool, lanes that count (their ``reached`` is modified).
         """
-        worn = load(lanes, surface.worn, surface.bar[j])
-        store(surface.reached, j, select(trying, p + worn, load(lanes, surface.reached, j)))
+        worn = v.load(lanes, surface.worn, surface.bar[j])
+        v.store(surface.reached, j, v.select(trying, p + worn, v.load(lanes, surface.reached, j)))
         right, found = surface.follow(lanes, surface, j, p + x)
         off = right - x
-        return select(limit < larger(off, 0.0 - off), 1.0 + found, 0.0)
+        return v.select(limit < v.larger(off, 0.0 - off), 1.0 + found, 0.0)
 
     @staticmethod
     @compiled(inner=True)
@@ -362,9 +353,9 @@ class Coated(NamedTuple):
         for a in range(n_active):
             i = state.active[a]
             bar = surface.bar[i]
-            new = surface.kept * load(lanes, surface.reached, i) - start
-            new = select(new < surface.thickness, new, surface.thickness)
-            store(surface.worn, bar, larger(new, load(lanes, surface.worn, bar)))
+            new = surface.kept * v.load(lanes, surface.reached, i) - start
+            new = v.select(new < surface.thickness, new, surface.thickness)
+            v.store(surface.worn, bar, v.larger(new, v.load(lanes, surface.worn, bar)))
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -11,24 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import (
-    TILE,
-    any_lane,
-    fma,
-    indices,
-    larger,
-    load,
-    positive_part,
-    select,
-    splat,
-    store,
-    tile_gather,
-    tile_relax,
-    tile_splat,
-    tile_store,
-)
+from hpcrub.contact.lanes import TILE
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 from hpcrub.contact.passes import FEW, MANY, SOME
 
@@ -51,10 +37,10 @@ def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int
     changes no bit.
     """
     last = state.penetration.shape[0] - 1
-    threshold = 0.0 - positive_part(deepest) * load(lanes, law.bound, 0)
+    threshold = 0.0 - v.positive_part(deepest) * v.load(lanes, law.bound, 0)
     n = 0
     for i in range(last):
-        if any_lane(threshold < load(lanes, state.penetration, i)):
+        if v.any_lane(threshold < v.load(lanes, state.penetration, i)):
             state.active[n] = i
             n += 1
     for i in range(n, n + TILE):
@@ -68,8 +54,8 @@ def unsettled(
 ) -> np.ndarray:
     """Lanes (L,) that did not converge, by the change of the last sweep and the largest [m]."""
     # the tolerance of a denormal penetration is 0
-    far = larger(RUNAWAY * limit, RUNAWAY * TOLERANCE)
-    return limit < select(far < largest, largest, change)
+    far = v.larger(RUNAWAY * limit, RUNAWAY * TOLERANCE)
+    return limit < v.select(far < largest, largest, change)
 
 
 @compiled(inline=True, inner=True)
@@ -88,18 +74,18 @@ def solve_few(
     Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), sweeps that each lane
     took.
     """
-    sweeps, change, largest = splat(lanes, 0.0), splat(lanes, 0.0), splat(lanes, 0.0)
-    rows = indices(slots, state.active, 0)
-    depth = tile_gather(lanes, state.penetration, rows)
-    x = tile_splat(slots, splat(lanes, 0.0))
+    sweeps, change, largest = v.splat(lanes, 0.0), v.splat(lanes, 0.0), v.splat(lanes, 0.0)
+    rows = v.indices(slots, state.active, 0)
+    depth = v.tile_gather(lanes, state.penetration, rows)
+    x = v.tile_splat(slots, v.splat(lanes, 0.0))
     n_rows = state.penetration.shape[0]
     for _ in range(MAX_SWEEPS):
-        depth, x, change = tile_relax(law.coupling, n_rows, rows, depth, x, changing)
-        sweeps = select(changing, sweeps + 1.0, sweeps)
-        changing, largest = limit < change, larger(change, largest)
-        if not any_lane(changing):
+        depth, x, change = v.tile_relax(law.coupling, n_rows, rows, depth, x, changing)
+        sweeps = v.select(changing, sweeps + 1.0, sweeps)
+        changing, largest = limit < change, v.larger(change, largest)
+        if not v.any_lane(changing):
             break
-    tile_store(state.multiplier, rows, x)
+    v.tile_store(state.multiplier, rows, x)
     return unsettled(lanes, limit, change, largest), sweeps
 
 
@@ -110,23 +96,23 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
     changing: (L,) bool, lanes to relax; the others stay as they are.
     Returns (L,); largest change of any x [m].
     """
-    n_rows, change = state.penetration.shape[0], splat(lanes, 0.0)
+    n_rows, change = state.penetration.shape[0], v.splat(lanes, 0.0)
     for a in range(n_active):
         j = state.active[a]
-        old = load(lanes, state.multiplier, j)
-        new = law.surface.follow(lanes, law.surface, j, load(lanes, state.depth, j))[0]
-        new = select(changing, new, old)
+        old = v.load(lanes, state.multiplier, j)
+        new = law.surface.follow(lanes, law.surface, j, v.load(lanes, state.depth, j))[0]
+        new = v.select(changing, new, old)
         less = old - new
-        moved = larger(new - old, less)
-        if not any_lane(moved > 0.0):
+        moved = v.larger(new - old, less)
+        if not v.any_lane(moved > 0.0):
             continue
-        change = larger(moved, change)
-        store(state.multiplier, j, new)
+        change = v.larger(moved, change)
+        v.store(state.multiplier, j, new)
         for b in range(n_active):
             i = state.active[b]
             if i != j:
-                effect = load(lanes, law.coupling, i * n_rows + j)
-                store(state.depth, i, fma(effect, less, load(lanes, state.depth, i)))
+                effect = v.load(lanes, law.coupling, i * n_rows + j)
+                v.store(state.depth, i, v.fma(effect, less, v.load(lanes, state.depth, i)))
     return change
 
 
@@ -146,17 +132,17 @@ def solve_many(
 
     Parameters and returns as of `solve_few`.
     """
-    zero = splat(lanes, 0.0)
+    zero = v.splat(lanes, 0.0)
     sweeps, change, largest = zero, zero, zero
     for a in range(n_active):
         i = state.active[a]
-        store(state.depth, i, load(lanes, state.penetration, i))
-        store(state.multiplier, i, zero)
+        v.store(state.depth, i, v.load(lanes, state.penetration, i))
+        v.store(state.multiplier, i, zero)
     for _ in range(MAX_SWEEPS):
         change = relax(lanes, law, state, n_active, changing)
-        sweeps = select(changing, sweeps + 1.0, sweeps)
-        changing, largest = limit < change, larger(change, largest)
-        if not any_lane(changing):
+        sweeps = v.select(changing, sweeps + 1.0, sweeps)
+        changing, largest = limit < change, v.larger(change, largest)
+        if not v.any_lane(changing):
             break
     return unsettled(lanes, limit, change, largest), sweeps
 
@@ -202,7 +188,7 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
     frozen, so that its result does not depend on how long the others take; one that has not after
     MAX_SWEEPS is solved by pivoting.
     """
-    limit = positive_part(deepest) * TOLERANCE
+    limit = v.positive_part(deepest) * TOLERANCE
     changing = deepest > 0.0
     if n_active <= len(FEW):
         stuck, sweeps = solve_few(lanes, FEW, law, state, limit, changing)
@@ -212,11 +198,11 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
         stuck, sweeps = solve_few(lanes, MANY, law, state, limit, changing)
     else:
         stuck, sweeps = solve_many(lanes, law, state, n_active, limit, changing)
-    store(state.report, SWEEPS, larger(sweeps, load(lanes, state.report, SWEEPS)))
-    if any_lane(stuck):
-        store(state.report, STUCK, select(stuck, 1.0, 0.0))
+    v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
+    if v.any_lane(stuck):
+        v.store(state.report, STUCK, v.select(stuck, 1.0, 0.0))
         solve_stuck(law, state, n_active)
     for a in range(n_active):
         i = state.active[a]
-        force = load(lanes, state.multiplier, i) * load(lanes, law.stiffness, i)
-        store(state.multiplier, i, force)
+        force = v.load(lanes, state.multiplier, i) * v.load(lanes, law.stiffness, i)
+        v.store(state.multiplier, i, force)

@@ -57,11 +57,9 @@ def pair_sides(
 
 
 def _pair(nodes, low, high, n_sectors):
-    a = 2 * np.pi / n_sectors
-    turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
     if not np.isfinite(nodes[np.concatenate([low, high])]).all():
         raise InputError("low, high: a node of the sides has no place")
-    distance, nearest = cKDTree(nodes[low] @ turn.T).query(nodes[high])
+    distance, nearest = cKDTree(turned(nodes[low], 2 * np.pi / n_sectors)).query(nodes[high])
     return low[nearest], high, float(distance.max())
 
 
@@ -145,7 +143,7 @@ def _unfold(model):
         mass=whole(model.mass),
         stiffness=tuple(whole(k) for k in model.stiffness),
         blade_stiffness=None if blade is None else whole(blade),
-        nodes=np.concatenate([_turned(model.nodes, 2 * np.pi * s / N) for s in range(N)]),
+        nodes=np.concatenate([turned(model.nodes, 2 * np.pi * s / N) for s in range(N)]),
         fixed=np.unique(rows[:, model.fixed]),
         contact_node=(copies * n_nodes + model.contact_node).ravel(),
         contact_blade=np.repeat(np.arange(N), len(model.contact_node)),
@@ -163,7 +161,8 @@ def _surface(model, first):
     return owner[:, model.surface].reshape(-1, 4)
 
 
-def _turned(nodes, angle):
+def turned(nodes: np.ndarray, angle: float) -> np.ndarray:
+    """Nodes (n, 3) turned by an angle about z [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from hpcrub.errors import InputError
 from hpcrub.model import families
-from hpcrub.model.imported.assembly import PAIRING, SparseDisk
+from hpcrub.model.imported.assembly import PAIRING, SparseDisk, turned
 from hpcrub.model.imported.stiffness import stiffness_at
 
 AT_ONCE = 64  # columns solved for together
@@ -52,13 +52,12 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
 
 def like_rows(disk: SparseDisk) -> np.ndarray:
     """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
-    N, a = disk.n_blades, 2 * np.pi / disk.n_blades
+    N = disk.n_blades
     placed = np.flatnonzero(np.isfinite(disk.nodes).all(axis=1) & (disk.row >= 0).all(axis=1))
     at = disk.nodes[placed]
     tree, orbit = cKDTree(at), [np.arange(len(at))]
     for sector in range(1, N):
-        c, s = np.cos(sector * a), np.sin(sector * a)
-        apart, found = tree.query(at @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+        apart, found = tree.query(turned(at, sector * (2 * np.pi / N)))
         if not len(at) or apart.max() > PAIRING * np.abs(at).max():
             return np.zeros((N, 0), dtype=int)
         orbit.append(found)
