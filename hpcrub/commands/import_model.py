@@ -8,15 +8,7 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model import families
-from hpcrub.model.imported import (
-    assembly,
-    blades,
-    checks,
-    cyclic,
-    neutral,
-    reduced,
-    stiffening,
-)
+from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import PARTS, Lists
@@ -207,7 +199,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
 
 def _between_speeds(model, speeds_hz):
     """Warn where entries of matrices, and not frequencies, go smoothly from speed to speed."""
-    error = 100 * stiffening.error_between(model, 2 * np.pi * np.array(speeds_hz))
+    error = 100 * cyclic.error_between(model, 2 * np.pi * np.array(speeds_hz))
     if abs(error) > BETWEEN:
         yield (
             f"warning: between the speeds of --stiffness the first frequency is off by {error:+.2g}"

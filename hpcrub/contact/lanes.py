@@ -24,11 +24,7 @@ TIPS = (0,) * TILE
 
 
 def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
-    """Zeros on a cache-line boundary, so that no vector load straddles two lines.
-
-    shape: shape of the array.
-    Returns zeros, float64.
-    """
+    """Zeros on a cache-line boundary, so that no vector load straddles two lines."""
     n_bytes = int(np.prod(shape)) * 8
     raw = np.zeros(n_bytes + 64, dtype=np.uint8)
     start = -raw.ctypes.data % 64
@@ -65,11 +61,6 @@ def store(array: np.ndarray, row: int, vector: np.ndarray) -> None:
 def fma(a: Any, b: Any, c: Any) -> np.ndarray:
     """a·b + c, fused where the machine can."""
     return a * b + c
-
-
-def positive_part(a: np.ndarray) -> np.ndarray:
-    """max(a, 0) of every lane; NaN becomes 0."""
-    return np.where(a > 0.0, a, 0.0)
 
 
 def larger(a: Any, b: Any) -> np.ndarray:
@@ -145,7 +136,7 @@ def tile_relax(
     depth, x = list(depth), list(x)
     change = np.zeros_like(depth[0])
     for a, column in enumerate(rows):
-        new = select(changing, positive_part(depth[a]), x[a])
+        new = select(changing, larger(depth[a], 0.0), x[a])
         less = x[a] - new
         change = larger(np.abs(less), change)
         x[a] = new

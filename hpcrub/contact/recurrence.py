@@ -48,9 +48,7 @@ def coefficients(
     return np.where(slow, exact[0], stiff[0]), np.where(slow, exact[1], stiff[1])
 
 
-def _exact(
-    omega: np.ndarray, damping_ratio: float | np.ndarray, h: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _exact(omega, damping_ratio, h):
     c = damping_ratio * omega * h
     theta = omega * h * np.emath.sqrt(1.0 - damping_ratio**2)
     decay = np.exp(-2.0 * c)
@@ -61,9 +59,7 @@ def _exact(
     return decay, gain
 
 
-def _trapezoidal(
-    omega: np.ndarray, damping_ratio: float | np.ndarray, h: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _trapezoidal(omega, damping_ratio, h):
     a, b = damping_ratio * omega * h, (omega * h) ** 2 / 4.0
     scale = 1.0 / (1.0 + a + b)
     return (1.0 - a + b) * scale, h * h * scale

@@ -19,29 +19,24 @@ ZERO = ir.Constant(INDEX, 0)
 class LaneVector(types.Type):
     """Numba type of one vector of doubles, a double per lane."""
 
+    element = DOUBLE
+
     def __init__(self, width):
         self.width = width
-        super().__init__(name=f"LaneVector({width})")
+        super().__init__(name=f"{type(self).__name__}({width})")
 
 
-class LaneMask(types.Type):
+class LaneMask(LaneVector):
     """Numba type of one truth value per lane."""
 
-    def __init__(self, width):
-        self.width = width
-        super().__init__(name=f"LaneMask({width})")
+    element = ir.IntType(1)
 
 
 @register_model(LaneVector)
-class _VectorModel(models.PrimitiveModel):
-    def __init__(self, manager, fe_type):
-        super().__init__(manager, fe_type, ir.VectorType(DOUBLE, fe_type.width))
-
-
 @register_model(LaneMask)
-class _MaskModel(models.PrimitiveModel):
+class _Model(models.PrimitiveModel):
     def __init__(self, manager, fe_type):
-        super().__init__(manager, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+        super().__init__(manager, fe_type, ir.VectorType(fe_type.element, fe_type.width))
 
 
 def _compile_as(function, typed):
@@ -74,7 +69,7 @@ def _lane_by_lane(function, kind, emit):
     """In compiled code ``function`` of vectors and numbers is ``emit(builder, *vectors)``."""
 
     def typed(typing, *kinds):
-        lanes = [k for k in kinds if isinstance(k, LaneVector | LaneMask)]
+        lanes = [k for k in kinds if isinstance(k, LaneVector)]
         if not lanes or any(k not in lanes and not isinstance(k, types.Number) for k in kinds):
             return None
         width = lanes[0].width
@@ -87,10 +82,6 @@ def _lane_by_lane(function, kind, emit):
         return kind(width)(*(k if k in lanes else types.float64 for k in kinds)), code
 
     _compile_as(function, typed)
-
-
-def _vector(fe_type):
-    return ir.VectorType(DOUBLE, fe_type.width)
 
 
 def _address(context, builder, fe_type, array, row, column, pointee):
@@ -124,10 +115,6 @@ def _larger(builder, a, b):
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
 
 
-def _positive_part(builder, a):
-    return _larger(builder, a, ir.Constant(a.type, None))
-
-
 def _inverse(builder, a):
     one = _broadcast(builder, ir.Constant(DOUBLE, 1.0), a.type.count)
     zero = ir.Constant(a.type, None)
@@ -151,7 +138,6 @@ for _function, _kind, _emit in (
     (operator.gt, LaneMask, lambda builder, a, b: builder.fcmp_ordered(">", a, b)),
     (lanes.fma, LaneVector, _fma),
     (lanes.larger, LaneVector, _larger),
-    (lanes.positive_part, LaneVector, _positive_part),
     (lanes.inverse, LaneVector, _inverse),
     (lanes.length, LaneVector, _length),
     (lanes.select, LaneVector, ir.IRBuilder.select),
@@ -214,7 +200,7 @@ def _tile_gather(context, builder, sig, args):
         _load_row(context, builder, sig.args[1], args[1], row, kind.width)
         for row in cgutils.unpack_tuple(builder, args[2])
     ]
-    return cgutils.pack_array(builder, members, ty=_vector(kind))
+    return cgutils.pack_array(builder, members, ty=ir.VectorType(DOUBLE, kind.width))
 
 
 @_instruction(lanes.tile_store, lambda array, rows, tile: types.none)
@@ -255,7 +241,7 @@ def _tile_relax(context, builder, sig, args):
     coupling, n_rows, *tiles, changing = args
     rows, depth, x = (cgutils.unpack_tuple(builder, tile) for tile in tiles)
     kind = sig.args[3].dtype
-    zero = change = ir.Constant(_vector(kind), None)
+    zero = change = ir.Constant(ir.VectorType(DOUBLE, kind.width), None)
     for a, column in enumerate(rows):
         new = builder.select(changing, _larger(builder, depth[a], zero), x[a])
         less = builder.fsub(x[a], new)

@@ -177,12 +177,9 @@ def bump_table(
     """Heights of the casing that every contact point meets in the first steps of a revolution.
 
     - contact_angle: (C,) angles of the contact points in the rotating frame [rad].
-    - n_bumps: number of bumps.
-    - height: bump height [m].
+    - n_bumps, height, profile, width: of the casing, as of `casing_height`.
     - steps_per_revolution: time steps in which the disk turns once.
     - n_steps: rows of the table.
-    - profile: beside the bumps.
-    - width: width of the bumps, see `bump_height`.
 
     Returns heights (n_steps, C) [m]; row j holds the heights after j + 1 steps.
     """

@@ -10,6 +10,7 @@ has the same matrices. Sector i owns, in this order:
 The blade root and the spoke end turn with the ring's section, omega = v/R_h - u'.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from hpcrub.model.elements import frame_element, rectangular_beam, ring_element,
 
 _N_RING = 4  # dof of a ring node: u, u', v, v'
 _N_FOOT = _N_RING + 1  # and the spoke's own axial derivative
+CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared
 
 
 class Points(NamedTuple):
@@ -194,3 +196,21 @@ def _points(disk, nodes, blade_dof):
         ring=np.column_stack([blades[:, 0], np.roll(blades[:, 0], -1)]),
         spokes=np.column_stack([inner, blades[:, 0]]),
     )
+
+
+def root_stress(disk: Any, material: Any) -> float:
+    """Largest bending stress at the root for a tangential displacement of the tip [Pa/m].
+
+    The blade bends in the first mode of a clamped beam of length l, whose curvature at the root is
+    3.516/l² times its displacement w at the end, and the stress E t/2 times the curvature. The tip
+    moves across the chord, so that w is its tangential part over the cosine of the chord's angle
+    with the radius there. Centrifugal stress is not in it.
+
+    disk, material: sections of the configuration.
+    """
+    at_root = disk.hub_radius * math.cos(disk.blade.lean)
+    across = disk.hub_radius * math.sin(disk.blade.lean)  # distance of the chord from the axis
+    length = math.sqrt(disk.tip_radius**2 - across**2) - at_root
+    cosine = math.sqrt(1.0 - (across / disk.tip_radius) ** 2)
+    stress = material.young_modulus * disk.blade.thickness / 2.0 * CLAMPED / length**2
+    return float(stress / cosine)

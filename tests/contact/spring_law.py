@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, aligned_zeros, any_lane, load, positive_part, store
+from hpcrub.contact.lanes import TILE, aligned_zeros, any_lane, larger, load, store
 from hpcrub.contact.passes import predict_all
 from hpcrub.contact.tables import columns
 
@@ -35,7 +35,7 @@ class Spring(NamedTuple):
         for i in range(n_points):
             depth = load(lanes, state.penetration, i)
             if any_lane(depth > 0.0):
-                store(state.multiplier, i, positive_part(depth) * load(lanes, law.stiffness, i))
+                store(state.multiplier, i, larger(depth, 0.0) * load(lanes, law.stiffness, i))
                 state.active[n] = i
                 n += 1
         for a in range(n, n + TILE):

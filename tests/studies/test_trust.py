@@ -9,8 +9,8 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
+from hpcrub.model.disk import root_stress
 from hpcrub.model.elements import frame_element, rectangular_beam
-from hpcrub.model.root_stress import root_stress
 from hpcrub.results.layout import DONE
 from hpcrub.statistics.percentiles import (
     percentile_interval,

@@ -86,8 +86,8 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
     Returns entries of `State.active` that count.
     """
     zero = v.splat(lanes, 0.0)
-    limit = v.positive_part(deepest) * TOLERANCE
-    threshold = 0.0 - v.positive_part(deepest) * NEAR
+    limit = v.larger(deepest, 0.0) * TOLERANCE
+    threshold = 0.0 - v.larger(deepest, 0.0) * NEAR
     n_groups = list_near(lanes, state, law, threshold)
     guess(lanes, state, law, deepest)
     turn_penetrating(lanes, state, law, law.groups[n_groups])
@@ -123,7 +123,9 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
     v.store(state.report, SWEEPS, v.larger(trials, v.load(lanes, state.report, SWEEPS)))
     if v.any_lane(stuck > 0.0):
         n_groups = list_near(lanes, state, law, v.splat(lanes, -np.inf))
-        turn_all(lanes, state, law, law.groups[n_groups])
+        for a in range(law.groups[n_groups]):
+            law.fresh[a] = a
+        turn(lanes, state, law, law.groups[n_groups], law.groups[n_groups])
         v.store(law.right, 0, stuck)
         law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
@@ -151,14 +153,6 @@ def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> 
         depth = v.load(lanes, law.deepest, blade)
         count = count + v.select(high < depth, 0.0, v.select(low < depth, 1.0, 0.0))
     return count
-
-
-@compiled(inner=True)
-def turn_all(lanes: tuple, state: State, law: Any, n_active: int) -> None:
-    """Columns of all listed points; as `turn_penetrating`."""
-    for a in range(n_active):
-        law.fresh[a] = a
-    turn(lanes, state, law, n_active, n_active)
 
 
 @compiled(inner=True)

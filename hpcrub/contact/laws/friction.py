@@ -101,7 +101,7 @@ def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> 
     v.store(state.report, FLAW, code)
     scale = v.inverse(own)
     v.store(law.stiffness, j, scale)
-    law.surface.comply(lanes, law.surface, j, v.positive_part(own))
+    law.surface.comply(lanes, law.surface, j, v.larger(own, 0.0))
     for a in range(n_active):
         at = first + 3 * state.active[a]
         w = v.load(lanes, law.compliance, at)

@@ -16,20 +16,6 @@ from hpcrub.contact.lcp import gauss_seidel
 
 
 @compiled(inner=True)
-def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: int) -> None:
-    """Depths x that the forces of the active points undo, in state.multiplier (state is modified).
-
-    On return ``state.depth`` holds the depths d that the others leave.
-    """
-    limit = v.positive_part(deepest) * gauss_seidel.TOLERANCE
-    changing = deepest > 0.0
-    failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, limit, changing)
-    stuck = v.select(failed, 1.0, 0.0)
-    v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
-    v.store(state.report, UNSOLVED, v.larger(stuck, v.load(lanes, state.report, UNSOLVED)))
-
-
-@compiled(inner=True)
 def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
     """Take from all penetrations what the forces of earlier steps undo (state, law are modified).
 
@@ -85,5 +71,9 @@ def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
         return 0
     deepest = relieve(lanes, law, state)
     n_active = gauss_seidel.candidates(lanes, law, state, deepest)
-    solve(lanes, law, state, deepest, n_active)
+    limit = v.larger(deepest, 0.0) * gauss_seidel.TOLERANCE
+    failed, sweeps = gauss_seidel.solve_many(lanes, law, state, n_active, limit, deepest > 0.0)
+    stuck = v.select(failed, 1.0, 0.0)
+    v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
+    v.store(state.report, UNSOLVED, v.larger(stuck, v.load(lanes, state.report, UNSOLVED)))
     return to_forces(lanes, law, state, n_active)

@@ -85,16 +85,9 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
 
 @compiled(inner=True)
 def find_wrong(
-    lanes: tuple,
-    state: State,
-    law: Any,
-    n_groups: int,
-    group: int,
-    n: int,
-    threshold: np.ndarray,
-    limit: np.ndarray,
-    trying: np.ndarray,
-) -> np.ndarray:
+    lanes: tuple, state: State, law: Any, n_groups: int, group: int, n: int,
+    threshold: np.ndarray, limit: np.ndarray, trying: np.ndarray,
+) -> np.ndarray:  # fmt: skip
     """Mark points that are not on the line guessed, by 1 and the right one (law.wrong, modified).
 
     A point that others push in needs its column before its surface can tell its line.
@@ -150,15 +143,9 @@ def change_sides(
 
 @compiled(inner=True)
 def solve_group(
-    lanes: tuple,
-    state: State,
-    law: Any,
-    n_groups: int,
-    group: int,
-    threshold: np.ndarray,
-    limit: np.ndarray,
-    solving: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+    lanes: tuple, state: State, law: Any, n_groups: int, group: int,
+    threshold: np.ndarray, limit: np.ndarray, solving: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Multipliers of one group (state.multiplier, law are modified).
 
     state: on entry ``depth`` holds what the other groups leave of the penetrations [m].
@@ -185,7 +172,7 @@ def solve_group(
         i = state.active[a]
         old, force = v.load(lanes, state.multiplier, i), zero
         if own < n and law.chosen[own] == a:
-            force = v.positive_part(v.load(lanes, law.right, own))
+            force = v.larger(v.load(lanes, law.right, own), 0.0)
             own += 1
         v.store(law.wrong, a - start, old)
         v.store(state.multiplier, i, v.select(solving, force, old))

@@ -6,7 +6,7 @@ import numpy as np
 
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import positive_part, select, splat
+from hpcrub.contact.lanes import larger, select, splat
 from hpcrub.contact.laws.blades import solve_stuck
 from hpcrub.contact.lcp import gauss_seidel
 
@@ -51,7 +51,7 @@ class Hard(NamedTuple):
     @compiled(inline=True, inner=True)
     def follow(lanes: tuple, surface: "Hard", j: int, d: np.ndarray) -> tuple:
         """All of d, and the code of a force."""
-        return positive_part(d), splat(lanes, 1.0)
+        return larger(d, 0.0), splat(lanes, 1.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -59,7 +59,7 @@ class Hard(NamedTuple):
         lanes: tuple, surface: "Hard", j: int, code: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """All of d, or nothing."""
-        return positive_part(code), splat(lanes, 0.0)
+        return larger(code, 0.0), splat(lanes, 0.0)
 
     @staticmethod
     @compiled(inline=True, inner=True)

@@ -199,7 +199,7 @@ class Coated(NamedTuple):
             at = now + surface.offset[i]
             at = at - surface.n_steps if at >= surface.n_steps else at
             surface.bar[i] = surface.strip[i] * surface.n_steps + at
-            last = v.positive_part(v.load(lanes, surface.reached, i) - surface.thickness)
+            last = v.larger(v.load(lanes, surface.reached, i) - surface.thickness, 0.0)
             v.store(surface.last, i, last if follows else zero)
             p = v.load(lanes, state.penetration, i)
             v.store(surface.reached, i, p)
@@ -290,7 +290,7 @@ class Coated(NamedTuple):
             pushes = x < both
             both_code = v.select(yields, 4.0, 3.0)
             x, code = v.select(pushes, both, x), v.select(pushes, both_code, code)
-        return v.positive_part(x), v.select(x > 0.0, code, 0.0)
+        return v.larger(x, 0.0), v.select(x > 0.0, code, 0.0)
 
     @staticmethod
     @compiled(inner=True)

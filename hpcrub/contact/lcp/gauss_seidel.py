@@ -37,7 +37,7 @@ def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int
     changes no bit.
     """
     last = state.penetration.shape[0] - 1
-    threshold = 0.0 - v.positive_part(deepest) * v.load(lanes, law.bound, 0)
+    threshold = 0.0 - v.larger(deepest, 0.0) * v.load(lanes, law.bound, 0)
     n = 0
     for i in range(last):
         if v.any_lane(threshold < v.load(lanes, state.penetration, i)):
@@ -60,12 +60,7 @@ def unsettled(
 
 @compiled(inline=True, inner=True)
 def solve_few(
-    lanes: tuple,
-    slots: tuple,
-    law: Any,
-    state: State,
-    limit: np.ndarray,
-    changing: np.ndarray,
+    lanes: tuple, slots: tuple, law: Any, state: State, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
@@ -118,12 +113,7 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
 
 @compiled(inner=True)
 def solve_many(
-    lanes: tuple,
-    law: Any,
-    state: State,
-    n_active: int,
-    limit: np.ndarray,
-    changing: np.ndarray,
+    lanes: tuple, law: Any, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Depths x of any number of active points; of a rigid casing bit for bit as `solve_few`.
 
@@ -188,7 +178,7 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
     frozen, so that its result does not depend on how long the others take; one that has not after
     MAX_SWEEPS is solved by pivoting.
     """
-    limit = v.positive_part(deepest) * TOLERANCE
+    limit = v.larger(deepest, 0.0) * TOLERANCE
     changing = deepest > 0.0
     if n_active <= len(FEW):
         stuck, sweeps = solve_few(lanes, FEW, law, state, limit, changing)

@@ -5,6 +5,9 @@ are positive. Without friction W is positive definite. Friction on a leaned blad
 diagonal: once W_jj ≤ 0, a force on blade j no longer pushes it out (jamming), and before
 that other minors may have changed sign.
 Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), chapters 3 and 4.
+
+Lemke's method works on a ``tableau`` (n, 2n + 2), columns of w, x, the artificial variable and the
+right-hand side, and on a ``basis`` (n,) int, the column that is basic in each row.
 """
 
 import numpy as np
@@ -41,10 +44,7 @@ def flaw(W: np.ndarray) -> int:
 
 
 def is_p_matrix(W: np.ndarray) -> bool:
-    """Whether all principal minors are positive.
-
-    W: (n, n) any square matrix, as the Delassus operator [m/N].
-    Returns whether W is a P-matrix.
+    """Whether all principal minors of a square matrix (n, n) are positive.
 
     By the recursion of Tsatsomeros and Li (2000): W is a P-matrix if and only if W_00 > 0 and both
     W without row and column 0, and its Schur complement with respect to W_00, are P-matrices.
@@ -64,10 +64,7 @@ def is_p_matrix(W: np.ndarray) -> bool:
 def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None:
     """Bring a column into the basis in place of that of a row (tableau, basis modified).
 
-    tableau: (n, 2n + 2) columns of w, x, the artificial variable and the right-hand side.
-    basis: (n,) int, column that is basic in each row.
-    row: row whose variable leaves the basis.
-    column: column that enters the basis.
+    row: row whose variable leaves the basis; column: column that enters the basis.
     """
     n, scale = tableau.shape[1], tableau[row, column]
     for k in range(n):
@@ -84,8 +81,6 @@ def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None
 def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
     """Row of the smallest ratio, the artificial variable first.
 
-    tableau: (n, 2n + 2) columns of w, x, the artificial variable and the right-hand side.
-    basis: (n,) int, column that is basic in each row.
     column: column that enters the basis.
     Returns row; −1 for an unbounded ray.
 
@@ -122,12 +117,9 @@ def comes_first(tableau: np.ndarray, basis: np.ndarray, column: int, i: int, j: 
 
 @compiled
 def begin(tableau: np.ndarray, basis: np.ndarray, M: np.ndarray, p: np.ndarray) -> int:
-    """Row of the largest penetration, the last of equal ones (tableau, basis are modified).
+    """Fill tableau and basis, that of w, from M and p of `solve_by_pivoting`.
 
-    tableau: (n, 2n + 2) set to the columns of w, x, the artificial variable and the right-hand
-        side.
-    basis: (n,) int, set to those of w.
-    M, p: as in `solve_by_pivoting`.
+    Returns row of the largest penetration, the last of equal ones.
     """
     n, row = len(p), 0
     for i in range(n):

@@ -46,7 +46,9 @@ def check(model: NeutralModel) -> Findings:
             raise InputError("M: the mass matrix is not positive definite")
         return Findings(np.nan, np.nan, 0, float(tip.max()), float(np.ptp(tip)))
     rigid = rigid_motions(model)
-    mass = _mass(model, rigid)
+    # of a translation along an axis in which it can move [kg]
+    masses = np.einsum("nk,nk->k", rigid[:, :3], model.mass @ rigid[:, :3])
+    mass = float(masses.max()) * (model.n_sectors or 1)
     _check_mass(model, mass, radius)
     share = unbalanced(model.stiffness[0], rigid)
     loaded = int((share > RIGID).sum())
@@ -100,12 +102,6 @@ def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
     size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
     return (force / size).max(axis=1)
-
-
-def _mass(model, rigid):
-    """Mass of the model [kg], that of a translation along an axis in which it can move."""
-    masses = np.einsum("nk,nk->k", rigid[:, :3], model.mass @ rigid[:, :3])
-    return float(masses.max()) * (model.n_sectors or 1)
 
 
 def _check_mass(model, mass, radius):

@@ -1,11 +1,19 @@
-"""Natural frequencies by nodal diameter: of one sector, of a whole disk, of a reduced model."""
+"""Natural frequencies by nodal diameter: of one sector, of a whole disk, of a reduced model.
+
+And whether matrices at three speeds tell the stiffness between them.
+"""
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
 from hpcrub.model.imported.assembly import assemble, disk_rows
-from hpcrub.model.imported.craig_bampton import boundary_rows, factorised, lowest_modes
+from hpcrub.model.imported.craig_bampton import (
+    boundary_rows,
+    factorised,
+    frequencies,
+    lowest_modes,
+)
 from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.reduced import interface
@@ -73,11 +81,6 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
             [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
         )
         angle = face.angle
-    return _sorted_by_diameter(values, shapes, angle, model, n_diameters)
-
-
-def _sorted_by_diameter(values, shapes, angle, model, n_diameters):
-    """Table of `frequencies_by_diameter` for like contact points of all blades."""
     shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
     diameters = diameters_of(shapes, model.contact_blade, angle)
     table = np.full((n_diameters, MODES_PER_DIAMETER), np.nan)
@@ -137,3 +140,33 @@ def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np
     points = np.array([part[: count.min()] for part in parts])  # (N, alike)
     like = shapes[:, points].transpose(0, 2, 1, 3).reshape(-1, *points.T.shape[1:], shapes.shape[2])
     return nodal_diameters(like, angle[points[:, 0]], len(count))
+
+
+def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
+    """Relative error of the first frequency half-way between the speeds of a model's matrices.
+
+    Rotation changes the square of a frequency smoothly with the square of the speed. The entries of
+    the matrices do not, where blades turn by degrees: a parabola through each of them then gives a
+    blade that is none.
+
+    model: of kind "sector" or "disk", with stiffness fitted through three speeds.
+    speeds: (3,) these speeds, 0 among them [rad/s].
+    Returns that of the larger magnitude of both places; the parabola through the frequencies'
+    squares is taken to be right.
+    """
+    if model.kind == "sector":
+        diameters = model.n_sectors // 2
+        first = [sector_frequencies(model, diameters, 1, s)[0] for s in _with_middles(speeds)]
+    else:
+        disk = assemble(model)
+        first = [frequencies(disk, 1, s)[0] for s in _with_middles(speeds)]
+    square = np.sort(speeds) ** 2
+    parabola = np.polyfit(square / square[-1], np.square(first[:3]), 2)
+    middles = (square[1:] + square[:-1]) / 2 / square[-1]
+    errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles)) - 1.0
+    return float(errors[np.abs(errors).argmax()])
+
+
+def _with_middles(speeds):
+    square = np.sort(speeds) ** 2
+    return np.sqrt(np.concatenate([square, (square[1:] + square[:-1]) / 2]))

@@ -12,7 +12,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
-from hpcrub.model.root_stress import root_stress
+from hpcrub.model.disk import root_stress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, percentile_interval, probability_interval

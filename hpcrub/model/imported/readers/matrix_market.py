@@ -31,13 +31,14 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
             f"nodes.csv: node {number[:-1][np.diff(number) == 0][0]} stands there twice"
         )
     dof = _whole(_table(folder / "dof.csv", 2), "dof.csv")
-    place = np.where(dof[:, 1] > 0, places(_numbered(dof, number), number, "dof.csv"), -1)
+    placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
+    place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
     contact = _table(folder / "contact.csv")
     arrays = {
         "hpcrub_model": np.array(1),
         "kind": np.array("sector" if n_sectors else "disk"),
         "nodes": nodes[:, 1:],
-        "dof": np.column_stack([place, dof[:, 1]]),
+        "dof": np.column_stack([np.where(placed, place, -1), dof[:, 1]]),
         "contact_node": places(contact[:, 0], number, "contact.csv"),
     }
     for name, column in (("contact_blade", 1), ("contact_clearance", 2)):
@@ -57,11 +58,6 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     if (folder / "speeds_hz.csv").exists():
         arrays["speeds_hz"] = _table(folder / "speeds_hz.csv").ravel()
     return arrays
-
-
-def _numbered(dof, number):
-    """Node numbers of rows; any for those of direction 0, which belong to none."""
-    return np.where(dof[:, 1] > 0, dof[:, 0], number[0])
 
 
 def _fixed(held, dof):

@@ -1,4 +1,4 @@
-"""What the readers share: a mesh, lists of its nodes, and matrices by (node, direction)."""
+"""What the readers share: a mesh and its skin, lists of nodes, matrices by (node, direction)."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,9 +8,14 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported.neutral import symmetric
-from hpcrub.model.imported.readers.skin import skin
 
 PARTS = "data", "indices", "indptr"
+TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
+WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
+HEXAHEDRON = (
+    (0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 3, 7, 4),
+)  # fmt: skip
+FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20: HEXAHEDRON}
 
 
 class Rows(NamedTuple):
@@ -119,3 +124,20 @@ def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
     if wrong.any():
         raise InputError(f"{what}: there is no node {numbers[wrong][0]:g}")
     return at
+
+
+def skin(elements: list) -> np.ndarray:
+    """Faces that belong to one element only.
+
+    elements: (n,) nodes of each, corners first, of tetrahedra, wedges and hexahedra;
+        others have no faces.
+    Returns (F, 4) int; corners of every outer face, a triangle's last one twice.
+    """
+    seen = {}
+    for nodes in elements:
+        for face in FACES.get(len(nodes), ()):
+            corners = [int(nodes[k]) for k in face]
+            key = tuple(sorted(corners))
+            seen[key] = None if key in seen else corners
+    faces = [face if len(face) == 4 else [*face, face[-1]] for face in seen.values() if face]
+    return np.array(faces, dtype=np.int64).reshape(-1, 4)
