@@ -9,7 +9,7 @@ from evidence.truth.hexahedra import DENSITY, POISSON, SMALL, YOUNG, sector, sec
 from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
 from hpcrub.model.imported import checks, cyclic, neutral
-from hpcrub.model.imported.readers import calculix, deck, matrix_market, skin
+from hpcrub.model.imported.readers import calculix, deck, matrix_market, rows
 from hpcrub.model.imported.readers.rows import Lists
 from hpcrub.results import model_file
 
@@ -83,7 +83,7 @@ def test_calculix(tmp_path, exact):
     model = same_model(read, exact, "mm t s")
     assert len(model.fixed) == len(exact.fixed)
     hidden = {tuple(sorted(face)) for face in model.surface.tolist()}
-    assert len(hidden) == len(model.surface) == len(skin.skin(list(mesh.elements)))
+    assert len(hidden) == len(model.surface) == len(rows.skin(list(mesh.elements)))
 
 
 def write_matrix_market(folder, number):
@@ -178,8 +178,8 @@ def test_sets_of_decks(tmp_path):
 def test_skin_of_two_hexahedra_hides_the_face_between_them():
     cube = [0, 1, 2, 3, 4, 5, 6, 7]
     above = [4, 5, 6, 7, 8, 9, 10, 11]
-    assert len(skin.skin([cube])) == 6
-    faces = {tuple(sorted(face)) for face in skin.skin([cube, above]).tolist()}
+    assert len(rows.skin([cube])) == 6
+    faces = {tuple(sorted(face)) for face in rows.skin([cube, above]).tolist()}
     assert len(faces) == 10
     assert (4, 5, 6, 7) not in faces
 
