@@ -121,6 +121,14 @@ def _write_attributes(file, plan):
     file.attrs["seed"] = np.uint64(plan.config.mistuning.seed)
 
 
+def note_program(path: str | Path) -> None:
+    """Name this program, too, in the attributes of a file that another one has begun."""
+    with h5py.File(path, "r+", **LIBVER, **SERIAL) as file:
+        for name, value in provenance.origin().items():
+            known = str(_words(file.attrs.get(name, value))).split(", ")
+            file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
+
+
 def _create_dataset(file, line, length):
     """Create one dataset, allocated now; h5py's own call does not do that for scalars."""
     dtype = np.dtype(line.dtype)

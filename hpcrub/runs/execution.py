@@ -26,6 +26,7 @@ class Existing(NamedTuple):
 
     resume: bool = False
     overwrite: bool = False
+    allow_mixed: bool = False  # go on with what another state of the program has begun
 
 
 class Examined(NamedTuple):
@@ -77,7 +78,7 @@ def check_output(run: Run, existing: Existing) -> bool:
     if not (existing.resume or existing.overwrite):
         raise InputError(f"{path} exists: --resume goes on with it, --overwrite replaces it")
     if existing.resume:
-        result_files.check_resumable(path, run)
+        result_files.check_resumable(path, run, existing.allow_mixed)
     else:
         storage.refuse_foreign(path)
     return existing.resume
@@ -85,7 +86,9 @@ def check_output(run: Run, existing: Existing) -> bool:
 
 def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
     """Make sure that a sound result file is there (rank 0). Raises InputError."""
-    if not check_output(run, existing):  # once more: another job may just have finished it
+    if check_output(run, existing):  # once more: another job may just have finished it
+        result_files.register(run.config.output)
+    else:
         attributes = {"warnings": "\n".join(warnings)} if warnings else {}
         result_files.lay_out(run.config.output, run, attributes)
 

@@ -91,19 +91,19 @@ def check_config(file: ResultFile, config: Config) -> None:
         raise InputError(f"{file.path} has another configuration: {found[0]}{more}")
 
 
-def check_resumable(path: str | Path, run: Run) -> None:
+def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
     """Refuse to go on with a file that was not begun by the same program for the same run.
 
-    Raises InputError, which says what differs: configuration, datasets, program text, or a source.
+    allow_mixed: go on with what another program text has begun. Raises InputError, which says what
+    differs: configuration, datasets, program text, or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)
         check(file, run)
-        same = file.attributes.get("program_text") == provenance.program_text()
-        if not same and (file.status == PENDING).any():
+        if not allow_mixed and not _knows_this_program(file) and (file.status == PENDING).any():
             raise InputError(
                 f"{path} was begun by another program: {file.written_by()} can go on with it; "
-                "--overwrite begins anew"
+                "--allow-mixed goes on and names both in the file, --overwrite begins anew"
             )
         known = run.constants() if run.study.n_sources else {}
         if not all(np.array_equal(file.read(name), values) for name, values in known.items()):
@@ -111,3 +111,15 @@ def check_resumable(path: str | Path, run: Run) -> None:
             raise InputError(
                 f"sources: {sources} has changed since {path} was begun; --overwrite begins anew"
             )
+
+
+def _knows_this_program(file):
+    return provenance.program_text() in str(file.attributes.get("program_text")).split(", ")
+
+
+def register(path: str | Path) -> None:
+    """Note in a closed file that this program computes the rest of it."""
+    with ResultFile(path) as file:
+        known = _knows_this_program(file) or not (file.status == PENDING).any()
+    if not known:
+        storage.note_program(path)

@@ -36,11 +36,13 @@ def merge(
     paths: Sequence[str | Path],
     overwrite: bool = False,
     samples: int | None = None,
+    allow_mixed: bool = False,
 ) -> tuple[int, int]:
     """Merge result files of parts of one study into `out`, which appears when it is whole.
 
     overwrite: replace an existing file; samples: number of samples a level of the whole study, if
-    not that of the parts' own. Returns the number of finished samples, and of all.
+    not that of the parts' own; allow_mixed: take parts that different program texts have computed.
+    Returns the number of finished samples, and of all.
     Raises InputError for parts that are unsound, of different studies or programs, or contradict
     each other.
     """
@@ -52,6 +54,11 @@ def merge(
         if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
         found = _survey(out, paths, samples)
+        if ", " in found.origin["program_text"] and not allow_mixed:
+            raise InputError(
+                "the parts were computed by different programs, of the revisions "
+                f"{found.origin['git_revision']}: --allow-mixed merges them and names all"
+            )
         storage.refuse_foreign(out)
         run = Run(STUDY, found.config)
         result_files.lay_out(unfinished, run, found.origin)
@@ -93,9 +100,6 @@ def _survey(out, paths, samples):
             for name, value in part.attributes.items():
                 if name.endswith(("_version", "_revision", "_text")):
                     origin[name].update(str(value).split(", "))
-    if len(origin["program_text"]) != 1:
-        by = ", ".join(sorted(origin["git_revision"]))
-        raise InputError(f"the parts were computed by different programs, of the revisions {by}")
     attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
     if warned:
         attributes["warnings"] = "\n".join(warned)
