@@ -4,7 +4,10 @@ Every axis of every dataset has a dimension scale, so that xarray and netCDF kno
 dataset with the values along it where the study names one, else numbers from 0 (`index_scale`).
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from hpcrub.contact import status
 
@@ -13,6 +16,7 @@ from hpcrub.contact import status
 NUMBER = 3
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
+OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
 
 
 class Dataset(NamedTuple):
@@ -34,6 +38,16 @@ class Plan(NamedTuple):
     scales: dict[str, str]  # dimension: dataset with the values along it, {group} its own group
     values: dict[str, Any]  # datasets that are known now
     attributes: dict[str, Any]  # of the root, beside those that every file has
+
+
+def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
+    """Bytes that a result file of these datasets takes."""
+    items = (
+        int(np.prod([lengths[d] for d in line.dimensions], dtype=object))
+        * np.dtype(line.dtype).itemsize
+        for line in lines
+    )
+    return sum(items) + OVERHEAD * len(lines)
 
 
 SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")

@@ -17,8 +17,8 @@ How a file survives a kill at any moment:
 import contextlib
 import datetime
 import os
+import shutil
 import stat
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,7 +29,7 @@ from hpcrub import __version__
 from hpcrub.config.schema import Config
 from hpcrub.errors import HpcrubError, InputError, WriteError, reason
 from hpcrub.results import ownership, provenance, trouble
-from hpcrub.results.layout import NUMBER, Dataset, Plan
+from hpcrub.results.layout import NUMBER, Plan, file_size
 
 # HDF5's own locks would keep readers off a running study, and not every file system has them;
 # `ownership.Lock` keeps a second writer off. Reading is done with HDF5's default, as by xarray: one
@@ -38,7 +38,6 @@ SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
 DEFLATED = 1100  # times smaller than data, at most, is what deflate makes of it
-OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
 # what h5py raises on damage; a wrong index of ours (IndexError) is none
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
 
@@ -80,16 +79,6 @@ def lay_out(path: str | Path, plan: Plan) -> None:
         raise InputError(f"cannot write {path}: {reason(error)}") from None
 
 
-def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
-    """Bytes that a result file of these datasets takes."""
-    items = (
-        int(np.prod([lengths[d] for d in line.dimensions], dtype=object))
-        * np.dtype(line.dtype).itemsize
-        for line in lines
-    )
-    return sum(items) + OVERHEAD * len(lines)
-
-
 def _reserve(path, size, mode="xb"):
     """Raise OSError when a file of this size has no place, as by a quota; mode: of a new file.
 
@@ -122,11 +111,17 @@ def _write_attributes(file, plan):
 
 
 def note_program(path: str | Path) -> None:
-    """Name this program, too, in the attributes of a file that another one has begun."""
-    with h5py.File(path, "r+", **LIBVER, **SERIAL) as file:
+    """Name this program, too, in the attributes of a file that another one has begun.
+
+    In a copy of it, which then replaces it: a kill in between harms nothing. Raises OSError.
+    """
+    path = os.path.realpath(path)
+    part = shutil.copyfile(path, f"{path}.hpcrub-part")
+    with h5py.File(part, "r+", **LIBVER, **SERIAL) as file:
         for name, value in provenance.origin().items():
             known = str(_words(file.attrs.get(name, value))).split(", ")
             file.attrs[name] = _text(", ".join(dict.fromkeys([*known, value])))
+    ownership.move(part, path)
 
 
 def _create_dataset(file, line, length):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config, differences
-from hpcrub.errors import InputError
-from hpcrub.results import provenance, storage
+from hpcrub.errors import InputError, reason
+from hpcrub.results import layout, provenance, storage
 from hpcrub.results.layout import PENDING, Plan, index_scale
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
@@ -48,7 +48,7 @@ def _lines(run):
 
 def file_size(run: Run) -> int:
     """Bytes that the result file of a run takes."""
-    return storage.file_size(_lines(run), run.sizes())
+    return layout.file_size(_lines(run), run.sizes())
 
 
 def open_checked(
@@ -118,8 +118,11 @@ def _knows_this_program(file):
 
 
 def register(path: str | Path) -> None:
-    """Note in a closed file that this program computes the rest of it."""
+    """Note in a closed file that this program computes the rest of it. Raises InputError."""
     with ResultFile(path) as file:
         known = _knows_this_program(file) or not (file.status == PENDING).any()
-    if not known:
-        storage.note_program(path)
+    try:
+        if not known:
+            storage.note_program(path)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {reason(error)}") from None
