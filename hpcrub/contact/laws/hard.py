@@ -71,6 +71,7 @@ class Hard(NamedTuple):
         return select(code > 0.0, select(x < 0.0, 1.0, 0.0), select(limit < p, 2.0, 0.0))
 
 
+# the body of a NamedTuple takes fields and functions only
 for _method in ("tick", "meet", "near", "total"):
     setattr(Hard, _method, staticmethod(unchanged))
 for _method in ("relieve", "keep", "comply", "wear"):
