@@ -159,17 +159,14 @@ def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
 
 
-def block(language):
-    return code("developing_a_study.md", language)[0]
-
-
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
     """A copy of the program with the module of the page, imported and named in the lists."""
     tree = tmp_path_factory.mktemp("tree")
     shutil.copytree(ROOT / "hpcrub", tree / "hpcrub")
     shutil.copy(ROOT / "main.py", tree)
-    (tree / "hpcrub/studies/frequencies.py").write_text(block("python"), encoding="utf-8")
+    (module,) = code("developing_a_study.md", "python")
+    (tree / "hpcrub/studies/frequencies.py").write_text(module, encoding="utf-8")
     for name, n_places in (("studies/__init__.py", 2), ("config/study_keys.py", 1)):
         path = tree / "hpcrub" / name
         name = re.compile(r'("?)\benergy\b("?,)')
@@ -180,21 +177,18 @@ def tree(tmp_path_factory):
 
 
 def run(tree, *arguments):
-    """Exit code, output and errors of Python in the copy."""
-    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": str(tree)}
-    words = [sys.executable, *map(str, arguments)]
-    done = subprocess.run(words, cwd=tree, env=environment, capture_output=True, text=True)
-    return done.returncode, done.stdout, done.stderr
+    """Output of Python in the copy, which ends well and without a word of error."""
+    settings = {"env": os.environ | ENVIRONMENT | {"PYTHONPATH": str(tree)}, "text": True}
+    done = subprocess.run([sys.executable, *arguments], cwd=tree, capture_output=True, **settings)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
 
 
 def test_the_example_is_a_study(tree):
-    text = block("yaml").replace("samples: 1000", "samples: 3") + "reduction: {n_modes: 4}\n"
-    (tree / "a.yaml").write_text(text)
-    code, out, err = run(tree, "main.py", "a.yaml", "--dry-run")
-    assert (code, err) == (0, "")
-    assert "estimated run time" in out
-    code, out, err = run(tree, "main.py", "a.yaml", "--no-figures")
-    assert (code, err) == (0, "")
+    text = code("developing_a_study.md", "yaml")[0].replace("samples: 1000", "samples: 3")
+    (tree / "a.yaml").write_text(text + "reduction: {n_modes: 4}\n")
+    assert "estimated run time" in run(tree, "main.py", "a.yaml", "--dry-run")
+    out = run(tree, "main.py", "a.yaml", "--no-figures")
     assert "sigma = 2.31 %" in out
     with h5py.File(tree / "results/a.h5") as file:
         found = file["frequencies_hz"][()]
