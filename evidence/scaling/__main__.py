@@ -2,8 +2,6 @@
 
 import argparse
 import sys
-import tempfile
-from pathlib import Path
 
 from evidence import page
 from evidence.scaling import costs, program, report
@@ -42,12 +40,11 @@ def main(argv=None):
                         help="the whole way with one sample, without the page (20 s)")  # fmt: skip
     if parser.parse_args(argv).fast:
         found = measure([Config().replace(SMALL)], 1, 1, (1, 2))
-        with tempfile.TemporaryDirectory() as folder:
-            print("\n".join(report.write(found, Path(folder), (2, 8)).values()))
+        print("\n".join(report.write(found, (2, 8)).values()))
         return 0
     found = measure(costs.paper(), SAMPLES, EACH, RANKS)
     print("simulation", flush=True)
-    parts = report.write(found, page.DOCS / "figures", report.RANKS)
+    parts = report.write(found, report.RANKS)
     page.replace(page.DOCS / "scaling.md", **parts, machine=f"Measured with {page.machine()}.")
     return 0
 

@@ -1,19 +1,16 @@
-"""Measurements and simulations → tables and figures of docs/scaling.md."""
+"""Measurements and simulations → tables of docs/scaling.md."""
 
 import os
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from evidence import page
 from evidence.scaling import program, simulate
-from hpcrub.plot.style import BLUE, ORANGE, STYLE
 
-RANKS = (10, 100, 300, 1000, 3000, 10_000)
+RANKS = (10, 100, 1000, 10_000)
 SAMPLES = 20_000  # of each case: 4 levels of 5000
 MORE = 10  # times the samples, on the most ranks
 ENOUGH = 400  # samples per rank are simulated, and count for all
-BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15)}  # of a legend
 VARIANTS = {"as it is": True, "samples never cut": False}  # whether samples are cut
 
 
@@ -45,15 +42,9 @@ def _cases(found, n_ranks, n_samples, cut):
     return simulate.Result(*sums)
 
 
-def ranks(table):
-    """Numbers of ranks of a table of simulations."""
-    return [n for name, n in table if name == "as it is"]
-
-
-def write(found, figures, all_ranks):
-    """Draw the figures into a folder; returns the parts of the page."""
+def write(found, all_ranks):
+    """The parts of the page."""
     table = simulations(found, all_ranks)
-    efficiency_figure(found, table, figures / "scaling.png")
     this = machine(found)
     each = [
         ["rank 0: a message with a result", f"{1e6 * this.receive:.0f} µs"],
@@ -99,14 +90,14 @@ def _agreement(found):
 
 
 def _ranks(table):
-    columns = [n for n in ranks(table) if str(n).strip("0") == "1"] or ranks(table)
+    columns = [n for name, n in table if name == "as it is"]
     rows = [[name, *(f"{100 * table[name, n].efficiency(n):.1f} %" for n in columns)]
             for name in VARIANTS]  # fmt: skip
     best = [table["as it is", n] for n in columns]
     rows.append(["time of the whole study", *(f"{r.seconds:.1f} s" for r in best)])
     busy = [f"{100 * r.serving / r.seconds:.1f} %" for r in best]
     rows.append(["rank 0 busy with messages", *busy])
-    most = ranks(table)[-1]
+    most = columns[-1]
     more = table["more samples", most]
     nothing = [""] * (len(columns) - 1)
     rows.append([f"with {MORE} times the samples, as it is", *nothing,
@@ -114,28 +105,3 @@ def _ranks(table):
     rows.append(["rank 0 busy with messages then", *nothing,
                  f"{100 * more.serving / more.seconds:.0f} %"])  # fmt: skip
     return page.table(["", *(f"{n:,} ranks" for n in columns)], rows)
-
-
-def efficiency_figure(found, table, path):
-    """Efficiency against ranks, and how busy rank 0 is."""
-    counts = ranks(table)
-    with plt.rc_context(STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5.4))
-        for name, look in zip(VARIANTS, ("o-", "s--"), strict=True):
-            efficiency = [100 * table[name, n].efficiency(n) for n in counts]
-            left.semilogx(counts, efficiency, look, label=name)
-        left.axhline(95.0, color="0.4", lw=1.2, ls=":", label="95 %")
-        left.set(xlabel="ranks", ylabel="efficiency [%]", ylim=(0, 102))
-        busy = [table["as it is", n] for n in counts]
-        share = [100 * r.serving / r.seconds for r in busy]
-        right.loglog(counts, share, "o-", color=BLUE, label="rank 0 busy with messages [%]")
-        seconds = [r.seconds for r in busy]
-        right.loglog(counts, seconds, "s--", color=ORANGE, label="time of the study [s]")
-        longest = sum(c.speeds.max() for c in found["costs"].values())
-        label = "single longest speeds of all cases [s]"
-        right.axhline(longest, color="0.4", lw=1.2, ls=":", label=label)
-        right.set(xlabel="ranks", ylabel="share [%], time [s]")
-        left.legend(ncols=2, **BELOW)
-        right.legend(ncols=1, **BELOW)
-        figure.savefig(path, dpi=130)
-        plt.close(figure)
