@@ -192,6 +192,8 @@ class ResultFile:
         """
         self.path = Path(path).expanduser()
         parallel = comm is not None and comm.size > 1
+        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
+            raise InputError(f"{self.path} is no file")
         try:
             if parallel:
                 self._file = h5py.File(self.path, mode, driver="mpio", comm=comm, **LIBVER)

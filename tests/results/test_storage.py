@@ -149,7 +149,7 @@ def times(values):
     ("spoil", "message"),
     [
         (Path.unlink, "No such file or directory"),
-        (lambda path: (path.unlink(), path.mkdir()), "Is a directory"),
+        (lambda path: (path.unlink(), os.mkfifo(path)), "is no file"),
         (lambda path: path.write_text("hello"), "file signature not found"),
         (lambda path: path.write_bytes(path.read_bytes()[:-1000]), "truncated file"),
         (lambda path: h5py.File(path, "w").close(), "is not a result file of hpcrub"),
