@@ -335,7 +335,6 @@ class Coated(NamedTuple):
         """1 and the right code where x (L,) [m] is not the depth that the force at p (L,) undoes.
 
         code: (L,) that x was found with.
-
         limit: (L,) tolerance [m].
         trying: (L,) bool, lanes that count (their ``reached`` is modified).
         """
