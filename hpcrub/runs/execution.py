@@ -86,11 +86,11 @@ def check_output(run: Run, existing: Existing) -> bool:
 
 def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
     """Make sure that a sound result file is there (rank 0). Raises InputError."""
-    if check_output(run, existing):  # once more: another job may just have finished it
-        result_files.register(run.config.output)
-    else:
+    if not check_output(run, existing):  # once more: another job may just have finished it
         attributes = {"warnings": "\n".join(warnings)} if warnings else {}
         result_files.lay_out(run.config.output, run, attributes)
+    elif existing.allow_mixed:
+        result_files.register(run.config.output)
 
 
 def execute(
