@@ -91,7 +91,8 @@ def crossings(table: np.ndarray, n_blades: int) -> list:
     found = []
     for diameters in range(table.shape[1]):
         for family in range(table.shape[2]):
-            f = np.interp(fine, SHARES, table[:, diameters, family])
+            # squares of frequencies go nearly straight over the square of the speed
+            f = np.sqrt(np.interp(fine**2, SHARES**2, table[:, diameters, family] ** 2))
             for order in {diameters, n_blades - diameters} - {0}:
                 beyond = f - order * fine * SPEED
                 at = SPEED * fine[:-1][beyond[:-1] * beyond[1:] < 0]

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
-from hpcrub.model import families
+from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
@@ -158,14 +158,27 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     """
     for line in _found(model, options):
         _say(line)
-    table = cyclic.frequencies_by_diameter(model, 2 * np.pi * options.speed_hz)
+    speed = 2 * np.pi * options.speed_hz
+    table = cyclic.frequencies_by_diameter(model, speed)
     checks.check_frequency(np.nanmin(table))
     at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
     _say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
-    _say("first family by n_d = diameters or n_d = blades - diameters (SAFE diagram):")
-    for diameters, row in enumerate(table):
-        _say(f"  {diameters:3d}: " + _safe_row(row, diameters, model.n_blades))
+    _say("first family, whose frequency is that at the same speed, by n_d = diameters or")
+    _say("n_d = blades - diameters (SAFE diagram):")
+    depends = len(model.stiffness) > 1 and speed > 0.0  # without a speed, on a disk at rest
+    pencils = cyclic.pencils(model, [0.0, speed] if depends else [speed])
+    for diameters, (row, pencil) in enumerate(zip(table, pencils, strict=True)):
+        frequencies = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
+        orders = sorted({n for n in (diameters, model.n_blades - diameters) if n})
+        met = ", ".join(f"n_d = {n}: {_crossing(pencil, n)}" for n in orders)
+        _say(f"  {diameters:3d}: {frequencies}   {met}")
     return table[:, 0]
+
+
+def _crossing(pencil, order):
+    """Speed at which an engine order meets the lowest mode of a stiffness and mass, in words."""
+    found = crossings.speeds(*pencil, order)
+    return f"{found[0] / (2 * np.pi):.4g}" if len(found) else "never"
 
 
 def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
@@ -219,12 +232,6 @@ def _rotation(model, options):
             "warning: so friction presses the tips against the casing, which it would not if the "
             f"disk turned the other way (--turns {-options.turns}); matrices cannot tell if it does"
         )
-
-
-def _safe_row(row, diameters, n_blades):
-    text = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
-    orders = sorted({n for n in (diameters, n_blades - diameters) if n})
-    return f"{text}   " + ", ".join(f"n_d = {n}: {row[0] / n:.4g}" for n in orders)
 
 
 def reduce(

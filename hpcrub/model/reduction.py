@@ -53,7 +53,8 @@ class Modes(NamedTuple):
 
     def at(self, speed_hz: float) -> "Modes":
         """The same modes with the frequencies of a speed of rotation [Hz], see `omega_at`."""
-        return self._replace(omega=self.omega_at(2 * np.pi * speed_hz))
+        speed = 2 * np.pi * speed_hz
+        return self._replace(omega=self.omega_at(speed), speed=speed)
 
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.casing import casing_height, ramp
+from hpcrub.model.crossings import folded
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
@@ -128,7 +129,7 @@ def safe_diagram(canvas: Canvas) -> None:
     black: dict[str, Any] = {"color": BLACK, "lw": 1.5}
     axes[0].plot(order, critical * order, label=f"excitation at {critical:.4g} Hz", **black)
     axes[0].plot(order, critical * (n_blades - order), **black)
-    excited = min(n_d % n_blades, -n_d % n_blades)
+    excited = folded(n_d, n_blades)
     family = first[diameters[:n_blades] == excited].mean()
     above = n_d * critical > first.max()
     why = f",\nabove the family's {family:.4g} Hz:\ncontact stiffens the blades" if above else ""
@@ -138,11 +139,14 @@ def safe_diagram(canvas: Canvas) -> None:
         xytext=(0.6 * most, 0.4 * shown), ha="center", va="center", fontsize=11,
         arrowprops={"arrowstyle": "->"}, bbox={"fc": "w", "ec": "none", "alpha": 0.8},
     )  # fmt: skip
-    if excited:
-        label = f"excitation at {family / excited:.4g} Hz, which would meet the family"
-        axes[1].plot(order, family / excited * order, "--", label=label, **black)
+    met = float(file.read("crossing_hz"))
+    if np.isfinite(met):
+        way = 1 if n_d % n_blades == excited else -1
+        label = f"order {n_d} at {met:.4g} Hz, where it meets the family"
+        axes[1].plot(order, met * (n_d + way * (order - excited)), "--", label=label, **black)
     axes[0].set_title("SAFE diagram")
-    axes[1].set_title("first family, without contact")
+    never = "" if np.isfinite(met) else f"; order {n_d} never meets it"
+    axes[1].set_title(f"first family, without contact{never}")
 
 
 def _modes(file: ResultFile, kind: str) -> tuple[Any, Any]:

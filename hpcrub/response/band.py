@@ -175,7 +175,8 @@ class Band:
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         index = self.speed[lane]
         reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
-        stuck = permanent_contact(self._share_touched(lane, now), self.modes, self.scene)
+        touched = self._share_touched(lane, now)
+        stuck = permanent_contact(touched, self.modes, self.scene, self.speeds_hz[index])
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # it grows without bounds: no further window can tell more
         if reason not in status.FATAL:

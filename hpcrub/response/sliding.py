@@ -61,7 +61,7 @@ def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -
     return rate if rate > 1e-3 * modes.omega.min() else 0.0
 
 
-def permanent_contact(share: np.ndarray, modes: Modes, scene: Any) -> int:
+def permanent_contact(share: np.ndarray, modes: Modes, scene: Any, speed_hz: float) -> int:
     """Whether a motion is one in permanent contact, whose amplitude means nothing.
 
     A blade that touches the casing all the time either follows the casing, or, where sliding
@@ -69,12 +69,12 @@ def permanent_contact(share: np.ndarray, modes: Modes, scene: Any) -> int:
     know of. A coating bounds it: contact ends when enough is cut.
 
     share: (N,) share of the last window in which each blade touches; (0,) where it is not known.
-    scene: response.scene.Scene.
+    modes: of the sample; scene: response.scene.Scene; speed_hz: of the motion [Hz].
     Returns code of ``status``: NONE, PERMANENT or FLUTTER.
     """
     if scene.coating or not (len(share) and share.max() > PERMANENT):
         return status.NONE
-    locks = scene.friction > critical_friction(modes, scene.elastic_casing)
+    locks = scene.friction > critical_friction(modes.at(speed_hz), scene.elastic_casing)
     return status.FLUTTER if locks else status.PERMANENT
 
 

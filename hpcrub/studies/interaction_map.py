@@ -108,7 +108,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
         reason = reasons[end * len(reasons) // len(time) - 1][lane]
         if not status.are_fatal(reason):
-            reason = permanent_contact(share, modes, scene) or reason
+            reason = permanent_contact(share, modes, scene, speeds[lane]) or reason
         yield "point_reason", (disk, speed), reason
         yield "point_status", (disk, speed), DIVERGED
         if status.are_fatal(reason):

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from hpcrub.config.schema import Config
-from hpcrub.model import families
+from hpcrub.model import crossings, damping, families
 from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
 from hpcrub.model.imported.craig_bampton import boundary_rows, lowest_modes
@@ -27,6 +27,12 @@ _FREQUENCIES = (
     Dataset("reduced/frequencies_hz", ("mode",), "Hz", "frequencies of the reduced model"),
     Dataset("reduced/nodal_diameters", ("mode",), "1", _DIAMETERS, "i8"),
     Dataset("blade_share", (), "1", "blades' part in the stiffness of the first family"),
+    Dataset(
+        "crossing_hz",
+        (),
+        "Hz",
+        "speed at which the casing's order meets the first family without contact; nan: never",
+    ),
     Dataset("shapes", ("shape", "node", "axis"), "1", "displacements of a mode, largest one is 1"),
 )
 PLANAR = (
@@ -81,7 +87,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "full/frequencies_hz", (), np.sqrt(eigenvalues) / (2 * np.pi)
     yield "full/nodal_diameters", (), _diameters(full, n_blades)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-    yield "reduced/nodal_diameters", (), _diameters(shapes, n_blades)
+    diameters = _diameters(shapes, n_blades)
+    yield "reduced/nodal_diameters", (), diameters
+    yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
     yield "blade_share", (), families.share(reduced)
     points = disk.points
     for name in ("blades", "ring", "spokes"):
@@ -100,7 +108,9 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     rows = face.normal, face.tangential, face.axial
     tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-    yield "reduced/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
+    diameters = cyclic.diameters_of(tips, face.blade, face.angle)
+    yield "reduced/nodal_diameters", (), diameters
+    yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
     yield "blade_share", (), families.share(reduced)
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
@@ -151,9 +161,19 @@ def report(file: ResultFile) -> Iterator[str]:
         yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
     config, n = file.config, file.config.disk.n_blades
     full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
-    half_range, damping = config.mistuning.half_range.max(), config.material.damping_ratio
-    share = float(file.read("blade_share"))
-    yield families.sentence(full, reduced, share, half_range, damping)
+    half_range = config.mistuning.half_range.max()
+    ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
+    yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
+    yield f"without contact, order {config.casing.main_order} {met(file)}"
+
+
+def met(file: ResultFile) -> str:
+    """Where the casing's order meets the first family, in words."""
+    speed, order = float(file.read("crossing_hz")), file.config.casing.main_order
+    if not np.isfinite(speed):
+        return "never meets the first family"
+    frequency = f"{order * speed:.4g} Hz"
+    return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency}"
 
 
 STUDY = Study(

@@ -127,7 +127,7 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     reason = pieces[-1].reason[0]
     if not status.are_fatal(reason):
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-        reason = permanent_contact(share, modes, scene) or reason
+        reason = permanent_contact(share, modes, scene, speed) or reason
     if task == 0:
         yield "time_s", (), time
     if task == 0 and config.disk.n_points != config.disk.n_blades:

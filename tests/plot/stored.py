@@ -78,5 +78,6 @@ def modal_file():
     values = {"nodal_diameters": np.tile(diameters, 3)[order], "frequencies_hz": frequencies[order]}
     return File(
         "study: modal",
+        crossing_hz=93.0 / 4,
         **{f"{kind}__{name}": v for kind in ("full", "reduced") for name, v in values.items()},
     )

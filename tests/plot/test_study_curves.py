@@ -172,8 +172,12 @@ def test_safe():
     modes = [file.read(f"full/{name}") for name in ("nodal_diameters", "frequencies_hz")]
     expected = [base + 2.0 * np.arange(7) for base in (85.0, 500.0, 1500.0)]
     np.testing.assert_allclose(families(*modes), expected)
-    for panel in plot.safe_diagram(file):
+    panels = plot.safe_diagram(file)
+    for panel in panels:
         assert_drawn(panel, *((np.arange(7), family) for family in expected), modes, modes)
+    met = panels[1].get_lines()[-1]  # the family's line at its crossing with order 4
+    assert np.interp(4.0, *met.get_data()) == pytest.approx(93.0)
+    assert "order 4 at 23.25 Hz" in met.get_label()
 
 
 COATED = f"{TINY}contact: {{law: abradable}}\n"

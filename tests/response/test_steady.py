@@ -156,4 +156,17 @@ def test_a_casing_that_gives_locks_later():
 )
 def test_motions_in_permanent_contact_are_told_from_rubbing(share, friction, coating, found):
     scene = SimpleNamespace(friction=friction, coating=coating, elastic_casing=None)
-    assert permanent_contact(np.array(share), point(1.6e4), scene) == found
+    assert permanent_contact(np.array(share), point(1.6e4), scene, 50.0) == found
+
+
+def test_permanent_contact_is_judged_with_the_stiffness_of_its_own_speed():
+    """Rotation adds W^2 to both squares of frequency, as to k_nn and k_tt of a unit mass."""
+    coupling, middle, speed = 1.6e4, 20.0, 40.0
+    change = (2 * np.pi) ** 2 * (speed**2 - middle**2)
+    modes = point(coupling)._replace(
+        speed=2 * np.pi * middle, stiffening=np.array([[1.0, 1.0], [0.0, 0.0]])
+    )
+    critical = [k / coupling for k in (K_TT, K_TT + change)]
+    scene = SimpleNamespace(friction=np.mean(critical), coating=None, elastic_casing=None)
+    found = [permanent_contact(np.ones(1), modes, scene, s) for s in (middle, speed)]
+    assert found == [status.FLUTTER, status.PERMANENT]

@@ -22,7 +22,7 @@ from hpcrub.response.linear import engine_order_response
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.setup.problem import build_model, build_problem
-from hpcrub.studies import branches, open_result, time_response
+from hpcrub.studies import STUDIES, branches, open_result, time_response
 from tests.program import ROOT, TINY, run, run_here, whole
 
 
@@ -54,6 +54,24 @@ def test_modes_of_the_tuned_disk_come_in_pairs(modal, kind):
         pair = family[diameters == d]
         assert pair[0] == pytest.approx(pair[1], rel=1e-9)
     assert (family.min(), family.max()) == pytest.approx((90.1, 93.2), abs=0.05)  # the paper
+
+
+def test_resonances_are_as_wide_as_the_damping_of_their_modes(tmp_path, monkeypatch):
+    """Twice the damping ratio: 10 % at 5 %, however the ratio is given."""
+    monkeypatch.chdir(tmp_path)
+    for key in ("damping_ratio=0.05", "damping_ratios=[0.05]"):
+        with compute(
+            "modal", options=["--no-figures", "--overwrite", "--set", f"material.{key}"]
+        ) as file:
+            (line,) = [line for line in STUDIES["modal"].report(file) if "wide" in line]
+        assert "resonances are 10 % wide" in line
+
+
+def test_the_order_of_the_casing_meets_the_planar_disk_at_its_frequency_over_the_order(modal):
+    n_d = modal.config.casing.main_order
+    family = modal.read("reduced/frequencies_hz")[:12]
+    mine = family[modal.read("reduced/nodal_diameters")[:12] == n_d]
+    assert float(modal.read("crossing_hz")) == pytest.approx(mine.mean() / n_d, rel=1e-6)
 
 
 def test_shapes_are_scaled_and_clamped_at_the_spokes(modal):

@@ -3,9 +3,11 @@
 And whether matrices at three speeds tell the stiffness between them.
 """
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigvalsh
 
 from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.craig_bampton import (
@@ -21,6 +23,7 @@ from hpcrub.model.imported.stiffness import stiffness_at
 
 MODES_PER_DIAMETER = 3
 MODES_OF_DISK = 4  # for each blade
+DEPENDENT = 1e-12  # eigenvalue of a basis over the largest, below which its columns are dependent
 
 
 def sector_frequencies(
@@ -33,7 +36,13 @@ def sector_frequencies(
     speed: of rotation [rad/s].
     Returns (n_modes,) [Hz]; every double frequency once.
     """
-    model = to_cylindrical(model)
+    _, K, M = _wave_matrices(to_cylindrical(model), n_diameters, speed)
+    values, _ = lowest_modes(K, M, n_modes)
+    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+
+
+def _wave_matrices(model, n_diameters, speed):
+    """Motions of a sector in cylindrical frames with some nodal diameters, their K and M."""
     P = wave(model, n_diameters)
     K, M = (
         (P.conj().T @ matrix @ P).tocsc()
@@ -41,8 +50,7 @@ def sector_frequencies(
     )
     if n_diameters in (0, model.n_sectors / 2):
         K, M = K.real.copy(), M.real.copy()
-    values, _ = lowest_modes(K, M, n_modes)
-    return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
+    return P, K, M
 
 
 def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
@@ -57,39 +65,66 @@ def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
     return P[:, free]
 
 
-def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
-    """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
+def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list, np.ndarray]]:
+    """Stiffness and mass of each number of nodal diameters, on its lowest modes at some speeds.
 
-    speed: of rotation [rad/s]. NaN where fewer are known.
+    The frequencies are those of the model at these speeds [rad/s], and nearly so between them.
+    Yields K0, K1, ... of the stiffness, each (k, k), and the mass (k, k), for 0, 1, ... diameters.
     """
-    n_diameters = model.n_blades // 2 + 1
     if model.kind == "sector":
-        rows = (sector_frequencies(model, h, MODES_PER_DIAMETER, speed) for h in range(n_diameters))
-        return np.array(list(rows))
+        model = to_cylindrical(model)
+    matrices = assemble(model) if model.kind == "disk" else model
+    found = [_sector_modes, _disk_modes][model.kind != "sector"]
+    for columns in zip(*(found(model, matrices, speed) for speed in speeds), strict=True):
+        V = np.hstack(columns)
+        M = V.conj().T @ (matrices.mass @ V)
+        values, vectors = np.linalg.eigh(M)
+        alike = values < DEPENDENT * values.max(initial=0.0)
+        T = vectors[:, ~alike]
+        small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in matrices.stiffness]
+        yield small, T.conj().T @ M @ T
+
+
+def _sector_modes(model, matrices, speed):
+    """Lowest modes of each number of diameters, on the rows of a sector in cylindrical frames."""
+    for diameters in range(model.n_blades // 2 + 1):
+        P, K, M = _wave_matrices(matrices, diameters, speed)
+        yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
+
+
+def _disk_modes(model, matrices, speed):
+    """Lowest modes of a whole disk by number of diameters."""
     n_modes = MODES_OF_DISK * model.n_blades
+    K, M = stiffness_at(matrices.stiffness, speed), matrices.mass
     if model.kind == "disk":
-        disk = assemble(model)
-        K, M = stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc()
-        values, vectors = lowest_modes(K, M, min(n_modes, M.shape[0]))
-        shapes = vectors[boundary_rows(disk)]
-        angle = node_angle(disk.nodes[disk.contact_node])
+        _, vectors = lowest_modes(K.tocsc(), M.tocsc(), min(n_modes, M.shape[0]))
+        shapes = vectors[boundary_rows(matrices)]
+        angle = node_angle(matrices.nodes[matrices.contact_node])
     else:
         face = interface(model)
-        values, vectors = eigh(stiffness_at(model.stiffness, speed), model.mass)
-        values, vectors = values[:n_modes], vectors[:, :n_modes]
+        vectors = eigh(K, M)[1][:, :n_modes]
         shapes = np.concatenate(
             [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
         )
         angle = face.angle
     shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
     diameters = diameters_of(shapes, model.contact_blade, angle)
-    table = np.full((n_diameters, MODES_PER_DIAMETER), np.nan)
-    frequency = np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
-    for h in range(n_diameters):
-        mine = frequency[diameters == h]
-        single = h == 0 or 2 * h == model.n_blades
-        mine = (mine if single else mine[::2])[:MODES_PER_DIAMETER]
-        table[h, : len(mine)] = mine
+    for h in range(model.n_blades // 2 + 1):
+        both = 1 if h == 0 or 2 * h == model.n_blades else 2  # modes of a pair
+        yield vectors[:, diameters == h][:, : both * MODES_PER_DIAMETER]
+
+
+def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
+    """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
+
+    speed: of rotation [rad/s]. NaN where fewer are known.
+    """
+    table = np.full((model.n_blades // 2 + 1, MODES_PER_DIAMETER), np.nan)
+    for h, (K, M) in enumerate(pencils(model, [speed])):
+        values = eigvalsh(stiffness_at(K, speed), M)
+        is_single = model.kind == "sector" or h == 0 or 2 * h == model.n_blades
+        mine = (values if is_single else values[::2])[:MODES_PER_DIAMETER]
+        table[h, : len(mine)] = np.sqrt(np.maximum(mine, 0.0)) / (2 * np.pi)
     return table
 
 

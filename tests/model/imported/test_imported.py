@@ -15,9 +15,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
+from scipy.optimize import brentq
 
 from evidence.truth.hexahedra import SMALL, disk_arrays, sector_arrays
 from hpcrub.errors import InputError
+from hpcrub.model import crossings
 from hpcrub.model.imported import (
     assembly,
     blade_modes,
@@ -297,6 +299,55 @@ def test_frequencies_of_another_speed_with_shapes_of_the_middle_err_by_second_or
     np.testing.assert_allclose(order, 2.0, atol=0.3)
     assert modes.omega_at(middle) is not modes.omega
     np.testing.assert_allclose(modes.omega_at(middle), modes.omega, rtol=1e-12)
+    twice = modes.at(10.0).at(300.0)
+    np.testing.assert_allclose(twice.omega, modes.at(300.0).omega, rtol=1e-12)
+
+
+def test_first_crossing_is_where_the_first_frequency_is_the_engine_order(sector):
+    """Bisection of f(W) - n W on the full sector, speed by speed; rotation stiffens unevenly."""
+    n_rows = len(sector.dof)
+    K1 = sp.diags_array(np.linspace(0.0, 0.6, n_rows)) @ sector.mass
+    K1 = (K1 + K1.T) / 2
+    spun = sector._replace(stiffness=(sector.stiffness[0], K1, -1e-9 * K1))
+    for speed in (0.0, 2 * np.pi * 150.0):
+        pencils = list(cyclic.pencils(spun, sorted({0.0, speed})))
+        for diameters, order in ((2, 2), (1, N - 1), (0, N)):
+
+            def beyond(hz, h=diameters, n=order):
+                return cyclic.sector_frequencies(spun, h, 1, 2 * np.pi * hz)[0] - n * hz
+
+            exact = brentq(beyond, 0.0, 3.0 * beyond(0.0) / order)
+            found = crossings.speeds(*pencils[diameters], order)[0] / (2 * np.pi)
+            assert found == pytest.approx(exact, rel=2e-5 if speed else 2e-3)
+
+
+def test_a_single_blade_meets_an_order_where_its_quadratic_says_or_never():
+    """f0^2 + B W^2 = n^2 W^2: W = f0 / sqrt(n^2 - B), and never for B above n^2."""
+    K, M = np.array([[4e4]]), np.array([[2.0]])
+    for order, slope in ((1, 0.7), (2, 0.7), (2, 3.9)):
+        (found,) = crossings.speeds((K, slope * M), M, order)
+        assert found == pytest.approx(np.sqrt(2e4 / (order**2 - slope)), rel=1e-12)
+    assert len(crossings.speeds((K, 1.2 * M), M, 1)) == 0
+    (alone,) = crossings.speeds((K,), M, 3)
+    assert alone == pytest.approx(np.sqrt(2e4) / 3, rel=1e-12)
+
+
+def test_crossing_of_a_reduced_disk_does_not_depend_on_the_speed_of_its_modes(disk):
+    K1 = 0.3 * disk.mass + 2e-8 * disk.blade_stiffness  # the same on every sector
+    small, _ = reduced.reduce_disk(disk._replace(stiffness=(disk.stiffness[0], K1)), 20, 0.0)
+    found = []
+    for speed in (0.0, 2 * np.pi * 200.0):
+        model = reduced.reduced_model(small, speed)
+        face = model.interface
+        tips = np.array([rows @ model.tuned_modes for rows in (face.normal, face.tangential)])
+        diameters = cyclic.diameters_of(tips, face.blade, face.angle)
+        found.append(crossings.of_disk(model, diameters, N + 2))
+        at = model.speed**2 - (2 * np.pi * found[-1]) ** 2
+        K = model.stiffness - at * sum(model.stiffening[:1])
+        squares = eigh(K, model.mass, eigvals_only=True)
+        order = 2 * np.pi * (N + 2) * found[-1]
+        assert abs(np.sqrt(squares) / order - 1).min() < 1e-6
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
 MASS, STIFFNESS = 0.3, np.array([4e5, 7e5, 1.5e5])
