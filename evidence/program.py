@@ -12,7 +12,7 @@ speeds: {from_hz: 34.0, to_hz: 34.4, step_hz: 0.2}
 reduction: {n_modes: 12}
 time: {step_s: 2e-5}
 steady_state: {first_check_s: 0.2, max_time_s: 0.5}
-mistuning: {half_range_percent: [2, 4], samples: 2}
+mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}
 convergence: {step: 1}
 """
 ENVIRONMENT = {

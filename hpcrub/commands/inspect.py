@@ -13,7 +13,7 @@ from hpcrub.ranks.progress import console
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import limits
 
 MOST_CHARACTERS = 200  # of an attribute
 
@@ -47,9 +47,9 @@ def description(path: str) -> Iterator[str]:
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"
-        if wear := list(trust.depth_lines(file)):
+        if found := contact_file.read_trust(file):
+            yield f"  verdict: {one_line(found[0])}"
+            yield from (f"    {one_line(line)}" for line in found[1:])
+        if wear := list(limits.depth_lines(file)):
             yield "  wear of the coating:"
             yield from (f"    {line}" for line in wear)
-        if found := contact_file.read_trust(file):
-            yield "  how far this can be trusted:"
-            yield from (f"    {one_line(line)}" for line in found)

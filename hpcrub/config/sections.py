@@ -182,6 +182,10 @@ class Mistuning(Section):
     tuned_runs: Whole = Field(9, ge=1, le=1000)
     """runs of the tuned disk, each with blades stiffer by another 3e-5, whose median amplitude is
     the reference; 1 in the paper"""
+    checked_samples: Whole = Field(2, ge=0, le=MOST_SAMPLES)
+    """first samples of the last level that are integrated once more with half the time step, as the
+    tuned disk is, so that the summary can say what another step, or another motion at the same
+    speed, changes; 0: no disk is"""
     distribution: Literal["uniform", "normal", "measured"] = "uniform"
     """of a blade's deviation within the half range: uniform as in the paper, truncated normal, or
     drawn from the blades of measured_percent"""

@@ -13,7 +13,7 @@ from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact.study import PHYSICS
-from hpcrub.studies.contact.trust import shared_uncertainty
+from hpcrub.studies.contact.survey import shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 # of the mistuning, what does not set one population of disks apart from another

@@ -189,6 +189,8 @@ class Band:
             else:
                 out.amplitude[index] = found.amplitude
                 out.error[index], out.scatter[index] = found.error, found.scatter
+                last_window = self._signals(lane, self._windows(now)[1])
+                out.half_peak_to_peak[index] = np.ptp(last_window, axis=0).max() / 2.0
                 blades = self.scene.interface.of_blades(found.largest)
                 out.localisation[index] = localisation(blades)
         if self.scene.coating and verdict != DIVERGED:

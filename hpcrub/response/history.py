@@ -82,14 +82,15 @@ def n_records(speed_hz: float, duration: float, scene: Scene) -> int:
 
 def n_blocks(speed_hz: float, duration: float, grid: Grid) -> int:
     """Blocks of a speed [Hz] in a duration [s], rounded up."""
-    return math.ceil(duration * speed_hz * grid.blocks_per_revolution)
+    # a duration of whole blocks is not one more by rounding
+    return math.ceil(duration * speed_hz * grid.blocks_per_revolution * (1.0 - 1e-12))
 
 
 def checks(speed_hz: float, duration: float, scene: Scene) -> range:
     """Blocks after which a history of a speed [Hz] and a duration [s] is judged, as in a sweep."""
     steady, per_turn = scene.steady, cut_revolution(speed_hz, scene).blocks_per_revolution
     window, first = steady.window_revolutions * per_turn, steady.first_check * speed_hz * per_turn
-    last = math.ceil(duration * speed_hz * per_turn)
+    last = n_blocks(speed_hz, duration, cut_revolution(speed_hz, scene))
     if steady.rule == "ensemble":
         return range(max(math.ceil(first / window), 2) * window, last + 1, window)
     return range(max(math.ceil(first), 2 * window), last + 1, steady.extend_revolutions * per_turn)

@@ -43,6 +43,7 @@ class SweepResult(NamedTuple):
     localisation: np.ndarray  # (S,) [-]
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
+    half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
@@ -52,7 +53,7 @@ class SweepResult(NamedTuple):
     @classmethod
     def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
         """Result of n speeds, none of them integrated yet; n_strips: of a coating."""
-        numbers, codes = np.full((5, n), np.nan), np.zeros((3, n), dtype=np.uint8)
+        numbers, codes = np.full((6, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[1] = 0.0
         values: tuple[Any, ...] = *numbers, *codes, Wear.empty(n, n_strips)
         return cls(*values)
@@ -60,7 +61,7 @@ class SweepResult(NamedTuple):
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that has a row for every speed."""
-        return *self[:8], *self.wear
+        return *self[:9], *self.wear
 
     def take(self, speeds: Any, other: "SweepResult") -> None:
         """Take over the response at some speeds (an index) from another one (modified)."""
@@ -70,13 +71,10 @@ class SweepResult(NamedTuple):
     def continued(self, reason: np.ndarray) -> "SweepResult":
         """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
-        kept = self.amplitude, self.localisation, self.error, self.scatter
-        amplitude, localisation, error, scatter = np.where(lost, np.nan, kept)
+        names = "amplitude", "localisation", "error", "scatter", "half_peak_to_peak"
+        kept: dict[str, Any] = {n: np.where(lost, np.nan, getattr(self, n)) for n in names}
         return self._replace(
-            amplitude=amplitude,
-            localisation=localisation,
-            error=error,
-            scatter=scatter,
+            **kept,
             point_status=np.where(lost, DIVERGED, self.point_status).astype(np.uint8),
             point_reason=np.where(lost, reason, self.point_reason).astype(np.uint8),
         )
@@ -122,7 +120,7 @@ def run_sweep(
 def _leave_at_rest(out, still, scene):
     """The response at speeds (indices) at which nothing touches (out is modified)."""
     known = 0.0 if scene.steady.rule == "ensemble" else np.nan
-    for values, rest in zip(out[:6], (0.0, 0.0, 0.0, known, known, STEADY), strict=True):
+    for values, rest in zip(out[:7], (0.0, 0.0, 0.0, known, known, 0.0, STEADY), strict=True):
         values[still] = rest
     if scene.coating:
         for values in out.wear:

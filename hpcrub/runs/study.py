@@ -19,6 +19,7 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
+from hpcrub.runs.verdict import Finding, block
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Problem
@@ -57,6 +58,8 @@ class Study:
     loads: Callable[[Config], tuple[int, ...]] = lambda config: (config.engine_order or 1,)
     # lines about the results; the first one stands in a table of several runs
     report: Callable[[ResultFile], Iterable[str]] = lambda file: ()
+    # what speaks against the results, of which the verdict is made
+    findings: Callable[[ResultFile], Iterable[Finding]] = lambda file: ()
     # pieces of one task, from what `prepare` returned: (dataset, where in it, values)
     compute: Callable[[Config, Any, int, Poll], Iterator[Values]] | None = None
     n_tasks: Callable[[Config], int] = lambda config: 1
@@ -203,6 +206,8 @@ class Job:
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""
         out = console()
+        for place, line in enumerate(block(self.study.findings(self.file))):
+            print_line(out, f"- {line}" if place else f"Verdict: {line}.")
         for line in self.study.report(self.file):
             print_line(out, line)
 

@@ -24,8 +24,10 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import Disks, disks, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
@@ -187,6 +189,14 @@ def report(file: ResultFile) -> Iterator[str]:
         )
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """What speaks against the points of all starts."""
+    names = "amplitude_m", "point_status", "point_reason"
+    amplitude, states, reasons = map(file.read, names)
+    yield from verdict.of_points(file.config, amplitude, states, reasons)
+    yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
+
+
 STUDY = Study(
     name="branches",
     figures="17",
@@ -204,4 +214,5 @@ STUDY = Study(
     histories=True,
     compute=compute,
     report=report,
+    findings=findings,
 )

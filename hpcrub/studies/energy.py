@@ -20,8 +20,10 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
@@ -188,6 +190,14 @@ def report(file: ResultFile) -> Iterator[str]:
         yield f"wear takes {np.nanmin(taken):.3g} to {np.nanmax(taken):.3g} J, tuned {tuned:.3g} J"
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """What speaks against the points of all disks; of the largest energies, the edges."""
+    names = "energy_j", "point_status", "point_reason"
+    of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
+    energy, states, reasons = of_all
+    yield from verdict.of_points(file.config, energy.max(axis=2), states, reasons)
+
+
 STUDY = Study(
     name="energy",
     figures="14",
@@ -205,4 +215,5 @@ STUDY = Study(
     histories=True,
     compute=compute,
     report=report,
+    findings=findings,
 )

@@ -12,8 +12,10 @@ from hpcrub.response import history
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies import worn
@@ -178,6 +180,14 @@ def how_known(file: ResultFile, disk: int) -> str:
     )
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """What speaks against the points of all disks."""
+    names = "amplitude_m", "point_status", "point_reason"
+    amplitude, states, reasons = map(file.read, names)
+    yield from verdict.of_points(file.config, amplitude, states, reasons)
+    yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
+
+
 STUDY = Study(
     name="interaction_map",
     figures="6",
@@ -196,4 +206,5 @@ STUDY = Study(
     histories=True,
     compute=compute,
     report=report,
+    findings=findings,
 )

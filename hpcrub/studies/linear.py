@@ -14,8 +14,10 @@ from hpcrub.errors import InputError
 from hpcrub.response.linear import linear_peak
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
@@ -132,6 +134,11 @@ def report(file: ResultFile) -> Iterator[str]:
             yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """Percentiles that so few samples do not tell; peaks are searched for, not read off a grid."""
+    yield from verdict.few(file.config, file.config.mistuning.samples)
+
+
 STUDY = Study(
     name="linear",
     figures="4",
@@ -147,4 +154,5 @@ STUDY = Study(
     cost=cost,
     compute=compute,
     report=report,
+    findings=findings,
 )

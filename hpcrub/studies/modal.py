@@ -16,9 +16,11 @@ from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
 
+FAR_OFF = 0.01  # of the first family's frequencies by the reduction: more moves all crossings
 MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
 _FREQUENCIES = (
@@ -176,6 +178,20 @@ def met(file: ResultFile) -> str:
     return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency}"
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """A reduced model whose first family is not that of the full one."""
+    n = file.config.disk.n_blades
+    full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
+    if len(full):
+        error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())
+        yield Finding(
+            USELESS if error > FAR_OFF else REMARK,
+            f"first family off by {100 * error:.2g} %",
+            f"the reduction changes frequencies of the first family by up to {100 * error:.2g} %: "
+            "reduction.n_modes",
+        )
+
+
 STUDY = Study(
     name="modal",
     figures="1, 2",
@@ -187,4 +203,5 @@ STUDY = Study(
     prepare=build_model,
     compute=compute,
     report=report,
+    findings=findings,
 )

@@ -16,7 +16,9 @@ from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import correlation
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
@@ -210,6 +212,15 @@ def report(file: ResultFile) -> Iterator[str]:
         yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
 
+def findings(file: ResultFile) -> Iterator[Finding]:
+    """What speaks against the motions of all disks."""
+    moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
+    states, reasons = (file.read(name) for name in ("point_status", "point_reason"))
+    points = (values[:, None] for values in (moved, states, reasons))
+    yield from verdict.of_points(file.config, *points)
+    yield from verdict.kinematics(file.config, float(moved.max()))
+
+
 STUDY = Study(
     name="time_response",
     figures="5",
@@ -228,4 +239,5 @@ STUDY = Study(
     histories=True,
     compute=compute,
     report=report,
+    findings=findings,
 )

@@ -14,6 +14,7 @@ from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import blade_stiffness, mistuned_modes
 from hpcrub.response import history
+from hpcrub.response.revolution import Grid
 from hpcrub.response.steady import localisation
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.setup.disks import Disks
@@ -76,6 +77,14 @@ def test_a_continued_sweep_starts_from_the_same_motion(problem, mistuned, speed)
     assert np.abs(tips[window]).max() == pytest.approx(result.amplitude[0], rel=1e-9)
     assert motion.time[0] == pytest.approx(first.time[0] + result.time[0])
     np.testing.assert_allclose(motion.position[0], q[-1, :, 0], atol=1e-9 * np.abs(q).max())
+
+
+@pytest.mark.parametrize("speed", [33.9, 34.1, 35.7, 101.3])
+def test_a_duration_of_whole_blocks_has_no_further_one(speed):
+    grid = Grid(steps_per_revolution=400, blocks_per_revolution=4, stride=2)
+    durations = np.arange(1, 400) / (speed * 4)
+    assert [history.n_blocks(speed, d, grid) for d in durations] == list(range(1, 400))
+    assert history.n_blocks(speed, durations[7] * (1.0 + 1e-9), grid) == 9
 
 
 def test_a_history_can_be_continued(problem, modes):

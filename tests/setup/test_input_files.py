@@ -160,7 +160,7 @@ def test_a_study_of_one_disk_takes_one_of_many_only(tmp_path):
 @pytest.mark.mpi
 def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     csv_of(tmp_path / "disks.csv", PATTERNS[:2])
-    levels = "mistuning: {half_range_percent: [2, 4], samples: 2}"
+    levels = "mistuning: {half_range_percent: [2, 4], samples: 2, checked_samples: 0}"
     (tmp_path / "all.yaml").write_text(TINY.replace(levels, "mistuning: {pattern: disks.csv}"))
     (tmp_path / "one.yaml").write_text(
         TINY.replace(levels, f"mistuning: {{pattern: {PATTERNS[1].tolist()}}}")

@@ -12,6 +12,7 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.model.disk import root_stress
 from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.results.layout import DONE
+from hpcrub.runs.verdict import MOST, REMARK, SINGLE, USELESS, Finding, block, is_usable, kinematics
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
@@ -20,8 +21,9 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies import energy, open_result
 from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import summary, trust
+from hpcrub.studies.contact import limits, summary, trust
 from hpcrub.studies.contact.layout import KINDS
+from hpcrub.studies.contact.survey import shared_uncertainty, survey
 from tests.program import TINY, lay_out, run_here
 
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
@@ -52,23 +54,73 @@ def file(tmp_path):
 
 
 def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
-    found = trust.survey(file)
+    found = survey(file)
     assert [found.peaks[s] for s in (STEADY, AVERAGED, NOT_STEADY)] == [1, 2, 1]
     assert (found.lowest, found.highest, found.alone) == (1, 1, 1)
     assert found.points.sum() == 12
     np.testing.assert_allclose(found.averaged, [0.05, 0.07, 0.8])
     assert found.largest == pytest.approx(0.05)
-    text = "\n".join(trust.lines(file, found))
-    assert "25 % of the peaks steady" in text
-    assert "known (0.8 s), and not until it repeats itself" in text
-    assert "standard error of 5.0 %, windows that scatter by 7.0 %" in text
-    assert "1 of 4 peaks lie at the lowest speed" in text
-    assert "speeds.to_hz above 34.4" in text
+    verdict, *advice = trust.lines(file, found)
+    assert verdict.startswith("not usable: ")
+    assert not is_usable([verdict])
+    assert len(advice) == MOST
+    text = "\n".join(advice)
+    for why, what in (
+        ("1 of 4 peaks have not settled", "steady_state.max_time_s above 0.5"),
+        ("1 of 4 peaks at the lowest speed", "speeds.from_hz below 34"),
+        ("1 of 4 peaks at the highest speed", "speeds.to_hz above 34.4"),
+    ):
+        assert why in verdict
+        assert what in text
     assert "at 1 of 4 peaks both neighbouring speeds are more than 10 % lower" in text
 
 
+def test_a_verdict_is_that_of_its_weightiest_finding():
+    remark, single, useless = (
+        Finding(weight, f"why {weight}", f"do {weight}") for weight in (REMARK, SINGLE, USELESS)
+    )
+    assert block([]) == ["usable"]
+    assert block([remark]) == ["usable", "do 0"]
+    assert block([remark, single], of_many=True) == [
+        "percentiles usable, single values not: why 1", "do 1", "do 0"
+    ]  # fmt: skip
+    assert block([single]) == ["usable within its stated errors: why 1", "do 1"]
+    assert block([single, useless, useless])[0] == "not usable: why 2"
+    assert len(block([remark] * 9)) == 1 + MOST
+
+
+@pytest.mark.parametrize(("millimetres", "weight"), [(5.0, None), (70.0, SINGLE), (101.0, USELESS)])
+def test_motions_outside_small_displacements_are_no_result(millimetres, weight):
+    """Tips of 500 mm radius; u^2/2R of 5 mm is 0.025 mm where the casing reaches in by 1 mm."""
+    found = list(kinematics(Config(), millimetres / 1e3))
+    assert [finding.weight for finding in found] == ([] if weight is None else [weight])
+
+
+def test_half_the_step_is_said_beside_the_step(file):
+    """The share that is printed is that of the file's own numbers; a large one is no result."""
+    text = TINY.replace("checked_samples: 0", "checked_samples: 1")
+    config = Config.from_yaml(text).replace({"output": str(file.path) + "2"})
+    lay_out(config.output, config)
+    weights = []
+    for change in (0.01, 0.1, -0.3):
+        with studies.open_result(config.output, mode="r+") as found:
+            contact_file.write_tuned(
+                found, {"peak_amplitude_m": 0.03, "half_step_peak_m": 0.03 * (1.0 + change)}
+            )
+            contact_file.write_sample(
+                found, 1, 0,
+                {"status": DONE, "peak_amplitude_m": 0.02, "half_step_peak_m": 0.02},
+            )  # fmt: skip
+            np.testing.assert_allclose(trust.half_step_moves(found), [change, 0.0], atol=1e-12)
+            (line,) = (f for f in trust._half_step(found))
+        weights.append(line.weight)
+        low, high = sorted((100 * change, 0.0))
+        assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
+    assert weights == [REMARK, SINGLE, USELESS]
+
+
 def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
-    below, above = trust.shared_uncertainty(file)
+    below, above = shared_uncertainty(file)
     low, high = np.ravel(percentile_interval(RUNS, [50.0], 1.96))
     assert 1.0 - below == pytest.approx(0.03 / high)
     assert 1.0 + above == pytest.approx(0.03 / low)
@@ -77,8 +129,12 @@ def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
 
 
 def test_limits_have_a_probability_with_its_interval(file):
-    text = "\n".join(trust.lines(file))
-    assert "±2 %: 2 of 2 disks exceed 35 mm, a probability of 16 to 1e+02 %" in text
+    text = "\n".join(limits.limit_lines(file, usable=True))
+    assert "±2 %: 2 of 2 disks exceed 35 mm, a probability of 16 to 100 %" in text
+    assert "sign" not in text
+    for line in limits.limit_lines(file, usable=False):
+        assert line.endswith("not to be signed, the verdict says why")
+    text = "\n".join(limits.limit_lines(file, usable=True))
     assert "±4 %: 0 of 2 disks exceed 35 mm" in text
     assert "±2 %: 0 of 2 disks exceed 10000 MPa" in text
 
@@ -86,7 +142,7 @@ def test_limits_have_a_probability_with_its_interval(file):
 def test_stress_of_a_model_file_is_given():
     known = {"stress_mpa": 100.0, "stress_mpa_per_mm": 40.0}
     config = Config(disk={"model": "x.h5"}, limits=known)
-    assert trust.stress_per_metre(config) == pytest.approx(40e6 / 1e-3)
+    assert limits.stress_per_metre(config) == pytest.approx(40e6 / 1e-3)
 
 
 @pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])
@@ -179,33 +235,39 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
         coated.read("tuned/run_deepest_m"),
         coated.read("samples/deepest_m").max(axis=1),
     )
-    found = list(trust.depth_lines(coated))
+    found = list(limits.depth_lines(coated))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):
         ratio = depth / np.median(tuned)
         assert f"cuts {1e3 * depth:.3g} mm deep, {ratio:.2f} times the tuned one" in line
         # by the binomial distribution: (1 − p)² = 2.5 %, when none of two was deeper
-        assert f"below {100 * (1 - np.sqrt(0.025)):.2g} %" in line
+        assert f"below {100 * (1 - np.sqrt(0.025)):.0f} %" in line
     printed = list(inspect.description(str(folder / "coated.h5")))
     assert [line.strip() for line in printed if line.strip() in found] == found
     assert summary.interval_table(coated, of_coating=True).row_count == 6
 
 
 def test_disks_that_have_cut_through_are_counted(coated, monkeypatch):
-    """As if the coating had been as thin as the median disk has cut."""
-    least = float(np.median(coated.read("samples/deepest_m")))
-    monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", least)
-    assert list(trust.depth_lines(coated))[-1].startswith("2 of 4 disks cut through the coating")
+    """As if the coating had been as thin as the disk of a level that cuts less has cut."""
+    depths = coated.read("samples/deepest_m")
+    monkeypatch.setattr("hpcrub.model.coating.Coating.worn_through", depths[1].min())
+    low, high = probability_interval(2, 2, 1.96)
+    line = list(limits.depth_lines(coated))[-1]
+    assert f"2 of 2 disks cut through the coating, a share of {100 * low:.0f} to 100 %" in line
+    runs = coated.read("tuned/run_deepest_m")
+    through = np.count_nonzero(np.append(runs, depths) >= depths[1].min())
+    assert f"{through} of 13 disks cut through the coating" in trust.lines(coated)[0]
 
 
 def test_what_is_said_is_of_the_largest_amplitude_of_any_time(coated):
-    """And of the share of points that still wear, not of windows in the end."""
-    found = trust.survey(coated)
+    """And of peaks that still wear, not of windows in the end."""
+    found = survey(coated)
     assert found.largest == coated.read("samples/peak_amplitude_m").max()
-    left = (coated.read("samples/point_status") == NOT_STEADY).mean()
-    (ended, *rest) = trust.lines(coated)
-    assert ended.startswith(f"{100 - 100 * left:.0f} % of the points have ended")
-    assert not any("averaged peaks" in line for line in rest)
+    left = found.peaks[NOT_STEADY]
+    verdict, *advice = trust.lines(coated)
+    assert f"{left} of 4 peaks have not settled" in verdict
+    assert any(f"{left} of 4 peaks" in line and "may cut deeper" in line for line in advice)
+    assert not any("means" in line for line in advice)
 
 
 def test_energy_of_the_disks_that_cut(folder, monkeypatch):

@@ -17,6 +17,7 @@ from hpcrub.setup.problem import Problem
 from hpcrub.studies import worn
 from hpcrub.studies.contact import file as contact_file
 
+DIFFERENT = 0.1  # of an amplitude: another motion, or another accuracy
 ROUNDING = 1e-9  # of the clearance and the height of the casing together: no amplitude below
 
 
@@ -39,12 +40,31 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating it is that of any time: what is left when the motion
     has worn itself free does not say what a blade had to bear.
     """
-    amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
-    usable = np.isin(result.point_status, (STEADY, AVERAGED, NOT_STEADY)) & np.isfinite(amplitude)
-    if not usable.any():
+    amplitude = _amplitudes(result)
+    if not np.isfinite(amplitude).any():
         return np.nan, np.nan
-    best = np.argmax(np.where(usable, amplitude, -np.inf))
+    best = np.nanargmax(amplitude)
     return float(amplitude[best]), float(speeds_hz[best])
+
+
+def _amplitudes(result):
+    """Amplitudes of which the largest is the peak (S,) [m]; NaN where there is none."""
+    amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
+    usable = np.isin(result.point_status, (STEADY, AVERAGED, NOT_STEADY))
+    return np.where(usable, amplitude, np.nan)
+
+
+def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
+    """What half the time step changes of a disk, by names in the result file; none unchecked."""
+    if found.result is None or found.half_step is None:
+        return {}
+    whole, half = _amplitudes(found.result), _amplitudes(found.half_step)
+    known = np.isfinite(whole) & np.isfinite(half)
+    differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
+    return {
+        "half_step_peak_m": peak(found.half_step, speeds_hz)[0],
+        "half_step_differs": float(differs.mean()) if known.any() else np.nan,
+    }
 
 
 def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
@@ -71,6 +91,7 @@ def point_values(result: SweepResult) -> dict[str, Any]:
         "amplitude_m": result.amplitude,
         "amplitude_error_m": result.error,
         "amplitude_scatter_m": result.scatter,
+        "half_peak_to_peak_m": result.half_peak_to_peak,
         "time_s": result.time,
         "localisation": result.localisation,
         "point_status": result.point_status,
@@ -85,6 +106,18 @@ class Integrated(NamedTuple):
     result: SweepResult | None  # None: it failed
     seconds: float
     message: str = ""
+    half_step: SweepResult | None = None  # the same with half the time step; None: not checked
+
+    @property
+    def n_steps(self) -> int:
+        """Time steps of all its speeds."""
+        return sum(found.n_steps for found in (self.result, self.half_step) if found)
+
+
+def is_checked(config: Config, level: int, sample: int) -> bool:
+    """Whether a sample of a file (indices) is integrated once more with half the step."""
+    is_last = level == len(config.levels) - 1
+    return is_last and config.samples[sample] < config.mistuning.checked_samples
 
 
 def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
@@ -102,11 +135,19 @@ def join(parts: dict[int, Any]) -> Any:
     seconds = sum(part.seconds for part in parts.values())
     if failed := next((part for part in parts.values() if part.result is None), None):
         return failed._replace(seconds=seconds)
-    whole = SweepResult.empty(*parts[0].result.wear.around.shape[:2])
+    whole = _joined({first: part.result for first, part in parts.items()})
+    half = _joined({first: part.half_step for first, part in parts.items()})
+    return Integrated(whole, seconds, half_step=half)
+
+
+def _joined(parts):
+    """One SweepResult of n parts by their numbers; None where they are not there."""
+    if parts[0] is None:
+        return None
+    whole = SweepResult.empty(*parts[0].wear.around.shape[:2])
     for first, part in parts.items():
-        whole.take(slice(first, None, len(parts)), part.result)
-    n_steps = sum(part.result.n_steps for part in parts.values())
-    return Integrated(whole._replace(n_steps=n_steps), seconds)
+        whole.take(slice(first, None, len(parts)), part)
+    return whole._replace(n_steps=sum(part.n_steps for part in parts.values()))
 
 
 def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
@@ -122,11 +163,13 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 
 
 def write_tuned(
-    config: Config, problem: Problem, file: ResultFile, runs: list[SweepResult]
+    config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
 ) -> None:
     """Write the tuned disk, integrated as it is and perturbed."""
     speeds, modes = config.speeds.values_hz, modes_of_tuned(config, problem, 0)
-    values = point_values(runs[0]) | {"frequencies_hz": modes.omega / (2.0 * np.pi)}
+    runs = [run.result for run in found if run.result]
+    values = point_values(runs[0]) | half_step_values(found[0], speeds)
+    values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
     peaks = np.array([peak(run, speeds)[0] for run in runs])
     values["run_deepest_m"] = np.array([deepest(run, speeds)[0] for run in runs])

@@ -33,11 +33,16 @@ _AMPLITUDE = (
 )
 _ERROR = "standard error of amplitude_m by the scatter of its windows; NaN: not known"
 _SCATTER = "standard deviation of the windows' amplitudes; NaN: not known"
+_PEAK_TO_PEAK = (
+    "half of peak to peak, the largest of any tip in the last window, without its offset"
+)
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
+_HALF_STEP_PEAK = "largest amplitude over the speeds with half the time step; NaN: not checked"
+_HALF_STEP_DIFFERS = "share of the speeds at which half the step changes the amplitude by over 10 %"
 _S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 
 
@@ -47,12 +52,21 @@ def _points(group, dimensions):
         Dataset(f"{group}/amplitude_m", dimensions, "m", _AMPLITUDE),
         Dataset(f"{group}/amplitude_error_m", dimensions, "m", _ERROR),
         Dataset(f"{group}/amplitude_scatter_m", dimensions, "m", _SCATTER),
+        Dataset(f"{group}/half_peak_to_peak_m", dimensions, "m", _PEAK_TO_PEAK),
         Dataset(f"{group}/time_s", dimensions, "s", "simulated time until steady or given up"),
         Dataset(f"{group}/localisation", dimensions, "1", _LOCALISATION),
         Dataset(f"{group}/point_status", dimensions, "1", POINT_STATUS, "u1"),
         Dataset(f"{group}/point_reason", dimensions, "1", POINT_REASON, "u1"),
         Dataset(f"{group}/max_sweeps", dimensions, "1", _SWEEPS, "u1"),
         *worn.numbers(group, dimensions),
+    )
+
+
+def _half_step(group, dimensions):
+    """What half the time step changes, of the disks that are checked; group: of the file."""
+    return (
+        Dataset(f"{group}/half_step_peak_m", dimensions, "m", _HALF_STEP_PEAK),
+        Dataset(f"{group}/half_step_differs", dimensions, "1", _HALF_STEP_DIFFERS),
     )
 
 
@@ -67,6 +81,7 @@ LAYOUT = (
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
+    *_half_step("tuned", ()),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     worn.around("tuned", _S),
@@ -76,13 +91,14 @@ LAYOUT = (
     *_points("samples", _VNS),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
+    *_half_step("samples", _VN),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
     Dataset("samples/deepest_m", _VN, "m", "largest worn depth of any speed"),
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
-    Dataset("trust", ("line",), "1", "how far the results can be trusted", "S240"),
+    Dataset("trust", ("line",), "1", "the verdict, and what to do about it", "S400"),
     *(
         line
         for kind in KINDS
@@ -106,17 +122,19 @@ LAYOUT = (
         )
     ),
 )
-MOST_LINES = 24  # of the trust block
+MOST_LINES = 6  # of the verdict
 SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[2:]}
+_OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a study, those of a coating only where there is one."""
-    if config.contact.wears:
-        return LAYOUT
-    return tuple(line for line in LAYOUT if _OF_COATING.isdisjoint(line.name.split("/")))
+    """Datasets of a study, those of a coating and of checks only where there are some."""
+    left_out = set() if config.contact.wears else set(_OF_COATING)
+    if not config.mistuning.checked_samples:
+        left_out |= _OF_CHECKS
+    return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
 
 
 def amplitude(config: Config) -> str:

@@ -11,7 +11,7 @@ from hpcrub.ranks import progress
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, confidence, widened
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact.survey import shared_uncertainty
 
 NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
 MOST = 24  # measured disks with a line each; of more, percentiles say what is to be said
@@ -39,7 +39,7 @@ def are_few(file: ResultFile) -> bool:
 
 def disks(file: ResultFile) -> Iterator[Disk]:
     """All measured disks of a file that have a result."""
-    shared, status = trust.shared_uncertainty(file), file.status[0]
+    shared, status = shared_uncertainty(file), file.status[0]
     for i in np.flatnonzero(status == DONE):
         where = 0, int(i)
         value, linear, peak, speed = (float(file.read(f"samples/{n}", where)) for n in NAMES)

@@ -143,12 +143,13 @@ class MonteCarlo(Job):
         """
         if isinstance(task, TunedPart):
             modes = disk.modes_of_tuned(self.config, self.problem, task.run)
-            return self._integrate(modes, task, poll)
+            return self._integrate(modes, task, poll, is_checked=task.run == 0)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
         try:
             modes = modes_of(self.config, self.problem, blades)
-            response = response or self._integrate(modes, task, poll)
+            checked = disk.is_checked(self.config, task.level, task.sample)
+            response = response or self._integrate(modes, task, poll, checked)
         except BAD_NUMBERS as error:
             response = disk.Integrated(None, 0.0, _words(error))
         if task.n_parts > 1:
@@ -158,12 +159,15 @@ class MonteCarlo(Job):
             time.sleep(0.0 if self.reference else PAUSE)
         return self._finish(task, blades, modes, response) if self.reference.usable else None
 
-    def _integrate(self, modes, task, poll):
-        start = time.perf_counter()
+    def _integrate(self, modes, task, poll, is_checked):
+        start, half = time.perf_counter(), None
         scene = self.problem.scene
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
-        return disk.Integrated(result, time.perf_counter() - start)
+        if is_checked and self.config.mistuning.checked_samples:
+            finer = scene.with_half_the_step
+            half = sweep.run_sweep(modes, finer, self.speeds_hz, poll, selection=part)
+        return disk.Integrated(result, time.perf_counter() - start, half_step=half)
 
     def _finish(self, task, blades, modes, response):
         """Write a sample that has been integrated; returns its Outcome."""
@@ -173,6 +177,7 @@ class MonteCarlo(Job):
             if response.result:
                 values |= disk.point_values(response.result)
                 values |= self._amplifications(modes, response.result)
+                values |= disk.half_step_values(response, self.speeds_hz)
                 message = "" if values["status"] == DONE else "all its points diverged"
         except BAD_NUMBERS as error:
             message = _words(error)
@@ -182,7 +187,7 @@ class MonteCarlo(Job):
         return Outcome(
             status=values["status"],
             numbers=tuple(values.get(kind.of, np.nan) for kind in self.kinds),
-            n_steps=response.result.n_steps if response.result else 0,
+            n_steps=response.n_steps,
             seconds=response.seconds + ended - start,
             writing=ended - began,
             message=message,
@@ -225,7 +230,7 @@ class MonteCarlo(Job):
         return self._is_enough()
 
     def _collect_tuned(self, task, response):
-        self.work += Work(0, response.result.n_steps, response.seconds)
+        self.work += Work(0, response.n_steps, response.seconds)
         self.runs[task.run][task.part] = response
         if self.progress:
             done = [p.result.point_status for parts in self.runs for p in parts.values()]
@@ -233,7 +238,7 @@ class MonteCarlo(Job):
             n_all = len(self.runs) * len(self.speeds_hz)
             self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
-            wholes = [disk.join(parts).result for parts in self.runs]
+            wholes = [disk.join(parts) for parts in self.runs]
             disk.write_tuned(self.config, self.problem, self.file, wholes)
             self.reference = disk.reference_of(self.file, self.problem)
             self.team.share(self.reference)

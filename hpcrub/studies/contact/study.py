@@ -13,11 +13,13 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Run, Study
+from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
+from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
@@ -57,7 +59,9 @@ def constants(config: Config) -> dict[str, Any]:
 def cost(config: Config, until_steady: float) -> Cost:
     """Every disk at every speed."""
     n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
-    return Cost(n_disks * config.speeds.n_values * until_steady, disks=n_disks)
+    most = config.mistuning.checked_samples
+    half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
+    return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
 
 
 def problems(config: Config) -> Iterator[str]:
@@ -71,17 +75,26 @@ def problems(config: Config) -> Iterator[str]:
 
 
 def headline(file: ResultFile) -> str:
-    """Peak of the tuned disk, and the amplifications at the widest level."""
+    """Peaks of the tuned disk and at the widest level in millimetres, amplifications, verdict."""
     text = f"tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
     done = file.status[-1] == DONE
-    values = file.read("samples/amplification", -1)[done]
-    if not len(values):
+    if not done.any():
         return f"{text}, no sample has a result"
-    if len(values) == 1:
-        return f"{text}, A_nl {values[0]:.3f}"
-    at = file.config.convergence.percentiles
-    found = " / ".join(f"{value:.3f}" for value in np.percentile(values, at))
-    return f"{text}, A_nl {found} (percentiles {'/'.join(f'{p:g}' for p in at)})"
+    at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
+    peaks, amplifications = (
+        " / ".join(form.format(value) for value in np.percentile(values[done], at))
+        for form, values in (
+            ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", -1)),
+            ("{:.3f}", file.read("samples/amplification", -1)),
+        )
+    )
+    text += f", mistuned {peaks} mm"
+    if len(at) > 1:
+        text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
+    verdict = read_trust(file)
+    if is_usable(verdict):
+        text += f", A_nl {amplifications}"
+    return f"{text}; {verdict[0]}" if verdict else text
 
 
 def is_enough(file: ResultFile) -> bool:

@@ -14,6 +14,7 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.progress import WIDTH, console, duration, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs.verdict import is_usable
 from hpcrub.statistics.percentiles import (
     Z_95,
     confidence,
@@ -21,7 +22,7 @@ from hpcrub.statistics.percentiles import (
     percentile_interval,
     widened,
 )
-from hpcrub.studies.contact import measured, trust
+from hpcrub.studies.contact import limits, measured, survey, trust
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -29,7 +30,10 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
 
     job: the `MonteCarlo` of rank 0; seconds: wall time of this run [s].
     """
-    out, found = console(), trust.survey(file)
+    out, found = console(), survey.survey(file)
+    verdict = trust.lines(file, found)
+    for place, line in enumerate(verdict):
+        print_line(out, f"- {line}" if place else f"Verdict: {line}.")
     if file.config.pattern_deviation is not None:
         out.print(pattern_table(file))
     elif measured.are_few(file):
@@ -43,11 +47,13 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
             if "samples/deepest_m" in file:
                 out.print(interval_table(file, of_coating=True))
     print_line(out, tuned_line(file))
-    for line in (*trust.depth_lines(file), *point_lines(found)):
+    for line in (
+        *limits.largest_line(file, found),
+        *limits.depth_lines(file),
+        *limits.limit_lines(file, is_usable(verdict)),
+        *point_lines(found),
+    ):
         print_line(out, line)
-    out.print("How far this can be trusted:")
-    for line in trust.lines(file, found):
-        print_line(out, f"- {line}")
     text = f"wall time {duration(seconds)} on {counted(job.team.size, 'rank')}"
     if job.work.seconds > 0.0:
         rate = job.work.n_steps / job.work.seconds
@@ -58,7 +64,12 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
 def tuned_line(file: ResultFile) -> str:
     """Peak of the tuned disk, to which all amplifications are relative."""
     peak, runs = file.read("tuned/peak_amplitude_m"), np.sort(file.read("tuned/run_peaks_m"))
-    text = f"tuned disk: {peak * 1e3:.2f} mm at {file.read('tuned/peak_speed_hz'):.2f} Hz"
+    speed = float(file.read("tuned/peak_speed_hz"))
+    text = f"tuned disk: {peak * 1e3:.2f} mm at {speed:.2f} Hz"
+    best = int(np.abs(file.read("speeds_hz") - speed).argmin())
+    half = 1e3 * file.read("tuned/half_peak_to_peak_m")[best]
+    if np.isfinite(half):
+        text += f" (offset included; half of peak to peak {half:.2f} mm)"
     if not np.isfinite(runs).all() or runs[-1] / runs[0] - 1.0 < 1e-3:
         return text
     return (
@@ -67,7 +78,7 @@ def tuned_line(file: ResultFile) -> str:
     )
 
 
-def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> Table:
+def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) -> Table:
     """One row per mistuning level; narrow: without sigma, and with fewer digits."""
     percentiles = file.config.convergence.percentiles
     names = "/".join(f"{p:g}" for p in percentiles)
@@ -77,14 +88,14 @@ def level_table(file: ResultFile, found: trust.Survey, narrow: bool = False) -> 
         [heading for heading in headings if not (narrow and heading == "sigma")],
         padding=(0, 0) if narrow else (0, 1),
     )
-    digits, status = 2 if narrow else 3, file.status[:, : trust.n_counted(file)]
+    digits, status = 2 if narrow else 3, file.status[:, : survey.n_counted(file)]
     half_range, sigma = file.read("half_range"), file.read("sigma")
     for level in range(len(half_range)):
         n_done, n_failed = (np.count_nonzero(status[level] == s) for s in (DONE, FAILED))
         points = found.points[level]
         not_steady, diverged = points[[NOT_STEADY, DIVERGED]] / max(1, points[1:].sum())
         contact, linear = (
-            _percentile_text(trust.finished(file, level, name), percentiles, digits)
+            _percentile_text(survey.finished(file, level, name), percentiles, digits)
             for name in ("amplification", "linear_amplification")
         )
         table.add_row(
@@ -107,7 +118,7 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     """
     title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
     names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    form, shared, factor = ".3f", trust.shared_uncertainty(file), 1.0  # shared: of the first
+    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: of the first
     if of_coating:
         title = "Coating: percentiles and their intervals (95 %) [mm]"
         names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
@@ -118,7 +129,7 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     for level, half_range in enumerate(file.read("half_range")):
         columns: list[list[str]] = []
         for name in names.values():
-            values = factor * trust.finished(file, level, name)
+            values = factor * survey.finished(file, level, name)
             low, high = percentile_interval(values, at, Z_95)
             middle = np.percentile(values, at) if len(values) else np.full_like(low, nan)
             low, high = (low, high) if columns else widened(middle, low, high, shared)
@@ -131,7 +142,7 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     return table
 
 
-def point_lines(found: trust.Survey) -> Iterator[str]:
+def point_lines(found: survey.Survey) -> Iterator[str]:
     """What went wrong in single points, in words with counts, and the work of the force solver."""
     yield from point_status.lines(found.reasons, found.n_points)
     yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"

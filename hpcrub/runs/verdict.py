@@ -1,0 +1,150 @@
+"""The verdict on a result: whether it can be used, why not, and what to do."""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.contact import status
+from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
+from hpcrub.statistics.percentiles import Z_95, confidence
+
+REMARK, SINGLE, USELESS = range(3)  # weights of a finding
+MOST = 5  # further lines below a verdict
+FEW = 0.05  # share of points or peaks, or change of a peak, that makes a result useless or not
+FAR = 0.2  # of the radius of the tips: motions that a linear model of blades does not describe
+SMALL = 0.1  # of the casing's reach: radius that small displacements may leave out
+
+
+class Finding(NamedTuple):
+    """Something that a user of a result must know."""
+
+    weight: int  # REMARK; SINGLE: single values cannot be used; USELESS: nor can percentiles
+    why: str  # reason of the verdict, in a few words
+    advice: str  # what was seen and what to do, in one sentence
+
+
+def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
+    """A verdict and at most MOST lines below it, the weightiest findings first.
+
+    of_many: whether the result has percentiles of many disks.
+    """
+    found = sorted(findings, key=lambda finding: -finding.weight)
+    worst = max((finding.weight for finding in found), default=REMARK)
+    reasons = ", ".join(dict.fromkeys(f.why for f in found if f.weight == worst))
+    verdict = {
+        REMARK: "usable",
+        SINGLE: f"percentiles usable, single values not: {reasons}",
+        USELESS: f"not usable: {reasons}",
+    }
+    if worst == SINGLE and not of_many:
+        verdict[SINGLE] = f"usable within its stated errors: {reasons}"
+    return [verdict[worst], *(finding.advice for finding in found[:MOST])]
+
+
+def is_usable(lines: list[str]) -> bool:
+    """Whether a block says that the result can be used, for percentiles at least."""
+    return bool(lines) and not lines[0].startswith("not usable")
+
+
+def at_the_edge(count: int, n: int, word: str, key: str, weight: int) -> list[Finding]:
+    """Peaks that lie at the lowest or highest of the speeds, if there are some.
+
+    count, n: peaks there, and all; word: "lowest" or "highest"; key: what to change.
+    """
+    if not count:
+        return []
+    why = f"{count} of {n} peaks at the {word} speed" if n > 1 else f"peak at the {word} speed"
+    verb = "lie" if count > 1 else "lies"
+    advice = f"{count} of {n} peaks {verb} at the {word} speed, and may be higher beyond it: {key}"
+    return [Finding(weight, why, advice)]
+
+
+def kinematics(config: Config, largest: float) -> Iterator[Finding]:
+    """Motions that small displacements do not describe; largest: displacement of a tip [m]."""
+    radius = config.disk.tip_radius
+    if largest > FAR * radius:
+        yield Finding(
+            USELESS,
+            f"outside small displacements, {1e3 * largest:.3g} mm",
+            f"tips of {1e3 * radius:.4g} mm radius move by {1e3 * largest:.3g} mm, more than a "
+            "linear model of the blades can describe: more clearance, damping or a lower casing",
+        )
+        return
+    reach = config.casing.outline.highest - config.clearance
+    left_out = largest**2 / (2.0 * radius)
+    if config.disk.model is None and reach > 0.0 and left_out > SMALL * reach:
+        yield Finding(
+            SINGLE,
+            "large displacements",
+            f"small displacements leave out u²/2R = {1e3 * left_out:.2g} mm, "
+            f"{left_out / reach:.2g} times as much as the casing reaches into the tips' path: "
+            "compare disks by ratios, and sign no millimetres or MPa",
+        )
+
+
+def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
+    """Points that have no result; reasons: how many points have each reason of ``status``."""
+    if not n_lost:
+        return
+    fatal = np.where(status.are_fatal(np.arange(len(reasons))), reasons, 0)
+    word = "flutter" if fatal.argmax() == status.FLUTTER else "no result"
+    yield Finding(
+        USELESS if n_lost > FEW * n_points else REMARK,
+        f"{word} at {n_lost} of {n_points} points",
+        f"{n_lost} of {n_points} points have no result, mostly by "
+        f'"{status.words(int(fatal.argmax()))}": leave these speeds out, or change '
+        "contact.friction, casing or damping",
+    )
+
+
+def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]:
+    """Peaks or points (of) whose motion has not ended in the time that it had, of n."""
+    if not n_lost:
+        return
+    what = "may cut deeper" if config.contact.wears else "may still grow or decay"
+    yield Finding(
+        USELESS if n_lost > FEW * n else SINGLE,
+        f"{n_lost} of {n} {of} have not settled",
+        f"{n_lost} of {n} {of} have not settled within their time and {what}: "
+        f"steady_state.max_time_s above {config.steady_state.max_time_s:g}",
+    )
+
+
+def of_points(
+    config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray
+) -> Iterator[Finding]:
+    """What speaks against the points of some disks, or starts, at some speeds.
+
+    - amplitude: (D, S) displacements, or (D, S) energies, of which the largest counts.
+    - states, reasons: (D, S) codes of ``status``.
+    """
+    n = int(np.count_nonzero(states != NO_POINT))
+    yield from lost(status.count(reasons), int(np.count_nonzero(states == DIVERGED)), n)
+    yield from unsettled(config, int(np.count_nonzero(states == NOT_STEADY)), n, "points")
+    known = np.isfinite(amplitude).any(axis=1)
+    if not known.any() or amplitude.shape[1] == 1:
+        return
+    best, speeds = np.nanargmax(amplitude[known], axis=1), config.speeds
+    for place, word, key in (
+        (0, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
+        (amplitude.shape[1] - 1, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
+    ):
+        count = int(np.count_nonzero(best == place))
+        yield from at_the_edge(count, len(best), word, key, SINGLE)
+
+
+def few(config: Config, n: int) -> Iterator[Finding]:
+    """Percentiles at the ends that n samples are too few for."""
+    tail = (1.0 - confidence(Z_95)) / 2.0
+    ends = {p: min(p, 100.0 - p) / 100.0 for p in config.convergence.percentiles}
+    unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]
+    if n > 1 and unknown:
+        needed = int(np.ceil(np.log(tail) / np.log1p(-min(ends.values()))))
+        yield Finding(
+            REMARK,
+            "few samples",
+            f"percentiles {', '.join(f'{p:g}' for p in unknown)} have no 95 % interval with "
+            f"{n} samples: mistuning.samples of {needed} and more",
+        )

@@ -1,0 +1,129 @@
+"""What a study says of limits: the largest amplitude, probabilities, worn depths."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.model.coating import Coating
+from hpcrub.model.disk import root_stress
+from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.studies.contact.survey import Survey, finished
+
+REACHED = 1.0 - 1e-9  # of the depth of a coating that is worn through: rounding
+
+
+def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
+    """The largest amplitude of all disks, and the stress that it means."""
+    per_metre, size = stress_per_metre(file.config), 1e3 * found.largest
+    if not size > 0.0:
+        return
+    text = f"largest amplitude of all disks: {size:.3g} mm"
+    if per_metre is not None:
+        stress = 1e-6 * per_metre * found.largest
+        text += f", {stress:,.0f} MPa if the blade moves in its first bending mode"
+    yield text
+
+
+def stress_per_metre(config: Config) -> float | None:
+    """Stress for a tangential displacement of a tip [Pa/m]; None: not known of a model file."""
+    if config.limits.stress_mpa_per_mm is not None:
+        return config.limits.stress_per_metre
+    if config.disk.model is not None:
+        return None
+    return root_stress(config.disk, config.material)
+
+
+def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
+    """Probability of exceeding the limits, by level; usable: the verdict on the study."""
+    config, allowed = file.config, []
+    caveat = "" if usable else "; not to be signed, the verdict says why"
+    if config.limits.amplitude_mm is not None:
+        allowed.append((config.limits.amplitude, f"{config.limits.amplitude_mm:g} mm"))
+    if config.limits.stress_mpa is not None:
+        per_metre = stress_per_metre(config)
+        allowed.append((config.limits.stress / per_metre, f"{config.limits.stress_mpa:g} MPa"))
+    for limit, words in allowed:
+        for level, half_range in enumerate(file.read("half_range")):
+            peaks = finished(file, level, "peak_amplitude_m")
+            above = int(np.count_nonzero(peaks > limit))
+            low, high = probability_interval(above, len(peaks), Z_95)
+            yield (
+                f"±{100 * half_range:.3g} %: {above} of {len(peaks)} disks exceed {words}, a "
+                f"probability of {percent(low)} to {percent(high)} % (95 % interval){caveat}"
+            )
+
+
+def depth_lines(file: ResultFile) -> Iterator[str]:
+    """Worn depths of the tuned disk and of the worst disk of every level.
+
+    Nothing of a casing without a coating.
+    """
+    if "tuned/run_deepest_m" not in file:
+        return
+    runs = file.read("tuned/run_deepest_m")
+    runs = runs[np.isfinite(runs)]
+    yield from _tuned_depth_line(runs, depth_of_all(file.config))
+    for level, half_range in enumerate(file.read("half_range")):
+        depth = finished(file, level, "deepest_m")
+        if len(depth):
+            line = _depth_line(depth, runs, depth_of_all(file.config))
+            yield f"±{100 * half_range:.3g} %: {line}"
+
+
+def _tuned_depth_line(runs, all_of_it):
+    """Worn depths of the runs of the tuned disk, or how many of them cut through."""
+    held = 1e3 * runs[runs < REACHED * all_of_it]
+    if len(held) < len(runs):
+        rest = f"; the others cut {held.min():.3g} to {held.max():.3g} mm deep" if len(held) else ""
+        yield (
+            f"{len(runs) - len(held)} of {len(runs)} runs of the tuned disk cut through the "
+            f"coating, {1e3 * all_of_it:.3g} mm{rest}"
+        )
+    elif len(runs):
+        yield (
+            f"the tuned disk cuts {np.median(held):.3g} mm deep ({held.min():.3g} to "
+            f"{held.max():.3g} mm in {len(held)} runs of it)"
+        )
+
+
+def _depth_line(depth, runs, all_of_it):
+    """The share of disks that cut through, or, where none does, the worst of them."""
+    through = int(np.count_nonzero(depth >= REACHED * all_of_it))
+    if through:
+        low, high = probability_interval(through, len(depth), Z_95)
+        return (
+            f"{through} of {len(depth)} disks cut through the coating, a share of {percent(low)} "
+            f"to {percent(high)} % (95 % interval)"
+        )
+    ratio = depth.max() / np.median(runs) if len(runs) and np.median(runs) > 0.0 else np.inf
+    times = f", {ratio:.2f} times the tuned one" if np.isfinite(ratio) else ""
+    beyond = probability_interval(0, len(depth), Z_95)[1]
+    return (
+        f"the worst of {len(depth)} disks cuts {1e3 * depth.max():.3g} mm deep{times}; another "
+        f"disk cuts deeper with a probability below {percent(beyond)} % (95 % confidence)"
+    )
+
+
+def depth_of_all(config: Config) -> float:
+    """Depth of a coating that is worn through [m]."""
+    c = config.contact.coating
+    return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area=0.0).worn_through
+
+
+def cut_through(file: ResultFile) -> tuple[int, int]:
+    """How many runs of the tuned disk and samples cut through a coating, and of how many."""
+    if "tuned/run_deepest_m" not in file:
+        return 0, 0
+    levels = range(len(file.config.levels))
+    parts = [file.read("tuned/run_deepest_m"), *(finished(file, v, "deepest_m") for v in levels)]
+    depth = np.concatenate(parts)
+    depth = depth[np.isfinite(depth)]
+    return int(np.count_nonzero(depth >= REACHED * depth_of_all(file.config))), len(depth)
+
+
+def percent(share: float) -> str:
+    """A share in per cent with two digits, without an exponent."""
+    digits = 0 if share >= 0.1 else 1 if share >= 0.01 else 2
+    return f"{100 * share:.{digits}f}"

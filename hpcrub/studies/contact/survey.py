@@ -1,0 +1,115 @@
+"""What the points and peaks of a contact study are like, over all samples that count."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hpcrub.contact import status
+from hpcrub.contact.status import AVERAGED
+from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import Z_95, percentile_interval
+from hpcrub.studies.contact import layout
+
+ROWS = 1000  # samples read at once
+ALONE = 0.9  # of a peak: where both neighbouring speeds are below, the step may miss a higher one
+OF_MEANS = "amplitude_error_m", "amplitude_scatter_m", "time_s"  # the first two by the peak [-]
+
+
+class Survey(NamedTuple):
+    """What the points and peaks of all samples that count are like."""
+
+    points: np.ndarray  # of each status, of every level (V, 5)
+    peaks: np.ndarray  # of each status (5,)
+    lowest: int  # peaks at the lowest speed
+    highest: int  # and at the highest
+    alone: int  # peaks whose neighbours are both below ALONE of them
+    averaged: np.ndarray  # medians of averaged peaks (3,), see OF_MEANS; NaN: none
+    largest: float  # amplitude [m]
+    n_points: int  # the tuned disk's included
+    reasons: np.ndarray  # how many of these have each reason
+    sweeps: int  # most sweeps of the solver
+
+
+def survey(file: ResultFile) -> Survey:
+    """Look at all points of a file, a few samples at a time."""
+    points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
+    peaks, averaged = np.zeros(5, dtype=np.int64), [np.zeros((4, 0))]
+    lowest = highest = alone = 0
+    reasons = status.count(file.read("tuned/point_reason"))
+    sweeps, largest = int(file.read("tuned/max_sweeps").max()), 0.0
+    wears = file.config.contact.wears
+    name = layout.amplitude(file.config)
+    for level, part in pieces(file):
+        where = level, part
+        states = file.read("samples/point_status", where)
+        points[level] += np.bincount(states.ravel(), minlength=5)[:5]
+        reasons = reasons + status.count(file.read("samples/point_reason", where))
+        sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
+        done = file.read("samples/status", where) == DONE
+        amplitude = np.nan_to_num(file.read(f"samples/{name}", where)[done])
+        if not len(amplitude):
+            continue
+        row, best = np.arange(len(amplitude)), amplitude.argmax(axis=1)
+        peak = amplitude[row, best]
+        state, last = states[done][row, best], amplitude.shape[1] - 1
+        peaks += np.bincount(state, minlength=5)[:5]
+        inner = (best > 0) & (best < last)
+        beside = np.maximum(amplitude[row, best - 1], amplitude[row, np.minimum(best + 1, last)])
+        if last:
+            lowest += int(np.count_nonzero(best == 0))
+            highest += int(np.count_nonzero(best == last))
+            alone += int(np.count_nonzero(inner & (beside < ALONE * peak)))
+        if not wears:
+            found = [file.read(f"samples/{one}", where)[done][row, best] for one in OF_MEANS]
+            averaged.append(np.array([*found, peak])[:, state == AVERAGED])
+        largest = max(largest, float(peak.max()))
+    error, scatter, time, peak = np.concatenate(averaged, axis=1)
+    known = np.array([error / peak, scatter / peak, time])
+    means = np.median(known, axis=1) if len(peak) else np.full(3, np.nan)
+    n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
+    return Survey(points, peaks, lowest, highest, alone, means, largest, n_points, reasons, sweeps)
+
+
+def pieces(file: ResultFile) -> Iterator[tuple[int, slice]]:
+    """Places of all samples that count, level by level, a few at a time."""
+    n = n_counted(file)
+    for level in range(len(file.config.levels)):
+        for first in range(0, n, ROWS):
+            yield level, slice(first, min(n, first + ROWS))
+
+
+def n_counted(file: ResultFile) -> int:
+    """Number of samples of each level that the tables are about.
+
+    All; of a study that stops when it has converged, those up to where it did: how many more there
+    are depends on the number of ranks.
+    """
+    n_all = len(file.config.samples)
+    if not file.config.convergence.stop_when_converged:
+        return n_all
+    known = np.isfinite(file.read("statistics/contact/percentile")).any(axis=1)  # (V, K)
+    blocks = np.flatnonzero(known.all(axis=0))
+    return int(file.read("statistics/contact/samples_seen", blocks[-1])) if len(blocks) else n_all
+
+
+def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
+    """Known numbers of the disks of a level that are finished, of those that count."""
+    where = level, slice(n_counted(file))
+    values = file.read(f"samples/{name}", where)[file.read("samples/status", where) == DONE]
+    return values[np.isfinite(values)]
+
+
+def shared_uncertainty(file: ResultFile) -> np.ndarray:
+    """By how much all amplifications may be lower, and higher, with another reference (2,) [-].
+
+    The ends of the 95 % interval of the median of the tuned runs. Zero where these agree, NaN where
+    they are too few.
+    """
+    runs = file.read("tuned/run_peaks_m")
+    if len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():
+        return np.zeros(2)
+    low, high = np.ravel(percentile_interval(runs, [50.0], Z_95))
+    reference = file.read("tuned/reference_amplitude_m")
+    return np.array([1.0 - reference / high, reference / low - 1.0])
