@@ -39,7 +39,7 @@ def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
         USELESS: f"not usable: {reasons}",
     }
     if worst == SINGLE and not of_many:
-        verdict[SINGLE] = f"usable within its stated errors: {reasons}"
+        verdict[SINGLE] = f"usable with care: {reasons}"
     return [verdict[worst], *(finding.advice for finding in found[:MOST])]
 
 

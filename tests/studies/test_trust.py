@@ -84,7 +84,7 @@ def test_a_verdict_is_that_of_its_weightiest_finding():
     assert block([remark, single], of_many=True) == [
         "percentiles usable, single values not: why 1", "do 1", "do 0"
     ]  # fmt: skip
-    assert block([single]) == ["usable within its stated errors: why 1", "do 1"]
+    assert block([single]) == ["usable with care: why 1", "do 1"]
     assert block([single, useless, useless])[0] == "not usable: why 2"
     assert len(block([remark] * 9)) == 1 + MOST
 
