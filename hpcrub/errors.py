@@ -39,15 +39,17 @@ def reason(error: BaseException) -> str:
     return lines[0]
 
 
-@contextlib.contextmanager
-def reading(path: str | Path) -> Iterator[None]:
-    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError.
-
-    So is a device or a pipe of that name, which might never end.
-    """
+def refuse_endless(path: str | Path) -> None:
+    """Raise InputError for a name whose content may never end: that of a device or a pipe."""
     place = Path(path)
     if place.exists() and not (place.is_file() or place.is_dir()):
         raise InputError(f"{path}: is neither a file nor a folder")
+
+
+@contextlib.contextmanager
+def reading(path: str | Path) -> Iterator[None]:
+    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError."""
+    refuse_endless(path)
     try:
         yield
     except HpcrubError:

@@ -57,6 +57,17 @@ class Lock:
         self._file.close()
 
 
+def reserve(path: str | Path, size: int, mode: str = "xb") -> None:
+    """Take the place of a file of this size on its disk, now; mode: "xb" for a new file.
+
+    HDF5, when it cannot write, leaves objects behind that crash the process. Raises OSError when
+    there is no such place, as by a quota.
+    """
+    with open(path, mode) as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+
+
 def move(path: str | Path, to: str | Path) -> None:
     """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
     with open(path, "rb") as file:

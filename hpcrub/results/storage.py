@@ -19,6 +19,8 @@ import datetime
 import os
 import shutil
 import stat
+from collections.abc import Iterable
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
 
@@ -27,7 +29,7 @@ import numpy as np
 
 from hpcrub import __version__
 from hpcrub.config.schema import Config
-from hpcrub.errors import HpcrubError, InputError, WriteError, reason
+from hpcrub.errors import HpcrubError, InputError, WriteError, reason, refuse_endless
 from hpcrub.results import ownership, provenance, trouble
 from hpcrub.results.layout import NUMBER, Plan, file_size
 
@@ -37,6 +39,7 @@ from hpcrub.results.layout import NUMBER, Plan, file_size
 SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
+LINKS = h5py.SoftLink, h5py.ExternalLink
 DEFLATED = 1100  # times smaller than data, at most, is what deflate makes of it
 # what h5py raises on damage; a wrong index of ours (IndexError) is none
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
@@ -63,7 +66,7 @@ def lay_out(path: str | Path, plan: Plan) -> None:
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.unlink(missing_ok=True)  # of a job that was killed
-        _reserve(part, file_size(plan.lines, plan.lengths))
+        ownership.reserve(part, file_size(plan.lines, plan.lengths))
         with h5py.File(part, "w", **LIBVER, **SERIAL) as file:
             _write_attributes(file, plan)
             for line in plan.lines:
@@ -71,22 +74,12 @@ def lay_out(path: str | Path, plan: Plan) -> None:
             for name, values in plan.values.items():
                 file[name][...] = values
             _attach_scales(file, plan)
-        _reserve(part, part.stat().st_size, "r+b")  # texts that are not written yet leave holes
+        ownership.reserve(part, part.stat().st_size, "r+b")  # holes of unwritten texts
         ownership.move(part, path)
     except (OSError, RuntimeError) as error:  # h5py has both for a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {reason(error)}") from None
-
-
-def _reserve(path, size, mode="xb"):
-    """Raise OSError when a file of this size has no place, as by a quota; mode: of a new file.
-
-    HDF5, when it cannot write, leaves objects behind that crash the process.
-    """
-    with open(path, mode) as file:
-        if hasattr(os, "posix_fallocate"):
-            os.posix_fallocate(file.fileno(), 0, size)
 
 
 def _text(words):
@@ -154,8 +147,7 @@ def _attach_scales(file, plan):
                 file[line.name].dims[axis].attach_scale(file[name])
 
 
-def is_ours(path: str | Path) -> bool:
-    """Whether HDF5 reads a file, and hpcrub has written it."""
+def _is_ours(path):
     with contextlib.suppress(*DAMAGE), _open_to_read(path) as file:
         return str(_words(file.attrs["program"])) == "hpcrub"
     return False
@@ -166,7 +158,7 @@ def refuse_foreign(path: str | Path) -> None:
     path = Path(os.path.realpath(path))
     try:
         kind = path.stat().st_mode if os.path.lexists(path) else None
-        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or is_ours(path))):
+        if kind is None or (stat.S_ISREG(kind) and (not path.stat().st_size or _is_ours(path))):
             return
     except OSError as error:
         raise InputError(f"cannot replace {path}: {reason(error)}") from None
@@ -192,15 +184,13 @@ class ResultFile:
         """
         self.path = Path(path).expanduser()
         parallel = comm is not None and comm.size > 1
-        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
-            raise InputError(f"{self.path} is no file")
+        refuse_endless(self.path)
         try:
-            if parallel:
-                self._file = h5py.File(self.path, mode, driver="mpio", comm=comm, **LIBVER)
-            elif mode == "r":
+            if mode == "r" and not parallel:
                 self._file = _open_to_read(self.path)
             else:
-                self._file = h5py.File(self.path, mode, **LIBVER, **SERIAL)
+                how = {"driver": "mpio", "comm": comm} if parallel else SERIAL
+                self._file = h5py.File(self.path, mode, **LIBVER, **how)
         except OSError as error:
             raise InputError(f"cannot open {self.path} as HDF5: {trouble.said(error)}") from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
@@ -208,11 +198,6 @@ class ResultFile:
         try:
             self._check_layout()
             self.config = self._config()
-            if parallel:
-                # To open a dataset of length zero changes its metadata (its space is allocated);
-                # where only some ranks had done so, they would never agree on closing the file.
-                for name in self.names():
-                    _ = name in self
         except BaseException:
             self._file.close()
             raise
@@ -251,16 +236,26 @@ class ResultFile:
         return f"hpcrub {version!s:.20} (revision {revision!s:.50})"
 
     def names(self) -> list[str]:
-        """Names of all datasets that the file holds, those of its user included."""
+        """Names of all datasets that the file itself holds, those of its user included."""
         with self._damage():
-            return list(_names_in(self._file))
+            return [name for name, dataset in _items_in(self._file) if dataset is not None]
+
+    def require_own(self, names: Iterable[str]) -> None:
+        """Raise InputError for datasets whose data the file itself does not hold; collective.
+
+        To open one of length zero changes metadata, on which all ranks agree when they close.
+        """
+        with self._damage():
+            for name in names:
+                for path in accumulate(name.split("/"), "{}/{}".format):  # of its groups, too
+                    if isinstance(self._file.get(path, getlink=True), LINKS):
+                        _require_own(self.path, path, None)
+                _require_own(self.path, name, self._dataset(name))
 
     def __contains__(self, name: str) -> bool:
-        try:
-            self._dataset(name)
-        except InputError:
-            return False
-        return True
+        with contextlib.suppress(InputError):
+            return bool(self._dataset(name))
+        return False
 
     @contextlib.contextmanager
     def _damage(self):
@@ -345,31 +340,37 @@ class ResultFile:
         self._file.close()
 
 
-def _names_in(group):
-    """Names of all datasets below a group. h5py's visititems would crash on damaged metadata."""
+def _items_in(group, prefix=""):
+    """(name, dataset) of all datasets below a group; (name, None) of links, never followed."""
+    # known names are better looked up: HDF5 may crash when it lists a damaged group
     for name in group:
-        item = group.get(name)  # None: a link that leads nowhere
-        if isinstance(item, h5py.Dataset):
-            yield item.name.lstrip("/")
-        elif isinstance(item, h5py.Group):
-            yield from _names_in(item)
+        linked = isinstance(group.get(name, getlink=True), LINKS)
+        item = None if linked else group[name]
+        if isinstance(item, h5py.Group):
+            yield from _items_in(item, f"{prefix}{name}/")
+        elif linked or isinstance(item, h5py.Dataset):
+            yield f"{prefix}{name}", item
+
+
+def _require_own(path, name, dataset):
+    if dataset is None or dataset.external or dataset.is_virtual:
+        raise InputError(f"{path}: {name} is a link, or its data is stored elsewhere")
 
 
 def read_arrays(path: str | Path) -> dict[str, Any]:
     """All datasets of any HDF5 file by name; text is a scalar of str.
 
-    Raises OSError, also for data that stands in other files, and for more than the file can hold.
+    Raises InputError for data that the file itself does not hold, OSError for damage.
     """
     with h5py.File(path, "r", **SERIAL) as file:
-        return {name: _array(file[name], path) for name in _names_in(file)}
+        return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 
 
-def _array(dataset, path):
-    if dataset.external or dataset.is_virtual or not os.path.samefile(dataset.file.filename, path):
-        raise OSError(f"{dataset.name}: its data is in another file, which no checksum would cover")
+def _array(path, name, dataset):
+    _require_own(path, name, dataset)
     held = dataset.id.get_storage_size()
     if dataset.nbytes > DEFLATED * held:
-        raise OSError(f"{dataset.name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
+        raise OSError(f"{name}: claims {dataset.nbytes:,} bytes, and holds {held:,}")
     text = h5py.check_string_dtype(dataset.dtype)
     return np.array(dataset.asstr()[()]) if text else dataset[()]
 

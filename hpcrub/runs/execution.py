@@ -15,7 +15,6 @@ from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.runlog import RunLog
 from hpcrub.results import ownership, storage, trouble
-from hpcrub.results.storage import ResultFile
 from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Run
 from hpcrub.setup import plausibility
@@ -125,7 +124,10 @@ def execute(
 
 def _compute(team, run, examined, log):
     """Compute what the result file lacks, then print the summary."""
-    file = team.together(lambda: ResultFile(run.config.output, team.comm, "r+"))
+    check = partial(result_files.check, run=run)
+    file = team.together(
+        lambda: result_files.open_checked(run.config.output, check, "r+", team.comm)
+    )
     try:
         _fill(team, run, examined, file, log)
     except HpcrubError as error:

@@ -52,10 +52,16 @@ def file_size(run: Run) -> int:
 
 
 def open_checked(
-    path: str | os.PathLike[str], check: Callable[[ResultFile], None], mode: str = "r"
+    path: str | os.PathLike[str],
+    check: Callable[[ResultFile], None],
+    mode: str = "r",
+    comm: Any = None,
 ) -> ResultFile:
-    """Open a result file that passes a check; what this raises closes it."""
-    file = ResultFile(Path(path), mode=mode)
+    """Open a result file that passes a check; what this raises closes it.
+
+    mode, comm: as of `ResultFile`.
+    """
+    file = ResultFile(Path(path), comm, mode)
     try:
         check(file)
     except BaseException:
@@ -65,7 +71,11 @@ def open_checked(
 
 
 def check(file: ResultFile, run: Run) -> None:
-    """Refuse an open file that lacks what a run writes. Raises InputError."""
+    """Refuse an open file that lacks, or does not itself hold, what a run writes.
+
+    Raises InputError.
+    """
+    file.require_own(line.name for line in run.datasets())
     length = run.known_sizes()
     for line in run.datasets():
         shape, dtype = file.shape(line.name), file.dtype(line.name)

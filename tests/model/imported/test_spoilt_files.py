@@ -1,5 +1,6 @@
 """Files of other programs that are cut off, lie or never end: refused with one sentence."""
 
+import os
 from pathlib import Path
 
 import h5py
@@ -136,14 +137,16 @@ def dataset(shape, **options):
     [
         (dataset((10**6, 10**6), chunks=(1000, 1000)), "cannot be read"),
         (dataset(10**7, chunks=1000, compression="gzip"), "claims 80,000,000 bytes, and holds 0"),
-        (dataset(3, external=[("other.h5", 0, 24)]), "its data is in another file"),
-        (lambda f: f.update(K=h5py.ExternalLink("other.h5", "K")), "its data is in another file"),
+        (dataset(3, external=[("other.h5", 0, 24)]), "m.h5: K is a link, or its data is stored"),
+        (lambda f: f.update(K=h5py.ExternalLink("other.h5", "K")), "m.h5: K is a link, or its"),
+        (lambda f: f.update(K=h5py.ExternalLink("pipe", "K")), "m.h5: K is a link, or its data"),
         (lambda file: file.create_group("/".join("a" * 3000)), "cannot be read"),
     ],
 )
 def test_files_that_are_no_model_are_refused(folder, capsys, fill, words):
     with h5py.File("other.h5", "w") as other:
         other["K"] = np.ones(3)
+    os.mkfifo("pipe")
     with h5py.File("m.h5", "w") as file:
         fill(file)
     assert command("model", "m.h5") == 2
