@@ -32,8 +32,9 @@ def resolved(config: Config) -> Config:
         return config
     checksum = model_file.checksum(path)
     model = _read(path, checksum)
-    directions = len(model.dof[np.isin(model.dof[:, 0], model.contact_node[:1])])
-    directions = min(3, max(2, directions))
+    of_node, direction = model.dof.T
+    moves = (of_node == model.contact_node[0]) & np.isin(direction, (1, 2, 3))
+    directions = min(3, max(2, int(moves.sum())))
     n_points = len(model.contact_node) * (model.n_sectors or 1)
     radius = np.hypot(*model.nodes[model.contact_node, :2].T).max()
     keys = {

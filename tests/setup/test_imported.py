@@ -59,6 +59,20 @@ def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
     np.testing.assert_allclose(found[1].localisation, found[0].localisation, rtol=1e-4)
 
 
+def test_rows_of_a_rotation_at_contact_nodes_are_no_direction(folder):
+    """Beams have rows x, y and a rotation; the study ended after its work with a traceback."""
+    brief = "reduction: {n_modes: 24}\n"
+    disk = build_disk(Config().disk, Config().material)
+    arrays = planar_arrays(disk)
+    tips = disk.contact_dof[:, 1] + 1
+    assert (arrays["dof"][tips] == (-1, 0)).all()  # rows of their own
+    arrays["dof"][tips] = np.column_stack([arrays["contact_node"], np.full(len(tips), 6)])
+    model_file.write("beams.h5", arrays)
+    config = read("disk: {model: beams.h5}\n" + brief)
+    assert config.n_coordinates == Config.from_yaml(brief).n_coordinates
+    assert len(build_problem(config).reduced.tuned_eigenvalues) == config.n_coordinates
+
+
 def test_nodes_with_a_clearance_of_their_own_get_the_step_of_both_together(folder):
     """It was "inf steps per bump width", and too long a step, where nodes stand out by 21.5 mm."""
     arrays, text = sector_arrays(), "casing: {bump_height_mm: 0.155, clearance_mm: %g}"
