@@ -184,6 +184,8 @@ def _check_blades(model):
         raise InputError(
             f"contact_blade: blade {lost + 1} has no contact nodes; {lost} is named nowhere"
         )
+    if model.n_sectors not in (0, len(blades)):
+        raise InputError(f"n_sectors: {model.n_sectors}, and contact_blade names {len(blades)}")
     if model.kind == "reduced" and model.blade_stiffness is not None:
         n = len(model.blade_stiffness)
         if n != len(count):

@@ -119,6 +119,8 @@ FAR = np.array([2 * 10**9, 0])  # of two contact nodes
         (lambda a: {"kind": np.array([1, 2])}, "kind: one word is expected"),
         (lambda a: {"M/data": 1e-300 * a["M/data"]}, "no modes can be found"),
         (lambda a: {"n_sectors": np.array(10**12)}, "2 to 200"),
+        (lambda a: {"kind": np.array("disk"), "n_sectors": np.array(-3)},
+         "n_sectors: -3, and contact_blade names 1"),
     ],
 )  # fmt: skip
 def test_spoilt_model_files_are_refused(tmp_path, capsys, changes, words):
