@@ -22,6 +22,7 @@ STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 16.0
 MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
 REBOUND = 0.25  # of the energy with which a tip springs back, that the time step may take
+NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7
@@ -70,6 +71,7 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
         )
     else:
         yield from _graze_warnings(config)
+    yield from _noise_warnings(config)
     family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
     found = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
     if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
@@ -84,17 +86,31 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
 
 
 def _graze_warnings(config):
-    """A casing that hardly reaches beyond the clearance, with spikes or noise that are steep there.
-
-    The step resolves what vibrating blades meet of it. Those that a graze does not set vibrating
-    meet the graze alone.
-    """
+    """Speeds at which the running clearance lets less of the casing in than its step resolves."""
     found = resolution.bump_time(config, least=0.0) / config.step
     if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
         yield (
             f"not resolved: the casing is grazed, {found:.3g} time steps for what reaches beyond "
             f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; blades that vibrate no further "
             "need a shorter step (time.steps_per_bump_width)"
+        )
+
+
+def _noise_warnings(config):
+    """Noise of a measured casing that decides the results."""
+    casing, outline = config.casing, config.casing.outline
+    met = outline.highest - max(config.clearance, outline.mean)
+    if casing.profile.measured and casing.smoothing == 0.0:
+        yield (
+            "noise: the measured points of the casing are not smoothed, and noise of the "
+            "measurement counts as its shape; leave out casing.smoothing_mm and compare"
+        )
+    elif outline.smoothed_away > NOISE * met:
+        yield (
+            f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to "
+            f"{1e3 * outline.smoothed_away:.2g} mm from the measured casing, of which blades meet "
+            f"{1e3 * met:.2g} mm; the results depend on that: compare with half of "
+            "casing.smoothing_mm"
         )
 
 
