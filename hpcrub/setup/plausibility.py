@@ -60,6 +60,7 @@ def orders(config: Config) -> tuple[int, ...]:
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
+    yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
     # while a tip passes the width of a bump at the highest speed; inf: no contact
@@ -71,7 +72,6 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
         )
     else:
         yield from _graze_warnings(config)
-    yield from _noise_warnings(config)
     family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
     found = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
     if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
@@ -99,16 +99,18 @@ def _graze_warnings(config):
 def _noise_warnings(config):
     """Noise of a measured casing that decides the results."""
     casing, outline = config.casing, config.casing.outline
-    met = outline.highest - max(config.clearance, outline.mean)
+    away = outline.smoothed_away
+    nearest = config.clearance + config.disk.least_clearance
+    met = max(0.0, outline.highest - max(nearest, outline.mean))
     if casing.profile.measured and casing.smoothing == 0.0:
         yield (
             "noise: the measured points of the casing are not smoothed, and noise of the "
             "measurement counts as its shape; leave out casing.smoothing_mm and compare"
         )
-    elif outline.smoothed_away > NOISE * met:
+    elif away > NOISE * met and outline.highest + away > nearest:
         yield (
             f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to "
-            f"{1e3 * outline.smoothed_away:.2g} mm from the measured casing, of which blades meet "
+            f"{1e3 * away:.2g} mm from the measured casing, of which blades meet "
             f"{1e3 * met:.2g} mm; the results depend on that: compare with half of "
             "casing.smoothing_mm"
         )
