@@ -338,8 +338,8 @@ def numbers(found: list[Outcome]) -> list[tuple[str, Any]]:
         ("of these without a result at both steps",
          sum(not f.pairs.difference.size for f in compared)),
         ("amplitudes steady and periodic at both steps", difference.size),
-        ("median difference", f"{100 * np.median(difference):.2g} %"),
-        ("95 % differ by less than", f"{100 * np.percentile(difference, 95):.2g} %"),
+        ("median difference", _percent(difference, 50)),
+        ("95 % differ by less than", _percent(difference, 95)),
         (f"steady, and more than {TOLERANCE:.0%} apart: another motion, which the finer step keeps",
          int(np.count_nonzero((pairs.apart & other)[steady]))),
         (f"steady, and more than {TOLERANCE:.0%} apart: wrong",
@@ -347,7 +347,7 @@ def numbers(found: list[Outcome]) -> list[tuple[str, Any]]:
         ("steady, and as far from itself when it goes on",
          int(later.apart[np.isinf(later.errors)].sum())),
         ("means of averaged motions, at one step or both", means.difference.size),
-        ("median difference", f"{100 * np.median(means.difference):.2g} %"),
+        ("median difference", _percent(means.difference, 50)),
         (f"within {ERRORS:g} standard errors of both", _share(means.errors <= ERRORS)),
         ("of these that go on at the same step: within as many",
          _share(later.errors[~np.isinf(later.errors)] <= ERRORS)),
@@ -356,6 +356,10 @@ def numbers(found: list[Outcome]) -> list[tuple[str, Any]]:
         ("as far from their own mean when they go on at the same step",
          int(later.apart[~np.isinf(later.errors)].sum())),
     ]  # fmt: skip
+
+
+def _percent(values, part):
+    return f"{100 * np.percentile(values, part):.2g} %" if values.size else "none"
 
 
 def _share(which):
