@@ -160,6 +160,16 @@ def reference_disk(**law):
     return modes, found, 34.25
 
 
+def contact_loss(h):
+    """Energy that steps h [s] take in the contacts of six turns, over what the casing stores."""
+    modes, scene, speed = reference_disk(elastic_casing=ElasticCasing(2.4e8))
+    scene = scene._replace(step=h)
+    grid = cut_revolution(speed, scene)
+    bank = allocate(modes, scene, grid, 8, [speed])
+    found = audit(bank, 6 * grid.steps_per_revolution, scene)
+    return found.impact[:, 0].sum() / np.maximum(found.elastic[:, 0], 0.0).sum()
+
+
 def blisk(**law):
     """Modes, Scene and speed [Hz] of the blisk of the tutorial, with another law."""
     file = ROOT / "inputs/blisk"
