@@ -124,10 +124,10 @@ def worn_by(points, scene, h, n_steps):
     for n, row in enumerate(points):
         for i, p in enumerate(row):
             bar = strip[i], (n + 1 + offset[i]) % n_steps
-            trial = max(E * (p / t - strain[bar]), 0.0)
+            trial = max(E * (min(p / t, 1.0) - strain[bar]), 0.0)
             beyond = trial - (bar_of.yield_stress + H * strain[bar])
             if beyond > 0.0:
-                strain[bar] = min(strain[bar] + beyond / (E + H), 1.0)
+                strain[bar] += beyond / (E + H)
                 trial -= E * beyond / (E + H)
             forces[n, i] = bar_of.area * face.share[i] * trial
             if casing:
