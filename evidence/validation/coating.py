@@ -107,7 +107,8 @@ def first_peak(name):
 def motion_order(name):
     """Order of the error of a whole motion, of many steps: where in a step a contact begins is
     chance, and so is the factor of the error."""
-    truth, parts, errors = exact(*WALLS[name]), np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64]), []
+    truth, errors = exact(*WALLS[name]), []
+    parts = np.unique(np.round(3.0 * 2.0 ** (np.arange(20) / 4.0)).astype(int))
     for n in parts:
         place, _, _ = computed(*WALLS[name], 1e-5 / n)
         errors.append(np.abs(place[n - 1 :: n] - truth.place[1:]).max())

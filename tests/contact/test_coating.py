@@ -184,6 +184,7 @@ def test_a_disk_feels_the_incremental_law(name):
     assert pressed.any()
     assert worn.max() > 0.01 * t
     assert (worn.max(axis=1) > 0.0).all()
+    assert worn.max() == pytest.approx(scene.coating.worn_through, rel=1e-9)
     free = np.ones_like(pressed) if scene.elastic_casing else ~pressed
     assert np.abs(force - expected)[free].max() < 1e-6 * expected.max()
     assert p.max() < t * (1.0 + 1e-9) or scene.elastic_casing
