@@ -1,6 +1,6 @@
 """Thousands of runs in the corners of the input, checked by other means than the sweep's own.
 
-Ends with 1 if a check fails. All cases take 15 minutes and write docs/stress.md.
+Ends with 1 if a check fails. All cases take 20 minutes and write docs/stress.md.
 """
 
 import argparse
