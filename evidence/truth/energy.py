@@ -141,7 +141,8 @@ class Surface:
         old, fresh = self.under, self.fresh
         worn = fresh
         if self.coating:  # of the point: another one on this bar may wear it deeper
-            worn = np.maximum(fresh, self.coating.kept * (new - self.coating.depth_at_yield))
+            strained = np.minimum(new, self.thickness) - self.coating.depth_at_yield
+            worn = np.maximum(fresh, self.coating.kept * strained)
         self.under, self.fresh = worn, self._worn(self.n_steps + 1)
         k1 = plastic = 0.0
         if self.coating:
