@@ -126,10 +126,10 @@ def _table_problems(speeds, table):
 
 def _steep_problems(c):
     if c.casing.is_resolved and (steps := resolution.least_steps(c)) > MOST_STEPS:
-        keys = "bump_width, harmonics, smoothing_mm"
         yield (
             f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
-            f"{MOST_STEPS:,} ({keys}; time.steps_per_bump_width)"
+            f"{MOST_STEPS:,}; wider bumps (casing.bump_width), a longer casing.smoothing_mm or fewer "
+            "time.steps_per_bump_width would do with fewer"
         )
 
 

@@ -28,22 +28,15 @@ class Profile(NamedTuple):
     measured: tuple[tuple[float, float], ...] = ()
     cut_off: float = 0.0  # wavelength of which smoothing leaves one half [rad]; 0: none
 
-    def height(self, phi: np.ndarray) -> np.ndarray:
-        """Height [m] at an angle [rad], of any shape."""
-        return self.bend(phi)[0]
-
-    def bend(self, phi: np.ndarray) -> np.ndarray:
-        """Height [m], slope [m/rad] and second derivative [m/rad²] at an angle (..., ) [rad]."""
-        total = np.zeros((3, *np.shape(phi)))
+    def height(self, phi: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """Height [m] at an angle [rad], of any shape, or its first or second derivative there."""
+        total = np.zeros(np.shape(phi))
         for order, amplitude, crest in self.harmonics:
-            angle = order * (phi - crest)
-            total[0] += amplitude * np.cos(angle)
-            total[1] -= order * amplitude * np.sin(angle)
-            total[2] -= order**2 * amplitude * np.cos(angle)
+            turned = order * (phi - crest) + derivative * np.pi / 2.0
+            total += amplitude * order**derivative * np.cos(turned)
         if self.measured:
             angle, *curves = smoothed(self.measured, self.cut_off)
-            for row, curve in enumerate(curves):
-                total[row] += np.interp(phi, angle, curve, period=2.0 * np.pi)
+            total += np.interp(phi, angle, curves[derivative], period=2.0 * np.pi)
         return total
 
     @property
@@ -149,7 +142,7 @@ def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_W
     off = _from_crest(phi, 2.0 * np.pi / n_bumps) / own
     bumps = np.array([off**0, -2.0 * off / own, (4.0 * off**2 - 2.0) / own**2])
     bumps *= height * np.exp(-(off**2))
-    there, slope, second = bumps + profile.bend(phi)
+    there, slope, second = bumps + [profile.height(phi, k) for k in range(3)]
     spectrum = np.fft.rfft(there[:N_ANGLES])
     mean, spectrum[0] = spectrum[0].real / N_ANGLES, 0.0
     size = 2.0 * np.abs(spectrum) / N_ANGLES
