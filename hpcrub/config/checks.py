@@ -128,8 +128,8 @@ def _steep_problems(c):
     if c.casing.is_resolved and (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
             f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
-            f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm, or "
-            "lower time.steps_per_bump_width"
+            f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "
+            "or lower time.steps_per_bump_width"
         )
 
 
