@@ -161,13 +161,13 @@ def reference_disk(**law):
     return modes, found, 34.25
 
 
-def contact_loss(h):
-    """Energy that steps h [s] take in the contacts of six turns, over what the casing stores."""
+def contact_loss(h, turns=6):
+    """Energy that steps h [s] take in the contacts of some turns, over what the casing stores."""
     modes, scene, speed = reference_disk(elastic_casing=ElasticCasing(2.4e8))
     scene = scene._replace(step=h)
     grid = cut_revolution(speed, scene)
     bank = allocate(modes, scene, grid, 8, [speed])
-    found = audit(bank, 6 * grid.steps_per_revolution, scene)
+    found = audit(bank, turns * grid.steps_per_revolution, scene)
     return found.impact[:, 0].sum() / np.maximum(found.elastic[:, 0], 0.0).sum()
 
 
