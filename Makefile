@@ -48,7 +48,7 @@ test-slurm: $(STAMP)  ## run the job scripts on a Slurm of this machine (root; 5
 validate: $(STAMP)  ## hold the kernel against exact solutions, write docs/validation.md (5 min; ARGS=--fast)
 	@$(VENV_PYTHON) -m evidence.validation $(ARGS)
 
-stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/stress.md (15 min; ARGS=--fast)
+stress: $(STAMP)  ## thousands of runs in the corners of the input, write docs/stress.md (20 min; ARGS=--fast)
 	@$(VENV_PYTHON) -m evidence.stress $(ARGS)
 
 test-faults: $(STAMP)  ## break disks, files and processes on purpose, write docs/faults.md (20 to 40 min)

@@ -64,8 +64,10 @@ class Reference:
         K = (0.0, self.k1, self.k2)[coat]
         C = (0.0, self.k1 * w, -self.c0)[coat]
         D = 0.0
+        if casing != AWAY:  # the bar is used up, and keeps its force
+            K, C = 0.0, C - K * self.bar.thickness
         if casing == PRESSED:
-            K, D, C = K + self.k, self.d, C + self.k * self.bar.thickness
+            K, D, C = self.k, self.d, C + self.k * self.bar.thickness
         m, c, s = self.mass
         A = np.zeros((3, 3))
         A[0, 1] = 1.0
@@ -76,15 +78,15 @@ class Reference:
         """What is positive as long as a regime holds, and the regime that follows each."""
         (coat, casing), p, v = regime, y[0] - self.gap, y[1]
         t = self.bar.thickness
-        if self.k1 and coat == UNTOUCHED:
+        if casing != AWAY:
+            pass  # no strain changes
+        elif self.k1 and coat == UNTOUCHED:
             yield w - p, (ELASTIC, casing)
         elif coat == ELASTIC:
             yield p - w, (UNTOUCHED, casing)
             yield self.k2 * p + self.c0 - self.k1 * (p - w), (PLASTIC, casing)
-        elif coat == PLASTIC and w < t:
+        elif coat == PLASTIC:
             yield v, (ELASTIC, casing)
-        elif coat == PLASTIC:  # worn through: both lines stand still
-            yield self.k1 * (p - t) - self.k2 * p - self.c0, (ELASTIC, casing)
         push = self.k * (p - t) + self.d * v
         if self.k and casing == AWAY:
             yield t - p, (coat, PRESSED)
@@ -98,8 +100,8 @@ class Reference:
         """Worn depth at a state: on the plastic line, where the elastic one meets it."""
         if regime[0] != PLASTIC:
             return w
-        p = y[0] - self.gap
-        return max(w, min(p - (self.k2 * p + self.c0) / self.k1, self.bar.thickness))
+        p = min(y[0] - self.gap, self.bar.thickness)
+        return max(w, p - (self.k2 * p + self.c0) / self.k1)
 
     def run(self, velocity, dt, n_steps):
         """Motion from u = 0 with a velocity; two events must be further apart than dt."""

@@ -141,14 +141,15 @@ class Surface:
         old, fresh = self.under, self.fresh
         worn = fresh
         if self.coating:  # of the point: another one on this bar may wear it deeper
-            worn = np.maximum(fresh, self.coating.kept * (new - self.coating.depth_at_yield))
+            strained = np.minimum(new, self.thickness) - self.coating.depth_at_yield
+            worn = np.maximum(fresh, self.coating.kept * strained)
         self.under, self.fresh = worn, self._worn(self.n_steps + 1)
         k1 = plastic = 0.0
         if self.coating:
             k1 = self.coating.young * self.area / self.thickness
             plastic = self.area * (self.coating.energy(worn) - self.coating.energy(fresh))
-        q0, q = np.maximum(p - old, 0.0), np.maximum(new - worn, 0.0)
         x0, x = np.maximum(p - self.thickness, 0.0), np.maximum(new - self.thickness, 0.0)
+        q0, q = np.maximum(p - x0 - old, 0.0), np.maximum(new - x - worn, 0.0)
         bar, pushes = k1 * q, self.k * x + self.d * (x - x0) > 0.0
         law = bar + np.where(pushes, self.k * x + self.d * (x - x0), 0.0)
         a, b, c = self.weights
@@ -158,6 +159,7 @@ class Surface:
             mean = np.where(new > self.thickness * (1.0 - 1e-9), np.maximum(force, mean), mean)
         dashpot = np.where(pushes, self.d * (x - x0), -self.k * x) * (x - x0)
         elastic = k1 * (q**2 - q0**2) / 2.0 + self.k * (x**2 - x0**2) / 2.0
+        elastic += k1 * (q * x - q0 * x0)  # of bars that are used up, and keep their force
         groove = bar * (old - fresh)
         loss = mean * (new - before) / 2.0 + groove - elastic - plastic - dashpot
         return [np.sum(part + 0.0 * force, 0) for part in (loss, groove, elastic, plastic, dashpot)]

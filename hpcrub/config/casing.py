@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
@@ -13,6 +13,7 @@ from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
 
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
+SMOOTHED = 50  # undulations around the casing of which smoothing leaves one half, unless given
 PROFILES = "harmonics", "profile_csv", "profile_mm"
 Degrees = Annotated[
     tuple[Annotated[Number, Field(ge=0, lt=360)], ...],
@@ -64,12 +65,17 @@ class Casing(Section):
     """angles of its points, filled in when a run begins [deg]"""
     profile_mm: Changes | None = None
     """change of radius there, outward positive, filled in as well [mm]"""
+    smoothing_mm: Number | None = Field(None, ge=0, le=1e6)
+    """cut-off wavelength along the circumference with which the measured points are smoothed; null:
+    a fiftieth of the circumference; 0: straight lines between them [mm]"""
     growth_time_s: Number = Field(0.01, ge=0, le=1e4)
     """time in which the shape grows from a circle [s]"""
 
     clearance: ClassVar = si("clearance_mm", "m", per=1000)
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
+
+    _tip_radius_mm: float = PrivateAttr(500.0)
 
     @model_validator(mode="before")
     @classmethod
@@ -123,7 +129,21 @@ class Casing(Section):
             if h.amplitude_mm > 0.0
         )
         points = zip(self.profile_deg or (), self.profile_mm or (), strict=True)
-        return Profile(harmonics, tuple((a * pi / 180, -r / 1000) for a, r in points))
+        measured = tuple((a * pi / 180, -r / 1000) for a, r in points)
+        cut_off = self.smoothing / self._tip_radius_mm * 1000 if measured else 0.0
+        return Profile(harmonics, measured, cut_off)
+
+    def at(self, tip_radius_mm: float) -> "Casing":
+        """The same around tips of a radius [mm], of which its angles and lengths are."""
+        casing = self.model_copy()
+        casing._tip_radius_mm = tip_radius_mm
+        return casing
+
+    @property
+    def smoothing(self) -> float:
+        """Cut-off wavelength of the measured points [m]."""
+        length = self.smoothing_mm
+        return (2.0 * pi * self._tip_radius_mm / SMOOTHED if length is None else length) / 1000
 
     @property
     def shape(self) -> tuple[int, float, Profile, float]:

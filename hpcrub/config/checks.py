@@ -125,12 +125,11 @@ def _table_problems(speeds, table):
 
 
 def _steep_problems(c):
-    if not (c.casing.is_resolved and c.casing.profile.exists):
-        return
-    if (steps := resolution.least_steps(c)) > MOST_STEPS:
+    if c.casing.is_resolved and (steps := resolution.least_steps(c)) > MOST_STEPS:
         yield (
-            f"casing.profile_mm: spikes, jumps or noise need {steps:,.0f} time steps a turn, more "
-            f"than {MOST_STEPS:,} (time.steps_per_bump_width); smooth the points that were measured"
+            f"casing: its narrowest crest needs {steps:,.0f} time steps a turn, more than "
+            f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "
+            "or lower time.steps_per_bump_width"
         )
 
 

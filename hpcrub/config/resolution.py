@@ -6,36 +6,41 @@ All functions take the `Config` of which they are a part.
 import math
 from typing import Any
 
-from hpcrub.model.casing import Outline, width_of_rest
-
-# of the height of a casing above its mean: what the step resolves, at least, because blades that
-# touch it vibrate; those that do not are marked (`setup.plausibility`)
+# a crest of the slope S and the curvature κ of a Gaussian bump is as wide, FLANK S/κ
+FLANK = 4.0 / math.sqrt(2.0 / math.e)
+# of the height of a casing above its mean: what the step resolves, at least, where the clearance
+# changes with the speed; speeds at which blades meet less are marked (`setup.plausibility`)
 LEAST = 0.05
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
 RECORDS_PER_PERIOD = 20  # of the displacements that windows are compared by; peaks are of all steps
 
 
 def width_of_bump(config: Any, least: float = LEAST) -> float:
-    """Angle in which a bump reaches beyond the clearance, at most that of its 1/e width [rad].
+    """Angle of the narrowest crest of a casing that blades meet [rad].
 
-    Zero when it does not reach the tips; a load during contact may bring them to any bump. A crest
-    of a casing with harmonics or a measured profile counts as the Gaussian bump that has its
-    height, above the mean of the casing, and curvature. Where the clearance changes with the speed,
-    it is the narrowest of all speeds.
+    A Gaussian bump as sharp as the sharpest crest is taken, wherever that is: blades that vibrate
+    reach everything. Its width is that of its height and curvature at the level of the clearance,
+    or its 1/e width by the steepest slope of the casing, where that is less: a crest that is passed
+    in so many steps gives blades the velocity of its flank to a share of the largest they get.
 
-    least: part of the height of a casing above its mean that blades meet, however little of it
-    reaches beyond the clearance; 0: that alone.
+    Zero when nothing reaches the tips; a load during contact may bring them to any bump. Where the
+    clearance changes with the speed, it is the narrowest of all speeds.
+
+    least: part of the height of a casing above its mean that blades meet then, at least.
     """
-    clearance = _clearance(config, least)
+    outline, clearance = config.casing.outline, _clearance(config, least)
     if config.forcing.in_contact:
         clearance = min(clearance, 0.0)
-    if config.casing.profile.exists:
-        return _width_of_crest(config.casing.outline, clearance, least)
-    height = config.casing.bump_height
-    if height <= clearance:
+    if outline.highest <= clearance:
         return 0.0
-    part = math.sqrt(math.log(height / clearance)) if clearance > 0.0 else 1.0
-    return 2.0 * config.casing.bump_width * min(1.0, part) * 2.0 * math.pi / config.casing.n_bumps
+    if outline.curvature <= 0.0:
+        return 2.0 * math.pi
+    height, level = outline.highest - outline.lowest, clearance - outline.lowest
+    width = FLANK * outline.slope / outline.curvature
+    if level > 0.0:
+        across = 2.0 * math.sqrt(2.0 * height / outline.curvature)
+        width = min(width, across * math.sqrt(math.log(height / level)))
+    return min(width, 2.0 * math.pi)
 
 
 def _clearance(config: Any, least: float) -> float:
@@ -48,17 +53,6 @@ def _clearance(config: Any, least: float) -> float:
     top, mean = casing.outline.highest, casing.outline.mean
     touching = found[found < top]
     return min(touching.max(), top - least * (top - mean)) if touching.size else found.min()
-
-
-def _width_of_crest(outline: Outline, clearance: float, least: float) -> float:
-    beyond = outline.highest - max(clearance, outline.mean)
-    if outline.highest <= clearance:
-        return 0.0
-    crest = 2.0 * math.pi  # as good as a circle
-    if outline.curvature * math.pi**2 > 2.0 * beyond:
-        crest = 2.0 * math.sqrt(2.0 * beyond / outline.curvature)
-    met = max(beyond, least * (outline.highest - outline.mean))
-    return min(crest, width_of_rest(outline, met))
 
 
 def bump_time(config: Any, least: float = LEAST) -> float:

@@ -104,6 +104,12 @@ class Config(Section):
         return self
 
     @model_validator(mode="after")
+    def _casing_is_around_the_tips(self):
+        """Lengths along the casing become angles with the radius of the disk."""
+        object.__setattr__(self, "casing", self.casing.at(self.disk.tip_radius_mm))
+        return self
+
+    @model_validator(mode="after")
     def _keys_fit_together(self):
         problems = list(config_checks.problems(self))
         if problems:

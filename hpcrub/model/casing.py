@@ -12,10 +12,11 @@ import numpy as np
 
 BUMP_WIDTH = 0.1  # of the pitch: where a bump has 1/e of its height, on each side of its crest
 N_ANGLES = 2**14  # of a shape whose spectrum is asked for
+MOST_ANGLES = 2**17
+FINER = 16  # angles per cut-off wavelength of smoothed points, at least
+ORDER = 4  # of the spline filter
 RELEVANT = 0.01  # of the largest amplitude of any order
-# of the height that blades meet: a change of the casing that counts, and the part of a Gaussian
-# bump whose steepest flank rises by it in the width of the bump over so much
-ROUGH, FLANK = 0.1, 2.0 * math.sqrt(2.0 / math.e)
+ACROSS = np.union1d(np.linspace(-3.0, 3.0, 49), (-math.sqrt(0.5), 0.0, math.sqrt(0.5)))
 
 
 class Profile(NamedTuple):
@@ -23,17 +24,19 @@ class Profile(NamedTuple):
 
     # order n [-], amplitude a [m], angle of a crest b [rad] of each: a cos(n(phi - b))
     harmonics: tuple[tuple[int, float, float], ...] = ()
-    # angle, increasing within one turn [rad], and height [m] of each point, linear between them
+    # angle, increasing within one turn [rad], and height [m] of each point
     measured: tuple[tuple[float, float], ...] = ()
+    cut_off: float = 0.0  # wavelength of which smoothing leaves one half [rad]; 0: none
 
-    def height(self, phi: np.ndarray) -> np.ndarray:
-        """Height [m] at an angle [rad], of any shape."""
+    def height(self, phi: np.ndarray, derivative: int = 0) -> np.ndarray:
+        """Height [m] at an angle [rad], of any shape, or its first or second derivative there."""
         total = np.zeros(np.shape(phi))
         for order, amplitude, crest in self.harmonics:
-            total += amplitude * np.cos(order * (phi - crest))
+            turned = order * (phi - crest) + derivative * np.pi / 2.0
+            total += amplitude * order**derivative * np.cos(turned)
         if self.measured:
-            angle, height = np.array(self.measured).T
-            total += np.interp(phi, angle, height, period=2.0 * np.pi)
+            angle, *curves = smoothed(self.measured, self.cut_off)
+            total += np.interp(phi, angle, curves[derivative], period=2.0 * np.pi)
         return total
 
     @property
@@ -54,11 +57,39 @@ class Outline(NamedTuple):
     """What the shape of a casing says about loads and time steps."""
 
     highest: float  # [m]
+    lowest: float  # [m], 0 at most
     mean: float  # [m]
-    curvature: float  # largest second derivative at a crest, of all relevant orders [m/rad²]
+    slope: float  # largest, either way [m/rad]
+    curvature: float  # of the sharpest crest, wherever it is [m/rad²]
     orders: tuple[int, ...]  # relevant ones, the strongest first; none of a circle
-    rest: np.ndarray  # heights less the relevant orders, at N_ANGLES angles [m]
-    cliffs: np.ndarray  # (2, n) angle [rad] and change [m] between closer measured points
+    smoothed_away: float  # of the measured points, at most [m]
+
+
+@lru_cache(maxsize=16)
+def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.ndarray:
+    """Measured points of a casing, smoothed.
+
+    - measured: as of `Profile`.
+    - cut_off: wavelength of which one half is left [rad]; 0: lines between the points.
+
+    Returns (4, n): angles [rad], height [m], slope [m/rad] and second derivative [m/rad²]; without
+    smoothing the mean slope at each point, and its change over the shorter of the lines beside it.
+    Source: ISO 16610-22, the periodic spline filter: 1/(1 + (n/n_c)⁴) of an order n is left.
+    """
+    angle, height = np.array(measured).T
+    if cut_off == 0.0:
+        distance = np.diff(angle, append=angle[0] + 2.0 * np.pi)
+        slope = np.diff(height, append=height[0]) / distance
+        before, shorter = np.roll(slope, 1), np.minimum(distance, np.roll(distance, 1))
+        return np.array([angle, height, 0.5 * (slope + before), (slope - before) / shorter])
+    finest = 2.0 * np.pi * FINER / cut_off
+    n = min(max(N_ANGLES, 2 ** math.ceil(math.log2(finest))), MOST_ANGLES)
+    grid = 2.0 * np.pi * np.arange(n) / n
+    spectrum = np.fft.rfft(np.interp(grid, angle, height, period=2.0 * np.pi))
+    order = np.arange(len(spectrum))
+    spectrum /= 1.0 + (order * cut_off / (2.0 * np.pi)) ** ORDER
+    rows = [np.fft.irfft((1j * order) ** k * spectrum, n) for k in range(3)]
+    return np.array([grid, *rows])
 
 
 def bump_height(
@@ -75,8 +106,11 @@ def bump_height(
     Source: Joachim, Nyssen, Batailly (2020), equation (1), inward counted positive.
     """
     pitch = 2.0 * np.pi / n_bumps
-    nearest = phi - pitch * np.round(phi / pitch)
-    return height * np.exp(-((nearest / (width * pitch)) ** 2))
+    return height * np.exp(-((_from_crest(phi, pitch) / (width * pitch)) ** 2))
+
+
+def _from_crest(phi, pitch):
+    return phi - pitch * np.round(phi / pitch)
 
 
 def casing_height(
@@ -95,60 +129,37 @@ def casing_height(
 def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_WIDTH) -> Outline:
     """Outline of a casing; arguments as of `casing_height`.
 
-    An order is relevant when its amplitude is at least one hundredth of the largest: of Gaussian
-    bumps the first six multiples of their number. So measuring noise below that has no say.
+    Slope and curvature are those of the whole, bumps, harmonics and smoothed points together, at
+    evenly spaced angles, across every bump and at every measured point. An order is relevant when
+    its amplitude is at least one hundredth of the largest: of Gaussian bumps the first six
+    multiples of their number.
     """
-    phi = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES
-    measured = np.array([angle for angle, _ in profile.measured])
-    there = casing_height(np.concatenate([phi, measured]), n_bumps, height, profile, width)
+    around = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES
+    own = width * 2.0 * np.pi / n_bumps  # 1/e width of a bump [rad]
+    crests = np.arange(n_bumps if height > 0.0 else 0) * (2.0 * np.pi / n_bumps)
+    measured = np.array(profile.measured).reshape(-1, 2)
+    phi = np.concatenate([around, (crests[:, None] + own * ACROSS).ravel(), measured[:, 0]])
+    off = _from_crest(phi, 2.0 * np.pi / n_bumps) / own
+    bumps = np.array([off**0, -2.0 * off / own, (4.0 * off**2 - 2.0) / own**2])
+    bumps *= height * np.exp(-(off**2))
+    there, slope, second = bumps + [profile.height(phi, k) for k in range(3)]
     spectrum = np.fft.rfft(there[:N_ANGLES])
     mean, spectrum[0] = spectrum[0].real / N_ANGLES, 0.0
     size = 2.0 * np.abs(spectrum) / N_ANGLES
     size[size < 1e-12 * np.abs(there).max()] = 0.0  # rounding
-    kept = (size > 0.0) & (size >= RELEVANT * size.max())
-    orders = np.arange(len(size))
-    bend = np.fft.irfft(np.where(kept, orders**2 * spectrum, 0.0), N_ANGLES)
-    rest = np.fft.irfft(np.where(kept, 0.0, spectrum), N_ANGLES) if measured.size else np.zeros(1)
-    points = np.array(profile.measured + profile.measured[:1]).T.reshape(2, -1)
-    cliffs = np.abs(np.diff(points))
-    cliffs = cliffs[:, (cliffs[0] > 0.0) & (cliffs[0] < 2.0 * np.pi / N_ANGLES)]
-    strongest = orders[kept][np.argsort(-size[kept], kind="stable")]
+    orders = np.flatnonzero((size > 0.0) & (size >= RELEVANT * size.max()))
+    strongest = orders[np.argsort(-size[orders], kind="stable")]
+    lines = profile._replace(harmonics=(), cut_off=0.0).height(phi)
+    away = np.abs(lines - profile._replace(harmonics=()).height(phi)).max()
     return Outline(
         float(there.max()),
+        min(0.0, float(there.min())),
         float(mean),
-        float(bend.max()),
+        float(np.abs(slope).max()),
+        float(-second.min()),
         tuple(int(n) for n in strongest),
-        rest,
-        cliffs,
+        float(away),
     )
-
-
-def width_of_rest(found: Outline, met: float) -> float:
-    """Angle in which a bump would be as steep as spikes, jumps and noise of a casing [rad].
-
-    met: height of the casing that blades meet [m]; smaller changes than ROUGH of it do not count.
-    Infinite where there are none.
-    """
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # a quarter of a second
-
-    depth, grid = ROUGH * met, 2.0 * np.pi / N_ANGLES
-
-    def change(n):
-        parts = (
-            maximum_filter1d(found.rest, n + 1, mode="wrap"),
-            minimum_filter1d(found.rest, n + 1, mode="wrap"),
-        )
-        return float((parts[0] - parts[1]).max())
-
-    rises = found.cliffs[0, found.cliffs[1] >= depth] / found.cliffs[1, found.cliffs[1] >= depth]
-    steepest = [float(rises.min())] if rises.size else []
-    low, high = 0, N_ANGLES // 4  # grid points over which the rest changes by too little, by enough
-    if change(high) >= depth > 0.0:
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if change(middle) >= depth else (middle, high)
-        steepest.append(high * grid / change(high))
-    return FLANK * met * min(steepest, default=math.inf)
 
 
 def highest(

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
+from hpcrub.config.casing import Casing
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.casing import casing_height, ramp
@@ -223,6 +224,8 @@ def casing(canvas: Canvas) -> None:
     least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
     gap, degrees = least - inward, np.degrees(angle)
     gaps.plot(degrees, gap, color=BLUE)
+    if shape.profile.measured:
+        _draw_measured(gaps, shape, least)
     gaps.axhline(least, color="0.5", lw=1.2, ls="--", label="undeformed casing")
     if most > least:
         words = "at the speed of the largest clearance"
@@ -236,6 +239,18 @@ def casing(canvas: Canvas) -> None:
     growth.plot(1e3 * time, [ramp(t, shape.growth_time) for t in time], color=BLUE)
     growth.set(xlabel="time [ms]", ylabel="part of its shape [-]", ylim=(0, 1.05))
     growth.set_title("growth of the casing")
+
+
+def _draw_measured(axes: Axes, shape: Casing, clearance: float) -> None:
+    n_bumps, bump_height, profile, width = shape.shape
+    angle = np.array([phi for phi, _ in profile.measured])
+    lines = profile._replace(cut_off=0.0)
+    gap = clearance - 1e3 * casing_height(angle, n_bumps, bump_height, lines, width)
+    smoothed = (
+        f"smoothed over {1e3 * shape.smoothing:.3g} mm" if profile.cut_off else "no smoothing"
+    )
+    words = f"measured points, {smoothed}"
+    axes.plot(np.degrees(angle), gap, ".", color=ORANGE, ms=4, zorder=1, label=words)
 
 
 def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarray) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
-from hpcrub.contact.recurrence import newmark
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
@@ -21,7 +20,8 @@ from hpcrub.setup.problem import Problem
 STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 16.0
 MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
-REBOUND = 0.25  # of the energy with which a tip springs back, that the time step may take
+STEPS_PER_REBOUND = 36.0  # from a casing that gives or wears
+NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7
@@ -59,6 +59,7 @@ def orders(config: Config) -> tuple[int, ...]:
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
+    yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
     # while a tip passes the width of a bump at the highest speed; inf: no contact
@@ -84,17 +85,33 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
 
 
 def _graze_warnings(config):
-    """A casing that hardly reaches beyond the clearance, with spikes or noise that are steep there.
-
-    The step resolves what vibrating blades meet of it. Those that a graze does not set vibrating
-    meet the graze alone.
-    """
+    """Speeds at which the running clearance lets less of the casing in than its step resolves."""
     found = resolution.bump_time(config, least=0.0) / config.step
     if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
         yield (
             f"not resolved: the casing is grazed, {found:.3g} time steps for what reaches beyond "
             f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; blades that vibrate no further "
             "need a shorter step (time.steps_per_bump_width)"
+        )
+
+
+def _noise_warnings(config):
+    """Noise of a measured casing that decides the results."""
+    casing, outline = config.casing, config.casing.outline
+    away = outline.smoothed_away
+    nearest = config.clearance + config.disk.least_clearance
+    met = max(0.0, outline.highest - max(nearest, outline.mean))
+    if casing.profile.measured and casing.smoothing == 0.0:
+        yield (
+            "noise: the measured points of the casing are not smoothed, and noise of the "
+            "measurement counts as its shape; leave out casing.smoothing_mm and compare"
+        )
+    elif away > NOISE * met and outline.highest + away > nearest:
+        yield (
+            f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to "
+            f"{1e3 * away:.2g} mm from the measured casing, of which blades meet "
+            f"{1e3 * met:.2g} mm; the results depend on that: compare with half of "
+            "casing.smoothing_mm"
         )
 
 
@@ -138,35 +155,38 @@ def _friction_warnings(config, problem):
         )
 
 
-def rebound_lost(stiffness: float) -> float:
-    """Part of the energy of a rebound that the time step takes.
+def rebound_time(problem: Problem, stiffness: np.ndarray) -> float:
+    """Time in which a blade springs back that hits the casing in its first families' modes [s].
 
-    stiffness: of the surface, times the compliance of a tip in a step, (ωh)² [-].
+    stiffness: of what a contact point of a blade meets (points of the blade,) [N/m].
 
-    With `contact.recurrence.newmark` (1 + a κ) z² − (2 − b κ) z + 1 + c κ = 0, over half a period.
+    Half a period of the modes that the blade has on these springs: the mean of their squared
+    frequencies, each with the share of the springs' energy that such a hit gives it.
     """
-    a, b, c = newmark(stiffness)
-    turn = np.arctan2(2.0 * np.sqrt(stiffness), 2.0 - b * stiffness)
-    return float(1.0 - ((1.0 + c * stiffness) / (1.0 + a * stiffness)) ** (np.pi / turn))
+    face, n = problem.scene.interface, problem.scene.interface.n_blades
+    modes = mistuned_modes(problem.reduced, np.zeros(n))
+    tips = modes.normal[face.blade == face.blade[0]]
+    squared, shapes = np.linalg.eigh(np.diag(modes.omega**2) + tips.T @ (stiffness[:, None] * tips))
+    hit = shapes[:n].T @ tips[:, :n].sum(axis=0)
+    stored = hit**2 * (stiffness[:, None] * (tips @ shapes) ** 2).sum(axis=0)
+    return float(np.pi * np.sqrt((stored / squared).sum() / stored.sum()))
 
 
 def _rebound_warnings(config, problem):
     scene = problem.scene
-    if scene.coating:
-        area = scene.coating.area * scene.interface.share.max()
-        spring = scene.coating.stiffnesses(area)[0]
-    elif scene.elastic_casing:
-        spring = scene.elastic_casing.stiffness
-    else:
+    if not (scene.coating or scene.elastic_casing):
         return
-    modes = mistuned_modes(problem.reduced, np.zeros(config.disk.n_blades))
-    omega = float(np.sqrt(spring * (modes.normal**2).sum(axis=1).max()))
-    lost = rebound_lost((omega * config.step) ** 2)
-    if lost > REBOUND:
+    share = scene.interface.share[scene.interface.blade == scene.interface.blade[0]]
+    spring = np.full(len(share), scene.elastic_casing.stiffness if scene.elastic_casing else 0.0)
+    if scene.coating:
+        spring = np.maximum(spring, scene.coating.stiffnesses(scene.coating.area * share)[0])
+    time = rebound_time(problem, spring)
+    if time < STEPS_PER_REBOUND * config.step * (1.0 - 1e-9):
         yield (
-            f"not resolved: a tip springs back within {1e6 * np.pi / omega:.3g} µs, of whose "
-            f"energy time steps of {1e6 * config.step:.3g} µs take {100 * lost:.0f} %; amplitudes "
-            "may be too small: compare with half of time.step_s"
+            f"not resolved: a blade springs back from the casing within {1e6 * time:.3g} µs, in "
+            f"{time / config.step:.2g} time steps, fewer than {STEPS_PER_REBOUND:g}; amplitudes "
+            "and depths may be wrong: compare with time.step_s of "
+            f"{time / (2.0 * STEPS_PER_REBOUND):.2g}"
         )
 
 

@@ -19,11 +19,11 @@ from evidence.validation.coating import GAP, HARD, LAWS, MILD, SOFT, SPEED, SPRI
 from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
+from hpcrub.contact.recurrence import newmark
 from hpcrub.model.casing import bump_table, ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
-from hpcrub.setup.plausibility import rebound_lost
 from tests.contact.test_kernel import integrate_lanes, plain_python
 from tests.contact.test_spatial import integrate, made_up
 from tests.program import whole
@@ -77,9 +77,20 @@ def test_energy_goes_into_wear_and_what_a_step_loses(bar):
     assert books[-1].plastic[:, 0].sum() > (0.2 * start if bar else -1.0)
 
 
+def test_whole_contacts_of_a_disk_lose_energy_with_the_second_order():
+    """The contact begins and ends within a step: 0.9 % of what the casing stores at 10 µs."""
+    steps = np.array([2e-5, 1e-5, 5e-6])
+    lost = np.array([coating.contact_loss(h, turns=1) for h in steps])
+    assert 1.7 < fitted_order(steps, lost) < 2.4
+    assert 0.005 < lost[1] < 0.015
+
+
 @pytest.mark.parametrize("turn", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
     """A free mass thrown at a spring, √(k/m) h = turn, mean of where in a step it meets it."""
+    a, b, c = newmark(turn**2)
+    half_turn = np.pi / np.arctan2(2.0 * turn, 2.0 - b * turn**2)
+    lost = 1.0 - ((1.0 + c * turn**2) / (1.0 + a * turn**2)) ** half_turn
     mass, h, left = Mass(1.0, 0.0, 1e-9), turn / np.sqrt(SPRING.stiffness), []
     duration = 2.0 * GAP / SPEED + 10.0 * h + 4.0 * h / turn
     for later in np.arange(16) / 16.0 * h * SPEED:
@@ -87,7 +98,7 @@ def test_a_rebound_loses_what_is_said_of_the_time_step(turn):
         place, _, _ = coating.thrown(mass, SPEED, h, duration, gap=gap, elastic_casing=SPRING)
         assert place[-1] < place[-2]
         left.append(((place[-1] - place[-2]) / (h * SPEED)) ** 2)
-    assert abs(1.0 - np.mean(left) - rebound_lost(turn**2)) < 0.03
+    assert abs(1.0 - np.mean(left) - lost) < 0.03
 
 
 def test_limits_of_the_law():
@@ -113,10 +124,10 @@ def worn_by(points, scene, h, n_steps):
     for n, row in enumerate(points):
         for i, p in enumerate(row):
             bar = strip[i], (n + 1 + offset[i]) % n_steps
-            trial = max(E * (p / t - strain[bar]), 0.0)
+            trial = max(E * (min(p / t, 1.0) - strain[bar]), 0.0)
             beyond = trial - (bar_of.yield_stress + H * strain[bar])
             if beyond > 0.0:
-                strain[bar] = min(strain[bar] + beyond / (E + H), 1.0)
+                strain[bar] += beyond / (E + H)
                 trial -= E * beyond / (E + H)
             forces[n, i] = bar_of.area * face.share[i] * trial
             if casing:
@@ -173,6 +184,7 @@ def test_a_disk_feels_the_incremental_law(name):
     assert pressed.any()
     assert worn.max() > 0.01 * t
     assert (worn.max(axis=1) > 0.0).all()
+    assert worn.max() == pytest.approx(scene.coating.worn_through, rel=1e-9)
     free = np.ones_like(pressed) if scene.elastic_casing else ~pressed
     assert np.abs(force - expected)[free].max() < 1e-6 * expected.max()
     assert p.max() < t * (1.0 + 1e-9) or scene.elastic_casing

@@ -13,7 +13,7 @@ from hpcrub.model.casing import (
     outline,
     ramp,
     repeats,
-    width_of_rest,
+    smoothed,
 )
 
 
@@ -74,13 +74,59 @@ def test_a_casing_repeats_itself_as_often_as_all_its_parts_do():
 def test_outline_of_a_harmonic_and_of_bumps():
     oval = outline(4, 0.0, Profile(harmonics=((2, 4e-4, 0.7),)))
     assert oval.orders == (2,)
-    np.testing.assert_allclose(oval[:3], (4e-4, 0.0, 4 * 4e-4), atol=1e-9)
+    np.testing.assert_allclose(oval[:5], (4e-4, -4e-4, 0.0, 2 * 4e-4, 4 * 4e-4), atol=1e-9)
     bumps = outline(5, 1e-3, Profile())
     assert bumps.orders == (5, 10, 15, 20, 25, 30)
     width = 0.1 * 2 * np.pi / 5
-    assert bumps.highest == 1e-3
+    assert (bumps.highest, bumps.lowest) == (1e-3, 0.0)
     assert bumps.mean == pytest.approx(1e-3 * width * np.sqrt(np.pi) * 5 / (2 * np.pi), rel=1e-6)
-    assert bumps.curvature == pytest.approx(2 * 1e-3 / width**2, rel=0.05)
+    assert bumps.slope == pytest.approx(1e-3 * np.sqrt(2 / np.e) / width, rel=1e-14)
+    assert bumps.curvature == pytest.approx(2 * 1e-3 / width**2, rel=1e-14)
+
+
+@pytest.mark.parametrize("width", [0.25, 0.05, 0.002])
+def test_the_outline_is_that_of_the_whole_casing(width):
+    """Bumps of any width, harmonics and points together, by differences of heights alone."""
+    angle = 2 * np.pi * np.arange(90) / 90
+    points = tuple(zip(angle, 2e-4 * np.sin(5 * angle), strict=True))
+    casing = 3, 4e-4, Profile(((1, 8e-4, 0.3), (7, 1e-4, 2.0)), points, 2 * np.pi / 50), width
+    found = outline(*casing)
+    phi = np.linspace(0.0, 2 * np.pi, 1_500_001)
+    height, step = casing_height(phi, *casing), phi[1]
+    assert found.highest == pytest.approx(height.max(), rel=1e-4)
+    assert found.lowest == pytest.approx(height.min(), rel=1e-4)
+    assert found.slope == pytest.approx(np.abs(np.diff(height)).max() / step, rel=0.02)
+    wide = 92  # lines join the 2^14 angles at which points are smoothed
+    second = height[2 * wide :] - 2 * height[wide:-wide] + height[: -2 * wide]
+    second /= (wide * step) ** 2
+    assert found.curvature == pytest.approx(-second.min(), rel=0.05)
+
+
+@pytest.mark.parametrize("order", [2, 12, 50, 200])
+def test_smoothing_is_the_spline_filter_of_roundness(order):
+    """ISO 16610-22: of an order n is left 1/(1 + (n/n_c)⁴), one half at the cut-off."""
+    angle = 2 * np.pi * np.arange(3600) / 3600
+    points = tuple(zip(angle, 1e-3 * np.cos(order * angle + 0.4), strict=True))
+    left = 1.0 / (1.0 + (order / 50) ** 4)
+    phi = np.linspace(-4.0, 7.0, 999)
+    profile = Profile(measured=points, cut_off=2 * np.pi / 50)
+    height, slope, second = (profile.height(phi, k) for k in range(3))
+    lines = 1.5 * (np.pi * order / 3600) ** 2  # error of lines between the points, relative
+    expected = 1e-3 * left * np.cos(order * phi + 0.4)
+    assert np.abs(height - expected).max() < 1e-3 * left * lines + 1e-8 * left
+    rate = -1e-3 * left * order * np.sin(order * phi + 0.4)
+    assert np.abs(slope - rate).max() < 2e-3 * left * order * lines + 1e-5 * left * order
+    assert np.abs(second + order**2 * expected).max() < 1e-3 * left * order**2 * (lines + 0.01)
+    away = outline(4, 0.0, profile).smoothed_away
+    assert away == pytest.approx(1e-3 * (1.0 - left), rel=0.05, abs=2e-9)
+
+
+def test_smoothing_of_nothing_are_the_lines_between_the_points():
+    points = tuple((np.radians(a), h) for a, h in ((0, 0.0), (90, 1e-3), (200, 5e-4), (300, 0.0)))
+    phi = np.linspace(0.0, 6.2, 500)
+    rough, fine = (Profile(measured=points, cut_off=c).height(phi) for c in (0.0, 1e-4))
+    np.testing.assert_allclose(fine, rough, atol=1e-7)
+    assert smoothed(points, 1e-9).shape[1] <= 2**17
 
 
 def test_noise_far_below_the_shape_does_not_count():
@@ -88,6 +134,8 @@ def test_noise_far_below_the_shape_does_not_count():
     noise = 1e-6 * np.random.default_rng(5).standard_normal(angle.size)
     rough = Profile(measured=tuple(zip(angle, 4e-4 * np.cos(3 * angle) + noise, strict=True)))
     assert outline(4, 0.0, rough).orders == (3,)
+    smooth = outline(4, 0.0, rough._replace(cut_off=2 * np.pi / 50))
+    assert smooth.curvature < 1.2 * 9 * 4e-4 < 0.01 * outline(4, 0.0, rough).curvature
 
 
 def test_growth():
@@ -113,35 +161,10 @@ def test_a_bump_has_the_width_that_is_asked_for(width):
     assert mean == pytest.approx(height * width * math.sqrt(math.pi), rel=1e-3)
 
 
-def profile_of(height):
-    angle = 2 * np.pi * np.arange(len(height)) / len(height)
-    return Profile(measured=tuple(zip(angle, height, strict=True)))
-
-
-@pytest.mark.parametrize("width_deg", [0.2, 1.0, 5.0])
-def test_a_triangle_is_as_wide_as_the_gaussian_of_its_slope(width_deg):
-    """A Gaussian of height H and half width w is steepest with H sqrt(2/e) / w."""
-    angle = np.degrees(2 * np.pi * np.arange(3600) / 3600)
-    off = np.abs(angle - 100.0)
-    triangle = 1e-3 * np.maximum(0.0, 1.0 - off / width_deg)
-    oval = 1e-3 * np.cos(2 * np.radians(angle))
-    found = outline(4, 0.0, profile_of(oval + triangle))
-    equal = np.radians(width_deg) * np.sqrt(2 / np.e)  # half width w
-    assert width_of_rest(found, 1e-3) == pytest.approx(2 * equal, rel=0.25)
-
-
-def test_only_what_changes_by_a_tenth_of_the_height_that_is_met_counts():
-    noise = 2e-6 * np.random.default_rng(2).uniform(-1.0, 1.0, 720)
-    angle = 2 * np.pi * np.arange(720) / 720
-    found = outline(4, 0.0, profile_of(1e-3 * np.cos(2 * angle) + noise))
-    assert width_of_rest(found, 1e-4) == math.inf
-    assert width_of_rest(found, 2e-5) < np.radians(20.0)
-    smooth = outline(4, 0.0, profile_of(1e-3 * np.cos(2 * angle)))
-    assert width_of_rest(smooth, 2e-5) > np.radians(20.0)
-
-
 def test_a_cliff_between_two_close_points_is_seen():
     """0.5 mm within a thousandth of a degree, which no evenly spaced points would see."""
     points = tuple((np.radians(a), h) for a, h in ((0, 0.0), (90, 0.0), (90.001, 5e-4), (200, 0.0)))
-    width = width_of_rest(outline(4, 0.0, Profile(measured=points)), 5e-4)
-    assert width == pytest.approx(np.radians(0.001) * 2 * np.sqrt(2 / np.e), rel=0.2)
+    found = outline(4, 0.0, Profile(measured=points))
+    width, flank = np.radians(0.001), 5e-4 / np.radians(0.001)
+    assert found.curvature == pytest.approx(flank / width, rel=0.01)
+    assert found.slope >= 0.49 * flank

@@ -26,7 +26,7 @@ def test_a_profile_is_read_into_the_configuration(tmp_path):
         "# made by hand\nradius_change_mm, angle_deg\n-0.4, 180\n0.1, 270\n\n-0.5, 0\n0, 90\n"
         "-0.5, 360\n"
     )
-    config = resolved(path)
+    config = resolved(path, smoothing_mm=0)
     assert config.casing.profile_deg == (0.0, 90.0, 180.0, 270.0)
     assert config.casing.profile_mm == (-0.5, 0.0, -0.4, 0.1)
     assert config.casing.bump_height_mm == 0.0  # of the default bumps: they do not come along
@@ -80,7 +80,9 @@ def test_a_table_that_never_ends_is_refused(keys):
 
 def test_a_result_keeps_its_profile_and_refuses_another(folder, capfd):
     (folder / "casing.csv").write_text(PROFILE)
-    (folder / "input.yaml").write_text("study: modal\ncasing: {profile_csv: casing.csv}\n")
+    (folder / "input.yaml").write_text(
+        "study: modal\ncasing: {profile_csv: casing.csv, smoothing_mm: 0}\n"
+    )
     arguments = "input.yaml", "--output", "out.h5", "--no-figures"
     assert cli.main(arguments) == 0
     angle, gap = plot.casing(folder / "out.h5")[1].get_lines()[0].get_data()

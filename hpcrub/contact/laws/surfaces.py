@@ -16,11 +16,12 @@ places, a row for each (a strip). A bar of thickness t and worn depth w pushes w
 
 against a point that is p inside the new coating, after which its worn depth is
 
-    w ← max(w, E/(E + H) (p − σ_Y t/E)),   at most t.
+    w ← max(w, E/(E + H) (p − σ_Y t/E)).
 
-The second line does not depend on w. Behind p = t stands the casing: rigid, or with a spring and
-a damper, k (p − t) + d ṗ ≥ 0, ṗ the difference to the step before over the step. A casing that
-gives without coating is one whose coating has no thickness. Neither bars nor casing move by
+The second line does not depend on w. At p = t the bar is used up: it strains no further and keeps
+its force. Behind it stands the casing, which adds its own: rigid, or with a spring and a damper,
+k (p − t) + d ṗ ≥ 0, ṗ the difference to the step before over the step. A casing that gives without
+coating is one whose coating has no thickness. Neither bars nor casing move by
 themselves, so that no stiffness makes a step unstable; a rigid casing acts in its own step only.
 Legrand, Batailly, Magnain, Cartraud, Pierre (2012); Batailly, Agrapart, Millecamps, Brunel (2016).
 """
@@ -37,7 +38,7 @@ from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.recurrence import newmark
 
 BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
-LINES = 4  # before and beyond yield, both without and with the casing behind
+LINES = 4  # of the bar before and beyond yield, of the casing behind it, and of a bar used up
 WEIGHTS = 3  # a, b and c of a point
 LATEST, EARLIER = range(2)  # steps whose forces a point remembers
 LEAST = 0.25  # a of a point that is soft
@@ -50,24 +51,33 @@ def relief(lanes: tuple, surface: Any, j: int, stiffness: np.ndarray) -> np.ndar
     return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
 
 
+@compiled(inline=True, inner=True)
+def held(lanes: tuple, surface: Any, j: int, worn: np.ndarray) -> np.ndarray:
+    """Force (L,) [N] of a bar that is used up; worn: its depth (L,) [m]."""
+    before = surface.bars[BEFORE, j] * (surface.thickness - worn)
+    beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
+    return v.select(beyond < before, beyond, before)
+
+
 def find_gains(lanes: tuple, surface: Any, j: int, compliance: np.ndarray) -> None:
     """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
     compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
-    before, beyond = surface.bars[BEFORE, j], surface.bars[BEYOND, j]
-    v.store(surface.gain, LINES * j, compliance * v.inverse(v.fma(compliance, before, 1.0)))
-    v.store(surface.gain, LINES * j + 1, compliance * v.inverse(v.fma(compliance, beyond, 1.0)))
+    for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
+        gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
+        v.store(surface.gain, LINES * j + row, gain)
     behind = surface.stiffness + v.load(lanes, surface.lag, 0)
-    for row, own in ((2, before), (3, beyond)):
-        both = compliance * v.inverse(v.fma(compliance, own + behind, 1.0))
-        rigid = v.select(compliance > 0.0, 1.0, 0.0)
-        v.store(surface.gain, LINES * j + row, both if surface.carried != 0.0 else rigid)
+    gain = compliance * v.inverse(v.fma(compliance, behind, 1.0))
+    rigid = v.select(compliance > 0.0, 1.0, 0.0)
+    v.store(surface.gain, LINES * j + 2, gain if surface.carried != 0.0 else rigid)
+    v.store(surface.gain, LINES * j + 3, compliance * surface.carried)
 
 
 class Coated(NamedTuple):
     """Z strips of S bars before C contact points (padded), and the casing behind, in L lanes.
 
     State.penetration is that of the worn surface from `meet` on. The code of a line is 1 or 2
-    before or beyond yield, 3 or 4 the same with the casing behind, 0 without force.
+    before or beyond yield, 3 on the casing behind, 4 where that pulls off a bar that is used up, 0
+    without force.
     """
 
     gain: np.ndarray  # γ (4·C, L) [m/N], of a rigid casing behind 1 (modified)
@@ -255,10 +265,7 @@ class Coated(NamedTuple):
         share = v.larger(v.load(lanes, surface.weights, WEIGHTS * j), LEAST)
         new = pushed * v.inverse(share)
         if surface.carried == 0.0:  # a rigid casing pushes in its own step only
-            t, worn = surface.thickness, v.load(lanes, surface.worn, surface.bar[j])
-            most = surface.bars[BEFORE, j] * (t - worn)
-            beyond = surface.bars[BEYOND, j] * t + surface.bars[START, j]
-            most = v.select(beyond < most, beyond, most)
+            most = held(lanes, surface, j, v.load(lanes, surface.worn, surface.bar[j]))
             new = v.select(most < new, most, new)
         v.store(surface.remembered, 2 * j + LATEST, new)
         if v.any_lane(new > 0.0):
@@ -278,18 +285,17 @@ class Coated(NamedTuple):
         yields = other < x
         x, code = v.select(yields, other, x), v.select(yields, 2.0, 1.0)
         behind = (d + worn) - surface.thickness
-        pressed = behind > 0.0
+        pressed = x < behind
         if v.any_lane(pressed):
-            lag, carried = v.load(lanes, surface.lag, 0), surface.carried
-            push = (surface.stiffness + lag) * behind
+            lag = v.load(lanes, surface.lag, 0)
+            most = surface.carried * held(lanes, surface, j, worn)
+            push = v.fma(surface.stiffness + lag, behind, most)
             push = push - lag * v.load(lanes, surface.last, j)
-            both = v.load(lanes, surface.gain, LINES * j + 2) * v.fma(carried, before, push)
-            other = v.load(lanes, surface.gain, LINES * j + 3) * v.fma(carried, beyond, push)
-            yields = other < both
-            both = v.select(pressed, v.select(yields, other, both), x)
-            pushes = x < both
-            both_code = v.select(yields, 4.0, 3.0)
-            x, code = v.select(pushes, both, x), v.select(pushes, both_code, code)
+            both = v.load(lanes, surface.gain, LINES * j + 2) * push
+            alone = v.load(lanes, surface.gain, LINES * j + 3) * most
+            pulls = both < alone
+            x = v.select(pressed, v.select(pulls, alone, both), x)
+            code = v.select(pressed, v.select(pulls, 4.0, 3.0), code)
         return v.larger(x, 0.0), v.select(x > 0.0, code, 0.0)
 
     @staticmethod
@@ -308,21 +314,15 @@ class Coated(NamedTuple):
         start = v.select(yields, other * first, 0.0)
         pressed = code > 2.5
         if v.any_lane(pressed):
-            lag, carried = v.load(lanes, surface.lag, 0), surface.carried
-            behind = surface.stiffness + lag
-            push = behind * (worn - surface.thickness)
+            lag = v.load(lanes, surface.lag, 0)
+            most = surface.carried * held(lanes, surface, j, worn)
+            behind, pulls = surface.stiffness + lag, code > 3.5
+            push = v.fma(behind, worn - surface.thickness, most)
             push = push - lag * v.load(lanes, surface.last, j)
             gain = v.load(lanes, surface.gain, LINES * j + 2)
-            other = v.load(lanes, surface.gain, LINES * j + 3)
-            yields = code > 3.5
-            both = v.select(
-                yields,
-                other * v.fma(carried, beyond, behind),
-                gain * v.fma(carried, before, behind),
-            )
-            slope = v.select(pressed, both, slope)
-            both = v.select(yields, other * v.fma(carried, first, push), gain * push)
-            start = v.select(pressed, both, start)
+            alone = v.load(lanes, surface.gain, LINES * j + 3) * most
+            slope = v.select(pressed, v.select(pulls, 0.0, gain * behind), slope)
+            start = v.select(pressed, v.select(pulls, alone, gain * push), start)
         touches = code > 0.0
         return v.select(touches, slope, 0.0), v.select(touches, start, 0.0)
 
@@ -348,12 +348,14 @@ class Coated(NamedTuple):
     @compiled(inner=True)
     def wear(lanes: tuple, surface: "Coated", state: State, n_active: int) -> None:
         """Worn depths under the first points of ``state.active`` after the step (modified)."""
-        start = surface.kept * surface.depth_at_yield
+        start, deepest = surface.kept * surface.depth_at_yield, surface.thickness
+        if surface.carried != 0.0:  # before a rigid casing nothing reaches further, but by rounding
+            deepest = surface.kept * surface.thickness - start
         for a in range(n_active):
             i = state.active[a]
             bar = surface.bar[i]
             new = surface.kept * v.load(lanes, surface.reached, i) - start
-            new = v.select(new < surface.thickness, new, surface.thickness)
+            new = v.select(new < deepest, new, deepest)
             v.store(surface.worn, bar, v.larger(new, v.load(lanes, surface.worn, bar)))
 
     @staticmethod
