@@ -42,7 +42,8 @@ def time_response(canvas: Canvas) -> None:
     """Motion, gap and contact force of one tip, and the envelope of all of them.
 
     The tip is that with the largest tangential displacement in the last revolutions. Left the whole
-    history with the windows of the steady-state test, right the last three revolutions.
+    history with the windows of the steady-state test, right the last three revolutions. Their title
+    has max |u_t|, which holds the offset of the motion, and half of peak to peak, which does not.
     """
     file = canvas.file
     disk = len(file.read("deviation")) - 1
@@ -67,7 +68,11 @@ def time_response(canvas: Canvas) -> None:
             say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
-    axes[0, 1].set_title(f"last {CLOSE_REVOLUTIONS} revolutions", fontsize=11)
+    last = 1e3 * file.read("tangential_m", disk)[close, tip]
+    axes[0, 1].set_title(
+        f"last {CLOSE_REVOLUTIONS} revolutions: max $|u_t|$ {np.abs(last).max():.3g} mm,\n"
+        f"half of peak to peak {np.ptp(last) / 2:.3g} mm", fontsize=11,
+    )  # fmt: skip
     for panel, part in zip(axes[-1], (t, t[close]), strict=True):
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
     canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
@@ -220,9 +225,10 @@ def _points(file: ResultFile) -> tuple[Any, Any]:
 
 
 def _room(file: ResultFile, time: float, angle: Any) -> Any:
-    """Distance of the casing from the circle of the tips at rest [m]."""
+    """Distance of the casing from the circle of the tips at rest, at the speed of the file [m]."""
     shape = file.config.casing
-    return shape.clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)
+    clearance = shape.clearances(file.config.speeds.from_hz)
+    return clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:

@@ -109,12 +109,13 @@ def test_warnings_of_a_file_stand_below_its_figure(random, name):
 
 
 def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
-    errors = np.array([[[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]])
+    found = [[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]
+    errors = np.concatenate([np.full((3, 9), np.nan), found], axis=1)[None]
     file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, 40))
-    file.values["statistics/contact/samples_seen"] = [20, 30, 40]
+    file.values["statistics/contact/samples_seen"] = np.arange(10, 130, 10)
     file.values["statistics/contact/convergence_error"] = errors
     panels = plot.convergence_errors(file)
-    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata(), -1.0) for panel in panels]
+    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata()[9:], -1.0) for panel in panels]
     np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
     np.testing.assert_allclose(panels[0].get_lines()[-1].get_ydata(), 0.5)
     assert "target" in words(panels[0])
