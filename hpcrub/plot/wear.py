@@ -33,16 +33,17 @@ def wear(canvas: Canvas) -> None:
     worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
-    depth = np.nan_to_num(worn).max(axis=1)
-    size_of = np.nan_to_num(file.read("tuned/largest_amplitude_m"))
-    deepest = int(np.lexsort((size_of, depth))[-1])  # of equal depths that of the largest amplitude
+    depth, coating = np.nan_to_num(worn).max(axis=1), file.config.contact.coating
+    motion = np.nan_to_num(file.read("tuned/largest_amplitude_m"))
+    deepest = int(np.lexsort((motion, depth))[-1])  # of equal depths that of the largest amplitude
     _draw_around(around, file, worn[deepest])
     what = "" if depth.any() else ": nothing is worn"
     around.set_title(f"tuned disk, {speeds[deepest]:g} Hz{what}")
     angle = np.append(file.read("angle_deg"), 360.0)
-    top = depth.max() or 1e3 * file.config.contact.coating.thickness
-    look: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": top, "rasterized": True}
-    image = over.pcolormesh(angle, edges(speeds), worn, **look)
+    image = over.pcolormesh(
+        angle, edges(speeds), worn, cmap="viridis", vmin=0.0, rasterized=True,
+        vmax=depth.max() or coating.thickness_mm,
+    )  # fmt: skip
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
     over.grid(False)
@@ -56,11 +57,10 @@ def wear(canvas: Canvas) -> None:
         draw_pattern(disks, file)
         disks.set(ylabel=size(file))
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
-    c = file.config.contact.coating
-    through = 1e3 * c.worn_through
-    if depths.dataLim.y1 > ALL * through:
-        words = f"worn through: {through:.3g} mm, the rest of {c.thickness_mm:g} mm is compacted"
-        depths.axhline(through, label=words, color=PINK, lw=1.6, ls=":")
+    bound = 1e3 * coating.worn_through
+    if depths.dataLim.y1 > ALL * bound:
+        rest = f"worn through: {bound:.3g} mm, the rest of {coating.thickness_mm:g} mm is compacted"
+        depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
     for line in trust.short(file):
         canvas.note(line)
 
