@@ -23,7 +23,6 @@ from hpcrub.config.types import (
     Whole,
     si,
 )
-from hpcrub.model import coating
 from hpcrub.model.mistuning import Law
 from hpcrub.response.steady import SteadyCriteria
 
@@ -54,12 +53,6 @@ class Coating(Section):
     young: ClassVar = si("young_gpa", "Pa", times=1e9)
     yield_stress: ClassVar = si("yield_mpa", "Pa", times=1e6)
     hardening: ClassVar = si("hardening_mpa", "Pa", times=1e6)
-
-    @property
-    def worn_through(self) -> float:
-        """Worn depth at which a tip has come to the casing behind it [m]; the rest is compacted."""
-        law = self.thickness, self.young, self.yield_stress, self.hardening
-        return coating.Coating(*law, area=0.0).worn_through
 
 
 class Contact(Section):

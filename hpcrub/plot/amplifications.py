@@ -23,7 +23,6 @@ from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import measured
 from hpcrub.studies.contact.layout import amplitude_in_words
 
-DECADE = 10.0  # ratio of amplitudes that a linear axis does not show beside each other
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
 ABOVE, APART = 0.22, 0.11  # of a row, likewise: contact from linear, a percentile from the next
@@ -202,11 +201,7 @@ def amplitudes(canvas: Canvas) -> None:
             intervals.draw(axes, place, top, *ends, colour)
     axes.set_xticks(x, names)
     axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
-    if tuned.max() > DECADE * tuned.min() > 0.0:
-        axes.set_yscale("log")
-        axes.yaxis.set_major_formatter("{x:g}")
-    else:
-        axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
+    axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
 
 
 def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
@@ -265,7 +260,7 @@ def damping(canvas: Canvas) -> None:
         random=True)  # fmt: skip
 def running_means(canvas: Canvas) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
-    for panel in _draw(canvas, "mean_of_percentile", 1.0, 2)[:, 0]:
+    for panel in _draw(canvas, "mean_of_percentile", 1.0, 1)[:, 0]:
         panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
     canvas.note(f"Hollow: fewer than {MIN_VALUES} estimates, each of convergence.step samples.")
 

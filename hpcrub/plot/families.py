@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import PROFILE, SPRING_BACK_S, Config, differences, key_table
+from hpcrub.config.schema import PROFILE, Config, differences, key_table
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
@@ -91,17 +91,14 @@ def require_same(files: list[ResultFile], but: str) -> None:
 def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
     """Keys and values of every file; None where a file has no coating that a key is of.
 
-    Where `time.step_s` differs, and not only because its default follows the contact law, it is the
-    step that was used.
+    Where `time.step_s` differs, the step that was used; None where contact laws differ, too, which
+    have other defaults.
     """
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
-    step = "time.step_s"
-    usual = {"rigid": Config().time.step_s}
-    follow = [usual.get(row["contact.law"], SPRING_BACK_S) == row[step] for row in rows]
-    bounds = len({row[step] for row in rows}) > 1
+    n_steps, n_laws = (len({row[key] for row in rows}) for key in ("time.step_s", "contact.law"))
     for row, file in zip(rows, files, strict=True):
-        if bounds:  # it is only a bound
-            row[step] = None if all(follow) else float(file.attributes["time_step_s"])
+        if n_steps > 1:  # it is only a bound
+            row["time.step_s"] = None if n_laws > 1 else float(file.attributes["time_step_s"])
         if not file.config.contact.wears:
             row |= dict.fromkeys(key for key in row if key.startswith(COATING))
     return rows

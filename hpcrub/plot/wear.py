@@ -14,9 +14,9 @@ from hpcrub.plot.responses import SPEED, draw_pattern, draw_range, draw_response
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, PINK, edges, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
+from hpcrub.studies.contact.limits import REACHED, depth_of_all
 
 DEPTH = "worn depth [mm]"
-ALL = 1.0 - 1e-6  # of the depth at which a coating is worn through: rounding
 INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing
 
 
@@ -33,16 +33,14 @@ def wear(canvas: Canvas) -> None:
     worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
-    depth, coating = np.nan_to_num(worn).max(axis=1), file.config.contact.coating
-    motion = np.nan_to_num(file.read("tuned/largest_amplitude_m"))
-    deepest = int(np.lexsort((motion, depth))[-1])  # of equal depths that of the largest amplitude
-    _draw_around(around, file, worn[deepest])
-    what = "" if depth.any() else ": nothing is worn"
-    around.set_title(f"tuned disk, {speeds[deepest]:g} Hz{what}")
-    angle = np.append(file.read("angle_deg"), 360.0)
+    _draw_around(around, file, worn)
+    angle, thickness = (
+        np.append(file.read("angle_deg"), 360.0),
+        file.config.contact.coating.thickness_mm,
+    )
     image = over.pcolormesh(
-        angle, edges(speeds), worn, cmap="viridis", vmin=0.0, rasterized=True,
-        vmax=depth.max() or coating.thickness_mm,
+        angle, edges(speeds), worn, cmap="viridis", vmin=0.0, vmax=np.nanmax(worn) or thickness,
+        rasterized=True,
     )  # fmt: skip
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
@@ -57,16 +55,23 @@ def wear(canvas: Canvas) -> None:
         draw_pattern(disks, file)
         disks.set(ylabel=size(file))
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
-    bound = 1e3 * coating.worn_through
-    if depths.dataLim.y1 > ALL * bound:
-        rest = f"worn through: {bound:.3g} mm, the rest of {coating.thickness_mm:g} mm is compacted"
+    bound = 1e3 * depth_of_all(file.config)
+    if depths.dataLim.y1 >= REACHED * bound:
+        rest = f"worn through: {bound:.3g} mm, the rest of {thickness:g} mm is compacted"
         depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
     for line in trust.short(file):
         canvas.note(line)
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
-    """A worn depth [mm] around the casing, to a scale of its own, with rings of even depths."""
+    """The deepest groove around the casing, to a scale of its own, with rings of even depths.
+
+    worn: depths at every speed (S, A) [mm]. Of equal ones that of the largest amplitude.
+    """
+    speeds, motion = file.read("speeds_hz"), np.nan_to_num(file.read("tuned/largest_amplitude_m"))
+    at = int(np.lexsort((motion, np.nan_to_num(worn).max(axis=1)))[-1])
+    worn, what = worn[at], "" if np.nanmax(worn) > 0.0 else ": nothing is worn"
+    axes.set_title(f"tuned disk, {speeds[at]:g} Hz{what}")
     phi = np.radians(np.append(file.read("angle_deg"), 360.0))
     depth, top = np.append(worn, worn[0]), float(np.nanmax(worn)) or 1.0
     radius = INNER + GROOVE * depth / top
@@ -97,7 +102,7 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
     """Share of the disks of every level that cut at most so deep, and percentiles of the depth."""
     at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
     colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
-    deepest, bound = finished(file, "deepest_m"), ALL * file.config.contact.coating.worn_through
+    deepest, bound = finished(file, "deepest_m"), REACHED * depth_of_all(file.config)
     for values, level, colour in zip(deepest, half_range, colours, strict=True):
         depth = 1e3 * np.sort(values)
         if not len(depth):
@@ -108,7 +113,7 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
         intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
         for p, value in enumerate(middle):
             axes.plot(value, at[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
-    through = sum(int(np.count_nonzero(values > bound)) for values in deepest) or "none"
+    through = sum(int(np.count_nonzero(values >= bound)) for values in deepest) or "none"
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
     axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk, median of its runs")
     axes.set(

@@ -147,7 +147,7 @@ def test_convergence_has_a_panel_for_each_file_and_percentile(random):
     files = of_bumps(random, 3, 4)
     seen = files[0].read("statistics/contact/samples_seen")
     for draw, name, scale, left_out in (
-        (plot.running_means, "mean_of_percentile", 1.0, 1),
+        (plot.running_means, "mean_of_percentile", 1.0, 0),
         (plot.convergence_errors, "convergence_error", 100.0, 9),
     ):
         panels = np.reshape(draw(files), (2, 3))

@@ -124,6 +124,34 @@ LAYOUT = (
 )
 # both of max |u_t|, the largest tangential displacement of any tip with its offset
 AMPLITUDES = {
-    "amplitude_m": "steady amplitude", "largest_amplitude_m": "largest amplitude at any time"
-}  # fmt: skip
+    "amplitude_m": "steady amplitude",
+    "largest_amplitude_m": "largest amplitude at any time",
+}
 MOST_LINES = 6  # of the verdict
+SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
+_OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+_OF_COATING |= {kind.name for kind in KINDS[2:]}
+_OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of a study, those of a coating and of checks only where there are some."""
+    left_out = set() if config.contact.wears else set(_OF_COATING)
+    if not config.mistuning.checked_samples:
+        left_out |= _OF_CHECKS
+    return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
+
+
+def amplitude(config: Config) -> str:
+    """Name of the amplitudes whose largest is the peak of a disk: on a coating of any time."""
+    return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
+
+
+def amplitude_in_words(config: Config) -> str:
+    """What these amplitudes are, in the words of the glossary."""
+    return AMPLITUDES[amplitude(config)]
+
+
+def kinds(config: Config) -> tuple[Kind, ...]:
+    """Numbers of which a study has statistics, those of a coating only where there is one."""
+    return KINDS if config.contact.wears else KINDS[:2]

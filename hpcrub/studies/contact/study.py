@@ -20,7 +20,6 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
 from hpcrub.studies.contact.layout import (
     MOST_LINES,
     SCALES,
@@ -28,3 +27,134 @@ from hpcrub.studies.contact.layout import (
     kinds,
     layout,
 )
+from hpcrub.studies.contact.monte_carlo import MonteCarlo
+
+PHYSICS = (  # sections of the input
+    *("disk.", "material.", "reduction.", "casing.", "contact.", "forcing."),
+    *("speeds.", "time.", "steady_state."),
+)
+
+
+def sizes(config: Config) -> dict[str, int]:
+    """Length of every dimension of its own."""
+    return {
+        "level": len(config.levels),
+        "sample": len(config.samples),
+        "percentile": len(config.convergence.percentiles),
+        "run": config.mistuning.tuned_runs,
+        "line": MOST_LINES,
+        "block": len(config.samples) // config.convergence.step,
+    } | worn.SIZES
+
+
+def constants(config: Config) -> dict[str, Any]:
+    """What is known before any computation."""
+    n_blocks = sizes(config)["block"]
+    seen = config.convergence.step * np.arange(1, n_blocks + 1)
+    return (
+        {
+            "half_range": config.mistuning.half_range[list(config.levels)],
+            "sigma": sigma_of(config),
+            "sample": np.array(config.samples),
+        }
+        | worn.CONSTANTS
+        | {f"statistics/{kind.name}/samples_seen": seen for kind in kinds(config)}
+    )
+
+
+def cost(config: Config, until_steady: float) -> Cost:
+    """Every disk at every speed."""
+    n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+    most = config.mistuning.checked_samples
+    half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
+    return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
+
+
+def problems(config: Config) -> Iterator[str]:
+    """Keys that do not fit this study."""
+    yield from steady_problems(config)
+    if config.engine_order is None:
+        yield (
+            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
+            "load of the linear response has; give their number"
+        )
+
+
+def headline(file: ResultFile) -> str:
+    """Peaks of the tuned disk and at the widest level in millimetres, amplifications, verdict."""
+    quantity = amplitude_in_words(file.config)
+    text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
+    done = file.status[-1] == DONE
+    if not done.any():
+        return f"{text}, no sample has a result"
+    at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
+    peaks, amplifications = (
+        " / ".join(form.format(value) for value in np.percentile(values[done], at))
+        for form, values in (
+            ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", -1)),
+            ("{:.3f}", file.read("samples/amplification", -1)),
+        )
+    )
+    text += f", mistuned {peaks} mm"
+    if len(at) > 1:
+        text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
+    verdict = read_trust(file)
+    if is_usable(verdict):
+        text += f", A_nl {amplifications}"
+    return f"{text}; {verdict[0]}" if verdict else text
+
+
+def is_enough(file: ResultFile) -> bool:
+    """Whether a file without all its samples has converged, where that ends the study."""
+    convergence = file.config.convergence
+    if not convergence.stop_when_converged:
+        return False
+    names = "convergence_error", "percentile_low", "percentile_high"
+    known = {name: file.read(f"statistics/contact/{name}") for name in names}
+    error = judged_error(convergence.criterion, known)
+    return first_converged(error, convergence.target_error) is not None
+
+
+STUDY = Study(
+    name="contact",
+    figures="7 to 13",
+    sections=("part",),
+    what="frequency response in contact, Monte-Carlo percentiles",
+    layout=layout,
+    scales=SCALES,
+    sizes=sizes,
+    constants=constants,
+    prepare=build_problem,
+    problem_of=lambda problem: problem,
+    cost=cost,
+    problems=problems,
+    unit="samples",
+    integrates=True,
+    job=MonteCarlo,
+    is_enough=is_enough,
+    report=lambda file: [headline(file)],
+)
+
+
+def open_contact(path: str | Path) -> ResultFile:
+    """The open file of a contact study, complete or not. Raises InputError for any other."""
+
+    def check(file):
+        if file.config.study != STUDY.name:
+            raise InputError(f"{path} is of the study {file.config.study}, not contact")
+        result_files.check(file, Run(STUDY, file.config))
+
+    return result_files.open_checked(path, check)
+
+
+def require_complete(file: ResultFile, config: Config) -> None:
+    """Raise InputError unless an open contact study is complete, with the physics of `config`."""
+    path = file.path
+    if file.config.is_part:
+        raise InputError(f"sources: {path} is a part; merge all parts (hpcrub merge)")
+    n_pending = int(np.count_nonzero(file.status == PENDING))
+    if n_pending and not file.config.convergence.stop_when_converged:
+        raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
+    other = [d for d in differences(file.config, config) if d.startswith(PHYSICS)]
+    if other:
+        raise InputError(f"sources: {path} has {'; '.join(other)}")
