@@ -4,7 +4,6 @@ Colours tell contact from linear, or the studies, and markers the percentiles; t
 converge with the number of samples.
 """
 
-import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -16,8 +15,8 @@ from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered, reference, require_same, uncertainty
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE, shades
+from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import measured
@@ -84,7 +83,7 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
 
-@figure("contact", paper="12", what="both amplifications over σ", several=True, alone=False,
+@figure("contact", paper="12, 16", what="both amplifications over σ", several=True, alone=False,
         random=True)  # fmt: skip
 def percentiles(canvas: Canvas) -> None:
     """Percentiles of both amplifications against σ, a panel for every file.
@@ -234,35 +233,12 @@ def linear(canvas: Canvas) -> None:
         panel.set_xlabel(SIGMA)
 
 
-@figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,
-        random=True)  # fmt: skip
-def damping(canvas: Canvas) -> None:
-    """Percentiles of both amplifications against σ of files that differ in their damping."""
-    files = sorted(canvas.files, key=lambda file: -file.config.material.damping_ratio)
-    require_same(files, but="material.damping_ratio")
-    if files[0].config.material.damping_ratios is not None:
-        raise InputError(f"{files[0].path} has material.damping_ratios, and not one for all modes")
-    axes = canvas.panels(1, 2, (12, 5.4), sharey=True)[0]
-    looks = [
-        Look(f"damping ratio {100 * file.config.material.damping_ratio:g} %", colour)
-        for file, colour in zip(files, itertools.cycle(COLOURS), strict=False)
-    ]
-    for (name, kind), panel in zip(KINDS, axes, strict=True):
-        for case, (file, look) in enumerate(zip(files, looks, strict=True)):
-            sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
-            _explain(panel, looks, at)
-            draw_curves(panel, sigma, finished(file, name), at, look, place=2 * case)
-        panel.set(xlabel=SIGMA, title=f"{kind.word} amplification")
-    axes[0].set_ylabel(AMPLIFICATION)
-
-
 @figure("contact", paper="10", what="running means of the percentiles", several=True, alone=False,
         random=True)  # fmt: skip
 def running_means(canvas: Canvas) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
     for panel in _draw(canvas, "mean_of_percentile", 1.0, 1)[:, 0]:
         panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
-    canvas.note(f"Hollow: fewer than {MIN_VALUES} estimates, each of convergence.step samples.")
 
 
 @figure("contact", paper="11", what="convergence errors", several=True, alone=False, random=True)
@@ -291,7 +267,7 @@ def convergence_errors(canvas: Canvas) -> None:
 def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
     """A statistic of the contact amplifications; colours tell σ.
 
-    least: estimates from which on it is drawn; hollow with fewer than `MIN_VALUES`.
+    least: estimates from which on it is drawn.
     Raises InputError where there are not two of these.
     """
     files = ordered(canvas.files)
@@ -300,7 +276,6 @@ def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
     size = (max(6.0, 4.0 * len(shown)), 2.9 * len(files) + 1.0)
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
-    few = slice(least - 1, MIN_VALUES - 1)
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
         values = scale * file.read(f"statistics/contact/{name}")
@@ -315,7 +290,6 @@ def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
             for sigma, of_level in zip(file.read("sigma"), values, strict=True):
                 line, colour = of_level[at.index(percentile)], colours[sigma]
                 panel.plot(seen, line, color=colour, lw=1.6, label=f"σ = {100 * sigma:.1f} %")
-                panel.plot(seen[few], line[few], "o", ms=5, mfc="w", mec=colour)
             panel.set_xlabel("samples" if file is files[-1] else "")
     return axes
 

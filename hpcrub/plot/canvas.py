@@ -172,23 +172,15 @@ class Canvas:
         if not (of_all and self.own):
             return None
         labels = sorted(of_all, key=WORDS.__contains__)
-        columns = _columns(labels, self.figure.bbox.width / self.figure.dpi)
-        handles, where = [of_all[label] for label in labels], "outside lower center"
-        return self.figure.legend(handles, labels, loc=where, ncols=columns)
+        lengths = sorted(map(len, labels), reverse=True)  # the longest in columns of their own
+        width = self.figure.bbox.width / self.figure.dpi
+        fits = [n for n in range(1, 5) if sum(lengths[:n]) / ENTRY + n * HANDLE < width]
+        handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
+        return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
 
     def drawn(self) -> Any:
         """The axes: one, or an array of them."""
         return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
-
-
-def _columns(labels: list[str], width: float) -> int:
-    """Columns of a legend, four at most, for which there is room [inch]."""
-    for n in range(min(4, len(labels)), 1, -1):
-        rows = -(-len(labels) // n)
-        longest = [max(map(len, labels[i : i + rows])) for i in range(0, len(labels), rows)]
-        if sum(longest) / ENTRY + n * HANDLE < width:
-            return n
-    return 1
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:

@@ -6,18 +6,14 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import PROFILE, Config, differences, key_table
+from hpcrub.config.schema import PROFILE, Config, key_table
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.study import PHYSICS
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
-# of the mistuning, what does not set one population of disks apart from another
-FREE = "mistuning.seed", "mistuning.samples", "mistuning.tuned_runs"
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
 COATING = "contact.coating."  # keys that say nothing of a file without one
 FEW = 3  # keys that are all named; with more, only those with an unusual value
@@ -74,18 +70,6 @@ def labels(files: list[ResultFile]) -> list[str]:
         named = [words[key][i] for key in keys if words[key][i] not in ("", usual.get(key))]
         found.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
     return found
-
-
-def require_same(files: list[ResultFile], but: str) -> None:
-    """Refuse files whose disks or physics differ in more than one key.
-
-    They may have other samples and seeds. Raises InputError, which names the keys.
-    """
-    for other in files[1:]:
-        keys = [line.partition(":")[0] for line in differences(files[0].config, other.config)]
-        keys = [key for key in keys if key.startswith((*PHYSICS, "mistuning."))]
-        if found := [key for key in keys if key not in (but, *FREE)]:
-            raise InputError(f"only {but} may differ, not {', '.join(found)}")
 
 
 def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:

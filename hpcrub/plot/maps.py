@@ -13,12 +13,8 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
 from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE, PINK, edges, say, shades
 from hpcrub.results.storage import ResultFile
-from hpcrub.statistics.coexistence import (
-    ALIKE_AMPLITUDE,
-    ALIKE_LOCALISATION,
-    coexisting,
-    stretches,
-)
+from hpcrub.statistics import coexistence
+from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.branches import label_file, starts
 
@@ -203,11 +199,11 @@ def branches(canvas: Canvas) -> None:
         say(panels[0], "no point is steady")
     panels[-1].set_title("closer" if len(near) > 1 else "")
     n_windows = file.read("window_amplitude_m").shape[-1]
-    differ = f"{100 * ALIKE_AMPLITUDE:g} % or {100 * ALIKE_LOCALISATION:g} points of localisation"
+    size, points = 100 * coexistence.ALIKE_AMPLITUDE, 100 * coexistence.ALIKE_LOCALISATION
     canvas.note(
         f"Points and bars: means and standard deviations of {n_windows} windows. At grey speeds "
-        f"motions differ by more than {differ}, and by more than chance; at white ones they do "
-        "not, or their windows scatter too much to tell."
+        f"motions differ by more than {size:g} % or {points:g} points of localisation, and by more "
+        "than chance; at white ones they do not, or their windows scatter too much to tell."
     )
     n_lost = np.count_nonzero(file.read("point_status") == DIVERGED)
     if n_lost:

@@ -69,9 +69,9 @@ def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
     worn: depths at every speed (S, A) [mm]. Of equal ones that of the largest amplitude.
     """
     speeds, motion = file.read("speeds_hz"), np.nan_to_num(file.read("tuned/largest_amplitude_m"))
-    at = int(np.lexsort((motion, np.nan_to_num(worn).max(axis=1)))[-1])
-    worn, what = worn[at], "" if np.nanmax(worn) > 0.0 else ": nothing is worn"
-    axes.set_title(f"tuned disk, {speeds[at]:g} Hz{what}")
+    shown = int(np.lexsort((motion, np.nan_to_num(worn).max(axis=1)))[-1])
+    worn, what = worn[shown], "" if np.nanmax(worn) > 0.0 else ": nothing is worn"
+    axes.set_title(f"tuned disk, {speeds[shown]:g} Hz{what}")
     phi = np.radians(np.append(file.read("angle_deg"), 360.0))
     depth, top = np.append(worn, worn[0]), float(np.nanmax(worn)) or 1.0
     radius = INNER + GROOVE * depth / top

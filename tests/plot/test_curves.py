@@ -229,28 +229,6 @@ def test_names_of_coatings_below_amplitudes_are_whole_and_say_which_quantity(ran
     assert axes.yaxis.label.get_window_extent().y1 < axes.figure.bbox.y1
 
 
-def test_damping(random):
-    """Percentiles and intervals of both files in the panel of each amplification."""
-    ratios = 0.005, 0.004
-    files = [contact_file(random, f"{TINY}material: {{damping_ratio: {x}}}\n") for x in ratios]
-    x = 100 * files[0].read("sigma")
-    for name, panel in zip(NAMES, plot.damping(files[::-1]), strict=True):
-        for file, place in zip(files, (0, 2), strict=True):
-            at = x + place * BESIDE * x.max()
-            assert_percentiles(panel, at, finished(file, name), (0.0, 1.0))
-
-
-def test_dampings_are_compared_of_the_same_disks_only(random):
-    """Other samples are no matter, other physics are."""
-    more = "material: {damping_ratio: 0.004}\n"
-    first = contact_file(random)
-    rougher = contact_file(random, f"{TINY}{more}contact: {{friction: 0.2}}\n")
-    with pytest.raises(InputError, match="only material.damping_ratio may differ, not contact"):
-        plot.damping([first, rougher])
-    seeded = TINY.replace("samples: 2", "samples: 3, seed: 7")
-    plot.damping([first, contact_file(random, seeded + more)])
-
-
 @pytest.mark.parametrize("n", [40, 2000])
 def test_contact_over_linear(random, n):
     """A hundred samples or fewer are dots, without density or percentile 99.

@@ -43,23 +43,29 @@ def test_energy(random):
     assert [word for word in words(axes) if "σ" in word] == ["σ = 1.0 %", "σ = 2.0 %"]
 
 
-def test_time_response(random):
-    """The tip with the largest motion at the end, and the envelope of all."""
+@pytest.mark.parametrize("law", ["rigid", "abradable"])
+def test_time_response(random, law):
+    """The tip with the largest motion at the end, the envelope of all, and what is worn."""
     time = np.linspace(0.0, 0.5, 60)
     shape = 2, 60, 12
     file = File(
-        "study: time_response\nspeeds: {from_hz: 30, to_hz: 30}",
+        f"study: time_response\nspeeds: {{from_hz: 30, to_hz: 30}}\ncontact: {{law: {law}}}",
         time_s=time, deviation=np.zeros((2, 12)), tangential_m=random.uniform(-1e-2, 1e-2, shape),
         radial_m=random.uniform(-1e-3, 1e-3, shape), gap_m=random.uniform(0, 1e-3, shape),
         point_status=np.full(2, STEADY), force_n=random.uniform(0, 1e4, shape),
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
         amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
+        block_s=np.linspace(0.1, 0.5, 5), worn_depth_m=random.uniform(0, 1e-3, (2, 5)),
     )  # fmt: skip
     file.values["tangential_m"][1, -1, 4] = -0.02
-    panels = np.reshape(plot.time_response(file), (4, 2))
+    panels = np.reshape(plot.time_response(file), (-1, 2))
+    assert len(panels) == (4 if law == "rigid" else 5)
+    if law == "abradable":
+        for panel in panels[4]:
+            assert_drawn(panel, (file.read("block_s"), 1e3 * file.read("worn_depth_m", 1)))
     close = time > 0.5 - 3 / 30
     rows = ("tangential_m", 1e3), ("radial_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
-    for (name, scale), (left, right) in zip(rows, panels, strict=True):
+    for (name, scale), (left, right) in zip(rows, panels[:4], strict=True):
         values = scale * file.read(name, 1)
         assert_drawn(left, (time, values[:, 4]))
         assert_drawn(right, (time[close], values[close, 4]))
@@ -264,22 +270,6 @@ def test_a_coating_that_is_worn_through_says_what_became_of_the_rest(file):
 def test_amplitudes_on_a_coating_are_the_largest_of_any_time(file):
     left, _ = plot.summary(file)
     assert_drawn(left, (file.read("speeds_hz"), 1e3 * file.read("tuned/largest_amplitude_m")))
-
-
-def test_motion_and_depth_over_time(random):
-    motion = random.normal(size=(1, 600, 12)) * 1e-3
-    depth = np.sort(random.uniform(0.0, 2e-3, (1, 40)), axis=1)
-    file = File(
-        "study: time_response\ncontact: {law: abradable}", time_s=np.arange(600) / 600.0,
-        deviation=np.zeros((1, 12)), tangential_m=motion, block_s=np.arange(1, 41) / 40.0,
-        worn_depth_m=depth,
-    )  # fmt: skip
-    top, bottom = plot.cutting(file)
-    assert_drawn(bottom, (np.arange(1, 41) / 40.0, 1e3 * depth[0]))
-    band = top.collections[0].get_paths()[0].vertices
-    assert np.isclose(band[:, 1].max(), 1e3 * motion.max())
-    size = 1e3 * np.abs(motion).max()
-    assert f"largest: {size:.1f} mm" in top.get_legend_handles_labels()[1][0]
 
 
 def test_a_bare_casing_has_no_such_figure(random):

@@ -20,13 +20,7 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import (
-    MOST_LINES,
-    SCALES,
-    amplitude_in_words,
-    kinds,
-    layout,
-)
+from hpcrub.studies.contact.layout import MOST_LINES, SCALES, amplitude_in_words, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 PHYSICS = (  # sections of the input
