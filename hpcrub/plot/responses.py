@@ -178,7 +178,8 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
     used = {layout.amplitude(file.config) for file in files}
     names = [name for name in layout.AMPLITUDES if name in used]
     n = len(disks) * len(names)
-    axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, height_ratios=(3, 2))
+    how: dict[str, Any] = {"sharey": "row" if len(names) == 1 else "none", "height_ratios": (3, 2)}
+    axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, **how)
     columns = itertools.product(names, disks)
     words = dict(zip(files, labels(files), strict=True))
     colours = dict(zip([f for f in files if f is not best], COLOURS, strict=False)) | {best: BLACK}
