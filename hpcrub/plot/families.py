@@ -89,13 +89,12 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
 
 
 def _differing(rows: list[dict[str, Any]]) -> list[str]:
-    return [
-        key
-        for key in rows[0]
-        if key not in ("output", "sources")
-        if len({show(row[key]) for row in rows} - ({"null"} if key.startswith(COATING) else set()))
-        > 1
-    ]
+    found = []
+    for key in rows[0]:
+        values = [row[key] for row in rows if row[key] is not None or not key.startswith(COATING)]
+        if key not in ("output", "sources") and any(value != values[0] for value in values):
+            found.append(key)
+    return found
 
 
 def _rank(value: Any) -> tuple[bool, Any, str]:

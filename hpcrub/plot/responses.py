@@ -191,8 +191,8 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
             draw_response(top, file, group, where, colours[file], label, name, **look)
         top.set(title=title, xlabel="", ylabel=size(best, name))
         bottom.set(xlabel=SPEED, ylabel="difference to\nthe reference [mm]")
-        if best in shown:
-            others = {file: colours[file] for file in shown if file is not best}
+        others = {file: colours[file] for file in shown if file is not best}
+        if best in shown and others:
             _draw_differences(bottom, best, others, f"{group}/{name}", where)
         else:
             bottom.set_axis_off()

@@ -212,6 +212,9 @@ def test_steady_amplitudes_are_not_compared_with_the_largest_at_any_time(random)
     assert len(drawn.lines(panels[1])) == 2
     assert_drawn(panels[2], *((speeds, values - steady[2]) for values in steady[:2]))
     assert not panels[3].axison
+    stiff = contact_file(random, f"{TINY}disk: {{n_blades: 12}}\ncontact: {{friction: 0.3}}\n")
+    for pair in ([stiff, coated[0]], [rigid, coated[0]]):  # whichever is the reference
+        assert len(plot.compare(pair)) == 4
 
 
 def test_names_of_coatings_below_amplitudes_are_whole_and_say_which_quantity(random):
