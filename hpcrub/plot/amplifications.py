@@ -303,7 +303,7 @@ def _limit(axes: Axes, file: ResultFile, known: Any, least: int) -> None:
             f"level, {least + 1} steps of convergence.step = {step}"
         )
     axes.set(xscale="log", xlim=(0.9 * known[0], 1.1 * known[-1]))
-    ticks = FixedLocator(known) if len(known) < MIN_VALUES else LogLocator(subs=(1, 2, 5))
-    axes.xaxis.set_major_locator(ticks)
+    many = len(known) >= MIN_VALUES
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if many else FixedLocator(known))
     axes.xaxis.set_major_formatter("{x:,.0f}")
     axes.xaxis.set_minor_formatter("")

@@ -130,10 +130,9 @@ class Canvas:
         if self.own:
             self.figure.suptitle(text)
 
-    def note(self, text: str) -> None:
+    def note(self, *texts: str) -> None:
         """Words that belong below the figure, once."""
-        if text not in self._notes:
-            self._notes.append(text)
+        self._notes += [text for text in texts if text not in self._notes]
 
     def finish(self) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""

@@ -43,8 +43,7 @@ def summary(canvas: Canvas) -> None:
             draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
         _draw_amplifications(right, file, disks)
-        for line in trust.short(file):
-            canvas.note(line)
+        canvas.note(*trust.short(file))
     else:
         for panel, name, scale in ((left, None, 1e3), (right, "localisation", 100)):
             draw_pattern(panel, file, name, scale)
@@ -238,19 +237,18 @@ def _scatter(file: ResultFile, name: str) -> Any:
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     columns = min(len(files), 2 if len(files) <= 4 else 3)
-    words = {size(file) for file in files}
-    axes = canvas.grid(len(files), columns, (5.4, 4.0), "", sharey=len(words) == 1)
+    one = len({size(file) for file in files}) == 1  # quantity in all of them
+    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=one)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11)
         if file.config.pattern_deviation is None:
             draw_range(panel, file)
         else:
             draw_response(panel, file, "samples", (0, 0), BLUE, "mistuned disk")
-        if file is not best and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz")):
+        alike = one and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
+        if file is not best and alike:
             draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)
             draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")
         else:
             draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
-        panel.set_xlabel(SPEED if panel in axes[-columns:] else "")
-        if len(words) > 1 or panel in axes[::columns]:
-            panel.set_ylabel(size(file))
+        panel.set(xlabel=SPEED if panel in axes[-columns:] else "", ylabel=size(file))

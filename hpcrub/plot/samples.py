@@ -101,17 +101,17 @@ def energy(canvas: Canvas) -> None:
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]
     by_displacement = [file.read("amplification") for file in files]
     levels = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    colours = shades(len(levels))
+    looks = list(zip(levels, shades(len(levels)), strict=True))
     for panel, (name, of_files) in zip(axes, values.items(), strict=True):
         for i, (file, y) in enumerate(zip(files, of_files, strict=True)):
             marker, sigma = MARKERS[i % len(MARKERS)], file.read("sigma")
             label = f"{words[i]}: the {len(y)} samples with the largest $A_{{nl}}$"
             panel.plot([], [], marker, color="0.4", label=label)
-            for level, colour in zip(levels, colours, strict=True):
-                mine = sigma == level
-                panel.plot(by_displacement[i][mine], y[mine], marker, color=colour, alpha=0.7, ms=7)
+            for level, colour in looks:
+                mine = by_displacement[i][sigma == level], y[sigma == level]
+                panel.plot(*mine, marker, color=colour, alpha=0.7, ms=7)
         panel.set(xlabel="$A_{nl}$ by displacement [-]", ylabel=name)
-    for level, colour in zip(levels, colours, strict=True):
+    for level, colour in looks:
         axes[0].plot([], [], "s", color=colour, label=f"σ = {100 * level:.1f} %")
     left, right = axes[0].get_xlim()
     x = np.linspace(left, right, 100)

@@ -34,10 +34,8 @@ def wear(canvas: Canvas) -> None:
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
     _draw_around(around, file, worn)
-    angle, thickness = (
-        np.append(file.read("angle_deg"), 360.0),
-        file.config.contact.coating.thickness_mm,
-    )
+    thickness = file.config.contact.coating.thickness_mm
+    angle = np.append(file.read("angle_deg"), 360.0)
     image = over.pcolormesh(
         angle, edges(speeds), worn, cmap="viridis", vmin=0.0, vmax=np.nanmax(worn) or thickness,
         rasterized=True,
@@ -59,8 +57,7 @@ def wear(canvas: Canvas) -> None:
     if depths.dataLim.y1 >= REACHED * bound:
         rest = f"worn through: {bound:.3g} mm, the rest of {thickness:g} mm is compacted"
         depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
-    for line in trust.short(file):
-        canvas.note(line)
+    canvas.note(*trust.short(file))
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
