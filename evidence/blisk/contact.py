@@ -66,7 +66,7 @@ def second(config, speed):
     arrays = model_file.read(config.disk.model)
     model = reduced.reduced_model(neutral.from_arrays(arrays), 2 * np.pi * speed)
     casing = config.casing
-    case = Case(speed, casing.n_bumps, casing.bump_height, casing.clearance, casing.growth_time,
+    case = Case(speed, casing.n_bumps, casing.bump_height, config.clearance, casing.growth_time,
                 config.contact.friction, config.material.damping_ratio)  # fmt: skip
     seen = integrate(model, case, STEP, config.steady_state.first_check)
     return np.abs(seen[-round(3 / speed / STEP) :]).max()

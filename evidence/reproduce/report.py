@@ -92,7 +92,7 @@ FIGURES = (
     ("13", "amplitudes", "largest amplitudes", ("contact/*.h5",), "amplitudes"),
     ("14", "energies", "amplification by energy", ("energy_4.h5", "energy_6.h5"), "energy"),
     ("15", "cross", "contact beside linear amplification", (plan.FILE_4,), "contact_over_linear"),
-    ("16", "damping", "damping", (plan.FILE_4, "contact_low.h5"), "damping"),
+    ("16", "damping", "damping", (plan.FILE_4, "contact_low.h5"), "percentiles"),
     ("17", "branches", "several initial states", ("branches.h5",), "branches"),
 )  # fmt: skip
 

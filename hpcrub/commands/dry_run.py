@@ -106,4 +106,5 @@ def _own_keys(runs, config):
     values = flatten(config.model_dump(mode="json"))
     if not keys.isdisjoint(PROFILE):
         keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}
+    keys = {key for key in keys if values[key] is not None}
     return ", ".join(f"{key}={show(values[key])}" for key in sorted(keys)) or config.output

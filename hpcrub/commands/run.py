@@ -105,7 +105,8 @@ def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -
 def draw_figures(paths: list[str]) -> None:
     """Draw the figures of one run, or those of several together, and name all files.
 
-    The results are there: a figure that cannot be drawn is a line, and no failure of the run.
+    The results are there: a figure that cannot be drawn is a line, and no failure of the run. One
+    that does not suit these files, such as of the convergence of few samples, is left out.
     """
     out = progress.console()
     if len(paths) == 1:
@@ -116,6 +117,7 @@ def draw_figures(paths: list[str]) -> None:
         lines = [
             f"no figure: {found}" if isinstance(found, HpcrubError) else f"figure:  {found}"
             for found in of_study(paths)
+            if not isinstance(found, InputError)
         ]
         for line in dict.fromkeys(lines):  # several figures may fail for one reason
             out.print(line, soft_wrap=True)

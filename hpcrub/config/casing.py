@@ -71,7 +71,6 @@ class Casing(Section):
     growth_time_s: Number = Field(0.01, ge=0, le=1e4)
     """time in which the shape grows from a circle [s]"""
 
-    clearance: ClassVar = si("clearance_mm", "m", per=1000)
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
 
@@ -112,10 +111,10 @@ class Casing(Section):
             return tuple((f, c / 1000) for f, c in self.clearance_hz_mm)
         return None
 
-    def clearances(self, speeds_hz: np.ndarray) -> np.ndarray:
-        """Clearance [m] at speeds [Hz] (S,)."""
+    def clearances(self, speeds_hz: float | np.ndarray) -> Any:
+        """Clearance [m] at speeds [Hz], of any shape."""
         if self.running is None:
-            return np.full(len(speeds_hz), self.clearance)
+            return np.full(np.shape(speeds_hz), self.clearance_mm / 1000)
         return np.interp(speeds_hz, *np.array(self.running).T)
 
     @property

@@ -20,14 +20,13 @@ Every figure is a function of a result file, a path or an open one, and of axes 
 from hpcrub.plot.amplifications import (
     amplitudes,
     convergence_errors,
-    damping,
     linear,
     percentiles,
     running_means,
 )
 from hpcrub.plot.canvas import Drawing
 from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
-from hpcrub.plot.histories import cutting, rubbing, time_response
+from hpcrub.plot.histories import rubbing, time_response
 from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
@@ -37,12 +36,12 @@ from hpcrub.plot.wear import wear
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, mode_shapes, casing, linear, time_response, rubbing,
-    interaction_map, energy, contact_over_linear, damping, branches, wear, cutting,
+    interaction_map, energy, contact_over_linear, branches, wear,
 ]  # fmt: skip
 
 __all__ = [
     "FIGURES", "amplitudes", "branches", "casing", "compare", "contact_over_linear",
-    "convergence_errors", "cutting", "damping", "disk", "energy", "interaction_map", "linear",
+    "convergence_errors", "disk", "energy", "interaction_map", "linear",
     "mode_shapes", "model", "percentiles", "rubbing", "running_means",
     "safe_diagram", "summary", "time_response", "wear",
 ]  # fmt: skip

@@ -4,27 +4,27 @@ Colours tell contact from linear, or the studies, and markers the percentiles; t
 converge with the number of samples.
 """
 
-import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import FixedLocator, LogLocator
 
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
-from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered, reference, require_same, uncertainty
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE, shades
+from hpcrub.plot.canvas import ENTRY, Canvas, figure
+from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import measured
+from hpcrub.studies.contact.layout import amplitude_in_words
 
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
-ABOVE = 0.12  # of a row, likewise
+ABOVE, APART = 0.22, 0.11  # of a row, likewise: contact from linear, a percentile from the next
 SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
 
 
@@ -83,7 +83,7 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
         draw_curves(axes, x, finished(file, name), at, look, shared, place, from_one)
 
 
-@figure("contact", paper="12", what="both amplifications over σ", several=True, alone=False,
+@figure("contact", paper="12, 16", what="both amplifications over σ", several=True, alone=False,
         random=True)  # fmt: skip
 def percentiles(canvas: Canvas) -> None:
     """Percentiles of both amplifications against σ, a panel for every file.
@@ -113,7 +113,7 @@ def _in_words(levels: Sequence[Any]) -> str:
 
 def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
     """A row for every file, its widest level; light lines at the percentiles of the reference."""
-    axes = canvas.panels(1, 1, (10, 1.6 + 0.55 * len(files)))[0, 0]
+    axes = canvas.panels(1, 1, (10, 1.8 + 0.9 * len(files)))[0, 0]
     best = reference(files)
     names = [
         f"{label}\n({samples([file])})" for file, label in zip(files, labels(files), strict=True)
@@ -134,9 +134,10 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
     """Percentiles of both amplifications of the files' widest levels, a row each."""
     for row, file in enumerate(files):
         at = file.config.convergence.percentiles
-        _explain(axes, [CONTACT, LINEAR], at)
+        _explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
+        among = APART * (np.arange(len(at)) - 0.5 * (len(at) - 1)) * 3 / max(3, len(at))
         for (name, look), beside in zip(KINDS, (-ABOVE, ABOVE), strict=True):
-            values, height = finished(file, name)[-1], np.full(len(at), row + beside)
+            values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
             centre = np.percentile(values, at)
@@ -170,7 +171,9 @@ def amplitudes(canvas: Canvas) -> None:
     The levels stand side by side.
     """
     files = ordered(canvas.files)
-    axes = canvas.panels(1, 1, (max(8.0, 1.3 * len(files)), 5.6))[0, 0]
+    quantity, names = _places(files)
+    wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
+    axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
     x = np.arange(len(files))
     tuned = np.array([1e3 * file.read("tuned/reference_amplitude_m") for file in files])
     runs = [1e3 * file.read("tuned/run_peaks_m") for file in files]
@@ -179,33 +182,36 @@ def amplitudes(canvas: Canvas) -> None:
         x, tuned, spread, fmt="s", color=BLACK, ms=7, elinewidth=1.2, capsize=3,
         label="tuned disk, range of its perturbed runs",
     )  # fmt: skip
-    sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
-    done = [
-        dict(zip(file.read("sigma"), finished(file, "peak_amplitude_m"), strict=True))
-        for file in files
-    ]
-    for level, (sigma, colour) in enumerate(zip(sigmas, shades(len(sigmas)), strict=True)):
-        have = [i for i in x if len(done[i].get(sigma, ()))]
-        if not have:
-            continue
-        values = [1e3 * done[i][sigma] for i in have]
-        top = np.array([np.percentile(v, 99) for v in values])
-        low, high = np.array([np.ravel(intervals.interval(v, [99])) for v in values]).T
-        beside = np.add(have, 0.06 * (level + 1))
-        axes.plot(
-            beside, top, _marker(level), color=colour, ms=7,
-            label=f"percentile 99, σ = {100 * sigma:.1f} %",
-        )  # fmt: skip
-        intervals.draw(axes, beside, top, low, high, colour)
+    sigmas = list(np.unique(np.concatenate([file.read("sigma") for file in files])))
+    colours = shades(len(sigmas))
+    for i, file in enumerate(files):
+        peaks = finished(file, "peak_amplitude_m")
+        for sigma, values in zip(file.read("sigma"), peaks, strict=True):
+            if not len(values):
+                continue
+            level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
+            place, top, colour = (
+                i + 0.06 * (level + 1),
+                1e3 * np.percentile(values, 99),
+                colours[level],
+            )
+            axes.plot(place, top, _marker(level), color=colour, ms=7, label=label)
+            ends = intervals.interval(1e3 * values, [99])
+            intervals.draw(axes, place, top, *ends, colour)
+    axes.set_xticks(x, names)
+    axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
+    axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
+
+
+def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
+    """What the amplitudes of files are, for the axis, and a name below each, in short lines."""
     casing = files[0].config.casing
     case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
-    names = labels(files) if len(files) > 1 else [case]
-    long = max(map(len, names)) > 10
-    turned: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
-    axes.set_xticks(x, names, **(turned if long else {}))
-    axes.set_ylabel("largest blade-tip amplitude [mm]")
-    axes.set_title(f"{samples(files)} per level")
-    axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
+    names = [n.replace(", ", "\n") for n in (labels(files) if len(files) > 1 else [case])]
+    words = [amplitude_in_words(file.config) for file in files]
+    if len(set(words)) == 1:
+        return f"{words[0]},\nmax $|u_t|$ [mm]", names
+    return "max $|u_t|$ [mm]", [f"{n}:\n{word}" for n, word in zip(names, words, strict=True)]
 
 
 @figure("linear", paper="4", what="linear amplification over σ and n_d", main=True)
@@ -227,43 +233,24 @@ def linear(canvas: Canvas) -> None:
         panel.set_xlabel(SIGMA)
 
 
-@figure("contact", paper="16", what="percentiles at several dampings", several=True, alone=False,
-        random=True)  # fmt: skip
-def damping(canvas: Canvas) -> None:
-    """Percentiles of both amplifications against σ of files that differ in their damping."""
-    files = sorted(canvas.files, key=lambda file: -file.config.material.damping_ratio)
-    require_same(files, but="material.damping_ratio")
-    if files[0].config.material.damping_ratios is not None:
-        raise InputError(f"{files[0].path} has material.damping_ratios, and not one for all modes")
-    axes = canvas.panels(1, 2, (12, 5.4), sharey=True)[0]
-    looks = [
-        Look(f"damping ratio {100 * file.config.material.damping_ratio:g} %", colour)
-        for file, colour in zip(files, itertools.cycle(COLOURS), strict=False)
-    ]
-    for (name, kind), panel in zip(KINDS, axes, strict=True):
-        for case, (file, look) in enumerate(zip(files, looks, strict=True)):
-            sigma, at = 100 * file.read("sigma"), file.config.convergence.percentiles
-            _explain(panel, looks, at)
-            draw_curves(panel, sigma, finished(file, name), at, look, place=2 * case)
-        panel.set(xlabel=SIGMA, title=f"{kind.word} amplification")
-    axes[0].set_ylabel(AMPLIFICATION)
-
-
 @figure("contact", paper="10", what="running means of the percentiles", several=True, alone=False,
         random=True)  # fmt: skip
 def running_means(canvas: Canvas) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
-    for panel in _draw(canvas, "mean_of_percentile", 1.0)[:, 0]:
+    for panel in _draw(canvas, "mean_of_percentile", 1.0, 1)[:, 0]:
         panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
 
 
 @figure("contact", paper="11", what="convergence errors", several=True, alone=False, random=True)
 def convergence_errors(canvas: Canvas) -> None:
-    """Convergence errors, equation (6): a row for every file, a column for each percentile."""
+    """Convergence errors, equation (6): a row for every file, a column for each percentile.
+
+    They begin where convergence is judged, with the tenth estimate.
+    """
     files = ordered(canvas.files)
     z = sorted({file.config.convergence.z for file in files})
     level = " and ".join(f"{100 * confidence(value):.1f} %" for value in z)
-    for file, row in zip(files, _draw(canvas, "convergence_error", 100.0), strict=True):
+    for file, row in zip(files, _draw(canvas, "convergence_error", 100.0, MIN_VALUES), strict=True):
         for panel in row:
             for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
@@ -277,16 +264,13 @@ def convergence_errors(canvas: Canvas) -> None:
     canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
 
 
-def _draw(canvas: Canvas, name: str, scale: float) -> Any:
-    """A statistic of the contact amplifications; colours tell σ."""
+def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
+    """A statistic of the contact amplifications; colours tell σ.
+
+    least: estimates from which on it is drawn.
+    Raises InputError where there are not two of these.
+    """
     files = ordered(canvas.files)
-    for file in files:
-        if not np.isfinite(file.read("statistics/contact/convergence_error")).any():
-            step = file.config.convergence.step
-            raise InputError(
-                f"{file.path}: convergence needs at least {2 * step} finished samples of a level, "
-                f"two steps of convergence.step = {step}"
-            )
     shown = sorted({p for file in files for p in file.config.convergence.percentiles})
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))
@@ -294,26 +278,32 @@ def _draw(canvas: Canvas, name: str, scale: float) -> Any:
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
-        values = file.read(f"statistics/contact/{name}")
+        values = scale * file.read(f"statistics/contact/{name}")
+        values[..., : least - 1] = np.nan
         seen = file.read("statistics/contact/samples_seen")
-        known = seen[np.isfinite(values).any(axis=(0, 1))]
-        few = slice(MIN_VALUES - 1)
+        _limit(row[0], file, seen[np.isfinite(values).any(axis=(0, 1))], least)
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)
             if percentile not in at:
                 panel.set_axis_off()
                 continue
             for sigma, of_level in zip(file.read("sigma"), values, strict=True):
-                line, colour = scale * of_level[at.index(percentile)], colours[sigma]
+                line, colour = of_level[at.index(percentile)], colours[sigma]
                 panel.plot(seen, line, color=colour, lw=1.6, label=f"σ = {100 * sigma:.1f} %")
-                panel.plot(seen[few], line[few], "o", ms=5, mfc="w", mec=colour)
-            panel.set(xscale="log", xlabel="samples" if file is files[-1] else "")
-            panel.set_xlim(0.9 * known[0], 1.1 * known[-1])
-            panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            panel.xaxis.set_major_formatter("{x:,.0f}")
-            panel.xaxis.set_minor_formatter("")
-    canvas.note(
-        f"Hollow: fewer than {MIN_VALUES} estimates, each of convergence.step more samples; "
-        "convergence is not judged on these."
-    )
+            panel.set_xlabel("samples" if file is files[-1] else "")
     return axes
+
+
+def _limit(axes: Axes, file: ResultFile, known: Any, least: int) -> None:
+    """Logarithmic scale of the samples, from the first to the last number of which is known."""
+    if len(known) < 2:
+        step = file.config.convergence.step
+        raise InputError(
+            f"{file.path}: this figure needs at least {(least + 1) * step} finished samples of a "
+            f"level, {least + 1} steps of convergence.step = {step}"
+        )
+    axes.set(xscale="log", xlim=(0.9 * known[0], 1.1 * known[-1]))
+    many = len(known) >= MIN_VALUES
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)) if many else FixedLocator(known))
+    axes.xaxis.set_major_formatter("{x:,.0f}")
+    axes.xaxis.set_minor_formatter("")

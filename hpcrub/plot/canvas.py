@@ -17,7 +17,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
-from matplotlib.transforms import ScaledTranslation
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -29,6 +28,7 @@ from hpcrub.studies import open_result
 Where = Axes | Sequence[Axes] | FigureBase | None
 
 LETTERS = 12  # of a line below a figure, per inch
+ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; its artist and the space beside it [inch]
 
 
 class About(NamedTuple):
@@ -63,7 +63,6 @@ class Canvas:
         self.axes: list[Axes] = []  # drawn into
         # whether the figure is this drawing's alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
-        self.apart = False  # whether every panel has a legend of its own, instead of one for all
         self._where = where
         self._notes: list[str] = []
 
@@ -131,10 +130,9 @@ class Canvas:
         if self.own:
             self.figure.suptitle(text)
 
-    def note(self, text: str) -> None:
+    def note(self, *texts: str) -> None:
         """Words that belong below the figure, once."""
-        if text not in self._notes:
-            self._notes.append(text)
+        self._notes += [text for text in texts if text not in self._notes]
 
     def finish(self) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""
@@ -143,7 +141,7 @@ class Canvas:
                 self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return
-        legend = self._legends()
+        legend = self._legend()
         width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
         text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
         if text and self.own:
@@ -157,54 +155,31 @@ class Canvas:
                 fontsize="x-small", color="0.3", annotation_clip=False,
             )  # fmt: skip
 
-    def _legends(self) -> Legend | None:
-        """Legend of all labels, each once, below all panels; or one a panel, below it or in it.
+    def _legend(self) -> Legend | None:
+        """Legend of all labels, each once, intervals last; in axes of the user's one in each.
 
         Returns the one below all panels.
         """
-        entries: list[dict[str, Artist]] = []
-        seen: set[str] = set()
+        of_all: dict[str, Artist] = {}
         for panel in self.axes:
-            pairs = zip(*panel.get_legend_handles_labels(), strict=True)
-            named = {} if panel.get_legend() else {label: handle for handle, label in pairs}
-            old = set() if self.apart else seen
-            entries.append({label: named[label] for label in named if label not in old})
-            seen |= set(named)
-        if self.own and not self.apart:
-            of_all = {label: handle for of_panel in entries for label, handle in of_panel.items()}
-            room = self.figure.bbox.width
-            return _fitting(self.figure.legend, of_all, room, loc="outside lower center")
-        for panel, of_panel in zip(self.axes, entries, strict=True):
-            if not self.own and of_panel:
-                panel.legend(of_panel.values(), of_panel.keys(), fontsize="small")
-            elif of_panel:
-                spec = panel.get_subplotspec()
-                room = 0.97 * self.figure.bbox.width / (spec.get_gridspec().ncols if spec else 1)
-                box = panel.xaxis.get_tightbbox()
-                words = panel.bbox.y0 - box.y0 if box else 0.0  # [pixel] below the axes
-                below = ScaledTranslation(0, -words / self.figure.dpi, self.figure.dpi_scale_trans)
-                _fitting(
-                    panel.legend, of_panel, room, loc="upper center", bbox_to_anchor=(0.5, 0),
-                    bbox_transform=panel.transAxes + below,
-                )  # fmt: skip
-        return None
+            if panel.get_legend():
+                continue
+            named = dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
+            if named and not self.own:
+                panel.legend(named.values(), named.keys(), fontsize="small")
+            of_all |= {label: named[label] for label in named if label not in of_all}
+        if not (of_all and self.own):
+            return None
+        labels = sorted(of_all, key=WORDS.__contains__)
+        lengths = sorted(map(len, labels), reverse=True)  # the longest in columns of their own
+        width = self.figure.bbox.width / self.figure.dpi
+        fits = [n for n in range(1, 5) if sum(lengths[:n]) / ENTRY + n * HANDLE < width]
+        handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
+        return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
 
     def drawn(self) -> Any:
         """The axes: one, or an array of them."""
         return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
-
-
-def _fitting(
-    make: Callable[..., Legend], entries: dict[str, Artist], room: float, **how: Any
-) -> Legend | None:
-    """Legend of as many columns, at most four, as there is room for [pixel]; intervals last."""
-    entries = {label: entries[label] for label in sorted(entries, key=WORDS.__contains__)}
-    for n in range(min(4, len(entries)), 0, -1):
-        legend = make(list(entries.values()), list(entries), ncols=n, **how)
-        if n == 1 or legend.get_window_extent().width < room:
-            return legend
-        legend.remove()
-    return None
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:

@@ -194,6 +194,8 @@ def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
     if is_solid:
         size_of = "displacement, relative to the largest [-]"
         canvas.colorbar(axes[0].collections[0], axes, label=size_of, shrink=0.6)
+        if not len(file.read("surface")):
+            canvas.note(solids.REDUCED)
 
 
 def _draw_shape(axes: Axes, file: ResultFile, k: int) -> None:

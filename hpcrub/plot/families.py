@@ -6,18 +6,16 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import PROFILE, Config, differences, key_table
+from hpcrub.config.schema import PROFILE, Config, key_table
 from hpcrub.config.text import flatten, show
 from hpcrub.config.types import without_suffix
-from hpcrub.errors import InputError
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.study import PHYSICS
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
-# of the mistuning, what does not set one population of disks apart from another
-FREE = "mistuning.seed", "mistuning.samples", "mistuning.tuned_runs"
+OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
+COATING = "contact.coating."  # keys that say nothing of a file without one
 FEW = 3  # keys that are all named; with more, only those with an unusual value
 
 
@@ -52,7 +50,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
         if keys == [key]:
             return files[rows.index(finest(rows, key=lambda row: row[key]))]
     usual = flatten(Config().model_dump(mode="json"))
-    return max(files, key=lambda f: sum(rows[files.index(f)][k] == usual[k] for k in keys))
+    return max(files, key=lambda f: sum(rows[files.index(f)][k] in (usual[k], None) for k in keys))
 
 
 def labels(files: list[ResultFile]) -> list[str]:
@@ -69,43 +67,34 @@ def labels(files: list[ResultFile]) -> list[str]:
         usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
     found = []
     for i, file in enumerate(files):
-        named = [words[key][i] for key in keys if words[key][i] != usual.get(key)]
+        named = [words[key][i] for key in keys if words[key][i] not in ("", usual.get(key))]
         found.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
     return found
 
 
-def require_same(files: list[ResultFile], but: str) -> None:
-    """Refuse files whose disks or physics differ in more than one key.
-
-    They may have other samples and seeds. Raises InputError, which says what differs.
-    """
-    for other in files[1:]:
-        where = f"in {files[0].path}", f"in {other.path}"
-        found = [
-            line
-            for line in differences(files[0].config, other.config, where)
-            if line.startswith((*PHYSICS, "mistuning."))
-            and line.partition(":")[0] not in (but, *FREE)
-        ]
-        if found:
-            raise InputError(f"only {but} may differ, not {'; '.join(found)}")
-
-
 def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
-    """Keys and values of every file; where `time.step_s` differs, the step that was used."""
+    """Keys and values of every file; None where a file has no coating that a key is of.
+
+    Where `time.step_s` differs, the step that was used; None where contact laws differ, too, which
+    have other defaults.
+    """
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
-    if len({row["time.step_s"] for row in rows}) > 1:  # it is only a bound
-        for row, file in zip(rows, files, strict=True):
-            row["time.step_s"] = float(file.attributes["time_step_s"])
+    n_steps, n_laws = (len({row[key] for row in rows}) for key in ("time.step_s", "contact.law"))
+    for row, file in zip(rows, files, strict=True):
+        if n_steps > 1:  # it is only a bound
+            row["time.step_s"] = None if n_laws > 1 else float(file.attributes["time_step_s"])
+        if not file.config.contact.wears:
+            row |= dict.fromkeys(key for key in row if key.startswith(COATING))
     return rows
 
 
 def _differing(rows: list[dict[str, Any]]) -> list[str]:
-    return [
-        key
-        for key in rows[0]
-        if key not in ("output", "sources") and any(row[key] != rows[0][key] for row in rows)
-    ]
+    found = []
+    for key in rows[0]:
+        values = [row[key] for row in rows if row[key] is not None or not key.startswith(COATING)]
+        if key not in ("output", "sources") and any(value != values[0] for value in values):
+            found.append(key)
+    return found
 
 
 def _rank(value: Any) -> tuple[bool, Any, str]:
@@ -115,18 +104,24 @@ def _rank(value: Any) -> tuple[bool, Any, str]:
 
 
 def _words(key: str, values: list[Any]) -> list[str]:
-    """Quantity, value and unit of one key in every file, all with the same decimals."""
+    """Quantity, value and unit of one key in every file, all with the same decimals.
+
+    Empty where a file has no value of the key.
+    """
     description = next(entry.description for entry in key_table() if entry.path == key)
     bracket = re.search(r"\[(.+)\]$", description)
     unit = bracket.group(1) if bracket else "-"
-    slug = {"%": "percent"}.get(unit, unit.lower().replace("/", "_").replace("³", "3"))
-    name = key.rpartition(".")[2].removesuffix(f"_{slug}").removeprefix("n_").replace("_", " ")
-    return [f"{name} {number}" for number in _numbers(values, unit)]
+    slug = {"%": "percent"}.get(unit, unit.lower().replace("³", "3").replace(" ", ""))
+    name = key.rpartition(".")[2].removeprefix("n_")
+    for per in ("_per_", "_"):
+        name = name.removesuffix("_" + slug.replace("/", per))
+    name, numbers = name.replace("_", " "), _numbers([v for v in values if v is not None], unit)
+    return ["" if value is None else f"{name} {numbers.pop(0)}" for value in values]
 
 
 def _numbers(values: list[Any], unit: str) -> list[str]:
-    if unit == "s":
-        return [EngFormatter("s")(value) for value in values]
+    if unit in OF_ANY_SIZE:
+        return [EngFormatter(unit)(value) for value in values]
     ends = {"-": "", "deg": "°"}.get(unit, f" {unit}")
     texts = [show(value).strip("'").replace("_", " ") for value in values]
     if all(isinstance(value, float) for value in values) and not any("e" in t for t in texts):

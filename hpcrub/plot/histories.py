@@ -39,19 +39,21 @@ FACE, CASING = "0.82", "0.75"
 
 @figure("time_response", paper="5", what="displacements, gaps, forces", main=True)
 def time_response(canvas: Canvas) -> None:
-    """Motion, gap and contact force of one tip, and the envelope of all of them.
+    """Motion, gap and contact force of one tip, the envelope of all; worn depth of a coating.
 
     The tip is that with the largest tangential displacement in the last revolutions. Left the whole
-    history with the windows of the steady-state test, right the last three revolutions.
+    history with the windows of the steady-state test, right the last three revolutions. Their title
+    has max |u_t|, which holds the offset of the motion, and half of peak to peak, which does not.
     """
     file = canvas.file
     disk = len(file.read("deviation")) - 1
     t, config = file.read("time_s"), file.config
-    axes = canvas.panels(len(ROWS), 2, (13, 11), sharex="col", sharey="row", width_ratios=(1.6, 1))
+    n = len(ROWS) + config.contact.wears
+    axes = canvas.panels(n, 2, (13, 2.75 * n), sharex="col", sharey="row", width_ratios=(1.6, 1))
     close = t > t[-1] - CLOSE_REVOLUTIONS / config.speeds.from_hz
-    shown = np.nan_to_num(np.abs(file.read("tangential_m", disk)[close]))
-    tip = int(shown.max(axis=0).argmax())
-    for (name, scale, label), (left, right) in zip(ROWS, axes, strict=True):
+    last = 1e3 * file.read("tangential_m", disk)[close]
+    tip = int(np.nan_to_num(np.abs(last)).max(axis=0).argmax())
+    for (name, scale, label), (left, right) in zip(ROWS, axes, strict=False):
         values = scale * file.read(name, disk)
         left.fill_between(
             *envelope(t, values), color=ENVELOPE, lw=0, label="tips, the smallest to the largest"
@@ -67,40 +69,18 @@ def time_response(canvas: Canvas) -> None:
             say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
-    axes[0, 1].set_title(f"last {CLOSE_REVOLUTIONS} revolutions", fontsize=11)
+    words = (
+        f"last {CLOSE_REVOLUTIONS} revolutions: max $|u_t|$ {np.abs(last[:, tip]).max():.3g} mm,\n"
+    )
+    words += f"half of peak to peak {np.ptp(last[:, tip]) / 2:.3g} mm"
+    axes[0, 1].set_title(words, fontsize=11)
+    if config.contact.wears:
+        axes[-1, 0].set_ylabel("largest worn\ndepth [mm]")
     for panel, part in zip(axes[-1], (t, t[close]), strict=True):
+        if config.contact.wears:
+            panel.plot(file.read("block_s"), 1e3 * file.read("worn_depth_m", disk), color=ORANGE)
         panel.set(xlabel="time [s]", xlim=(part[0], part[-1]))
     canvas.title(f"{DISKS[disk]}, {config.casing.words}, {config.speeds.from_hz:g} Hz")
-
-
-@figure("time_response", what="amplitude and worn depth over time", coated=True)
-def cutting(canvas: Canvas) -> None:
-    """Tangential displacements of all tips, and the largest worn depth of the coating, over time.
-
-    A column for every disk. The motion grows while it cuts, and dies when enough is cut.
-    """
-    file = canvas.file
-    n_disks, config = len(file.read("deviation")), file.config
-    axes = canvas.panels(2, n_disks, (1.5 + 6.0 * n_disks, 7.5), sharex=True, sharey="row")
-    for disk, (top, bottom) in enumerate(axes.T):
-        motion = 1e3 * np.nan_to_num(file.read("tangential_m", disk))
-        top.fill_between(*envelope(file.read("time_s"), motion), color=BLUE, lw=0)
-        largest = np.unravel_index(np.abs(motion).argmax(), motion.shape)
-        top.plot(
-            file.read("time_s")[largest[0]], motion[largest], "o", color=ORANGE,
-            label=f"largest: {np.abs(motion[largest]):.1f} mm, blade {largest[1] + 1}",
-        )  # fmt: skip
-        depth = 1e3 * file.read("worn_depth_m", disk)
-        bottom.plot(
-            file.read("block_s"), depth, color=ORANGE, label=f"in the end {depth[-1]:.2f} mm"
-        )
-        top.set(title=DISKS[disk])
-        bottom.set(xlabel="time [s]", xlim=(0.0, file.read("time_s")[-1]))
-        for panel in (top, bottom):
-            panel.legend(loc="upper right" if panel is top else "lower right", frameon=True)
-    axes[0, 0].set_ylabel("tangential displacement\nof all tips [mm]")
-    axes[1, 0].set_ylabel("largest worn\ndepth [mm]")
-    canvas.title(f"{config.casing.words}, {config.speeds.from_hz:g} Hz")
 
 
 def _name(file: ResultFile, point: int) -> str:
@@ -220,9 +200,10 @@ def _points(file: ResultFile) -> tuple[Any, Any]:
 
 
 def _room(file: ResultFile, time: float, angle: Any) -> Any:
-    """Distance of the casing from the circle of the tips at rest [m]."""
+    """Distance of the casing from the circle of the tips at rest, at the speed of the file [m]."""
     shape = file.config.casing
-    return shape.clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)
+    clearance = shape.clearances(file.config.speeds.from_hz)
+    return clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:

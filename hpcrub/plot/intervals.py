@@ -48,7 +48,8 @@ def draw(
     at, axis = ((centre, x), "xerr") if sideways else ((x, centre), "yerr")
     look: dict[str, Any] = {axis: [np.abs(end - centre) for end in ends], "ecolor": colour}
     axes.errorbar(at[0], at[1], fmt="none", elinewidth=1.2, capsize=3, **look)
-    axes.plot([], [], color="0.4", ls="", marker="|", ms=14, mew=1.2, label=BARS)
+    bar, arrow = ("_", r"$\rightarrow$") if sideways else ("|", r"$\uparrow$")
+    axes.plot([], [], color="0.4", ls="", marker=bar, ms=14, mew=1.2, label=BARS)
     for end, sign in ((np.atleast_1d(low), -1), (np.atleast_1d(high), 1)):
         for i in np.flatnonzero(known & ~np.isfinite(end)):
             away = (sign * ARROW, 0) if sideways else (0, sign * ARROW)
@@ -56,4 +57,4 @@ def draw(
                 "", (at[0][i], at[1][i]), away, "data", "offset points", annotation_clip=False,
                 arrowprops={"arrowstyle": "<-", "color": colour, "lw": 1.2, "shrinkB": 0},
             )  # fmt: skip
-            axes.plot([], [], color="0.4", ls="", marker=r"$\uparrow$", ms=10, label=ARROWS)
+            axes.plot([], [], color="0.4", ls="", marker=arrow, ms=10, label=ARROWS)

@@ -11,8 +11,9 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
-from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE, PINK, say, shades
+from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE, PINK, edges, say, shades
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics import coexistence
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.branches import label_file, starts
@@ -45,9 +46,10 @@ class Interaction(NamedTuple):
 def interaction_map(canvas: Canvas) -> None:
     """Spectra over the speeds with engine orders and natural frequencies, a panel for every disk.
 
-    The two strongest interactions are framed. Their frequency lies above the first family, as
-    contact stiffens the blades: the arrow is this distance from the top of the family (Δ1B of the
-    paper). Marks on the upper edge are speeds whose motion was not steady.
+    The two strongest interactions are framed. Their frequency lies above the first family, because
+    contact stiffens the blades: the arrow below the strongest one is this distance from the top of
+    the family (Δ1B of the paper), which the title of the panel has in numbers. The bar along the
+    upper edge marks speeds whose motion was not steady.
     """
     file = canvas.file
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
@@ -67,7 +69,7 @@ def interaction_map(canvas: Canvas) -> None:
                 panel.axvline(speed, color=PINK, lw=2, label=status.words(reason))
         panel.margins(x=0)
         panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
-        panel.set_title(DISKS[disk], pad=20)
+        words = DISKS[disk]
         panel.grid(False)
         _draw_orders(panel, file)
         natural = file.read("natural_frequencies_hz", disk)
@@ -80,15 +82,19 @@ def interaction_map(canvas: Canvas) -> None:
         if strongest:
             highest = curves[:, : file.config.disk.n_blades].max(axis=1)
             family = np.interp(strongest[0].speed_hz, speeds, highest)
-            _draw_interactions(panel, strongest, family)
-        unsteady = speeds[file.read("point_status", disk) == NOT_STEADY]
-        panel.plot(
-            unsteady, np.ones(len(unsteady)), "v", ms=5, mfc="w", mec=PINK, clip_on=False,
-            label="not steady: one draw of many", transform=panel.get_xaxis_transform(), zorder=5,
-        )  # fmt: skip
+            words += _draw_interactions(panel, strongest, family)
+        panel.set_title(words, pad=20, fontsize=12)
+        ends = edges(speeds)
+        for first, end in stretches(file.read("point_status", disk) == NOT_STEADY):
+            panel.plot(
+                ends[[first, end]], [1, 1], color=PINK, lw=6, clip_on=False, solid_capstyle="butt",
+                label="not steady: one draw of many", transform=panel.get_xaxis_transform(),
+            )  # fmt: skip
         _say_means(canvas, disk)
     axes[0].set_ylabel("frequency [Hz]")
-    canvas.colorbar(image, axes, label="tangential amplitude of the tips, the largest [mm]")
+    canvas.colorbar(
+        image, axes, label="amplitude of $u_t$ at a frequency,\nlargest of all tips [mm]"
+    )
 
 
 def _say_means(canvas: Canvas, disk: int) -> None:
@@ -144,8 +150,8 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
         )  # fmt: skip
 
 
-def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) -> None:
-    """Frames of the areas, and how far above the first family [Hz] the strongest one lies."""
+def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) -> str:
+    """Frames of the areas; returns how far above the first family [Hz] the strongest one lies."""
     for one in strongest:
         low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
         axes.add_patch(
@@ -157,16 +163,11 @@ def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) 
     main = strongest[0].frequency_hz
     axes.axhline(main, color=GREEN, lw=1.2, ls="--", label="frequency of the strongest interaction")
     if main <= family:
-        return
-    start, end = axes.get_xlim()
-    at = start + 0.1 * (end - start)
+        return f"\nstrongest interaction at {main:.0f} Hz"
+    at = strongest[0].speed_hz
     arrow = {"arrowstyle": "<->", "color": GREEN, "lw": 1.5, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (at, main), (at, family), arrowprops=arrow)
-    axes.annotate(
-        f"contact: +{main - family:.0f} Hz", (at, (main + family) / 2), (6, 0),
-        textcoords="offset points", va="center", color=GREEN, fontsize=11,
-        bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 1},
-    )  # fmt: skip
+    return f"\nstrongest interaction at {main:.0f} Hz, {main - family:.0f} Hz above the family"
 
 
 @figure("branches", paper="17", what="stable motions, localisation", main=True)
@@ -186,22 +187,24 @@ def branches(canvas: Canvas) -> None:
     local = 100 * file.read("window_localisation").mean(axis=-1)
     known = local[branch_of >= 0]
     scale = Normalize(*((known.min(), known.max()) if len(known) else (0.0, 100.0)))
-    width = np.diff(speeds).min() if len(speeds) > 1 else 1.0
+    ends, grey = edges(speeds), {"color": "0.88", "lw": 0, "zorder": 0}
     for panel, part in zip(panels, near, strict=True):
-        for speed in speeds[part][several[part]]:
-            panel.axvspan(
-                speed - width / 2, speed + width / 2, color="0.88", lw=0, zorder=0,
-                label="several motions coexist",
-            )  # fmt: skip
+        for first, end in stretches(several):
+            panel.axvspan(ends[first], ends[end], label="several motions coexist", **grey)
         image = _draw(panel, file, branch_of, part, scale)
-        panel.set(xlabel="speed of rotation [Hz]", ylabel="blade-tip amplitude [mm]")
-        margin = 0.02 * np.ptp(speeds[part]) + width
+        panel.set(xlabel="speed of rotation [Hz]", ylabel="steady amplitude,\nmax $|u_t|$ [mm]")
+        margin = 0.02 * np.ptp(speeds[part]) + ends[1] - ends[0]
         panel.set_xlim(speeds[part][0] - margin, speeds[part][-1] + margin)
     if not len(known):
         say(panels[0], "no point is steady")
     panels[-1].set_title("closer" if len(near) > 1 else "")
     n_windows = file.read("window_amplitude_m").shape[-1]
-    canvas.note(f"Means and standard deviations of {n_windows} windows.")
+    size, points = 100 * coexistence.ALIKE_AMPLITUDE, 100 * coexistence.ALIKE_LOCALISATION
+    canvas.note(
+        f"Points and bars: means and standard deviations of {n_windows} windows. At grey speeds "
+        f"motions differ by more than {size:g} % or {points:g} points of localisation, and by more "
+        "than chance; at white ones they do not, or their windows scatter too much to tell."
+    )
     n_lost = np.count_nonzero(file.read("point_status") == DIVERGED)
     if n_lost:
         canvas.note(f"{n_lost} of {branch_of.size} points diverged and are not shown.")

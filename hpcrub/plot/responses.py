@@ -1,5 +1,6 @@
 """Frequency responses in contact: one study, and several that differ in a few keys."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,9 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import layout, measured, trust
 
 MOST = 20_000  # samples of a level behind the band of a frequency response
+SCATTER = "± standard deviation of the windows"
 MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
-SPEED, AMPLITUDE = "speed of rotation [Hz]", "blade-tip amplitude [mm]"
+SPEED = "speed of rotation [Hz]"
 
 
 @figure("contact", paper="7", what="responses, amplifications", main=True)
@@ -30,27 +32,28 @@ def summary(canvas: Canvas) -> None:
     percentiles of both amplifications against the mistuning level. Of one explicit pattern:
     amplitude and localisation over the speeds.
     """
-    file, canvas.apart = canvas.file, True
+    file = canvas.file
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
-        if measured.are_few(file) and len(file.config.samples) <= MOST_LINES:
-            for disk, colour in zip(measured.disks(file), COLOURS, strict=False):
+        disks = list(measured.disks(file)) if measured.are_few(file) else []
+        if 0 < len(disks) <= MOST_LINES:
+            for disk, colour in zip(disks, COLOURS, strict=False):
                 draw_response(left, file, "samples", disk.where, colour, f"disk {disk.number}")
         else:
             draw_range(left, file)
         draw_response(left, file, "tuned", (), BLACK, "tuned disk")
-        _draw_amplifications(right, file)
-        for line in trust.short(file):
-            canvas.note(line)
+        _draw_amplifications(right, file, disks)
+        canvas.note(*trust.short(file))
     else:
         for panel, name, scale in ((left, None, 1e3), (right, "localisation", 100)):
             draw_pattern(panel, file, name, scale)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
-    word = "largest amplitude of any time [mm]"
-    left.set(
-        ylabel=word if file.config.contact.wears else AMPLITUDE,
-        title=f"Response in contact, {file.config.casing.words}",
-    )
+    left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
+
+
+def size(file: ResultFile, name: str | None = None) -> str:
+    """What amplitudes are, for an axis; by default those of the peaks of a file."""
+    return f"{layout.AMPLITUDES[name or layout.amplitude(file.config)]},\nmax $|u_t|$ [mm]"
 
 
 def draw_response(
@@ -68,6 +71,8 @@ def draw_response(
     if name == "amplitude_m":
         wide = np.nan_to_num(scale * file.read(f"{group}/amplitude_scatter_m", where))
         axes.fill_between(speeds, values - wide, values + wide, color=colour, alpha=0.15, lw=0)
+        if wide.any():
+            axes.fill_between([], [], color="0.5", alpha=0.3, lw=0, label=SCATTER)
     (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
     axes.update_datalim([(speeds[0], 0.0)])
     drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above all that follows
@@ -118,10 +123,10 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     axes.plot(speeds[known], band[1], color=BLUE, lw=1.6, label=f"{level}, median")
 
 
-def _draw_amplifications(axes: Axes, file: ResultFile) -> None:
+def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk]) -> None:
     """Both amplifications: percentiles against the level, in a row when there is one level alone.
 
-    Of a few measured disks each has a row, as their percentiles say nothing.
+    Each of a few measured disks has a row, because percentiles of a few say nothing.
     """
     half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
     names = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
@@ -135,8 +140,8 @@ def _draw_amplifications(axes: Axes, file: ResultFile) -> None:
         axes.margins(x=0.08, y=0.12)
         return
     axes.axvline(1.0, color="0.6", lw=1)
-    if measured.are_few(file):
-        draw_disks(axes, list(measured.disks(file)))
+    if disks:
+        draw_disks(axes, disks)
         axes.set_title("Amplification of measured disks")
     else:
         draw_rows(axes, [file], names)
@@ -153,7 +158,8 @@ def compare(canvas: Canvas) -> None:
     the same speeds.
 
     The reference is the finest of time steps and reduced models, otherwise the study with the
-    default values.
+    default values. Where only some have a coating that wears, steady amplitudes are compared with
+    each other, and the largest amplitudes at any time of the coated ones stand beside them.
     """
     files = ordered(canvas.files)
     best = reference(files)
@@ -168,47 +174,62 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
     disks: list[tuple[str, str, Any]] = [("tuned disk", "tuned", ())]
     if best.config.pattern_deviation is not None:
         disks.append(("mistuned disk", "samples", (0, 0)))
-    n = len(disks)
-    axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, sharey="row", height_ratios=(3, 2))
-    others = [file for file in files if file is not best]
-    speeds = best.read("speeds_hz")
-    for (title, group, where), top, bottom in zip(disks, *axes, strict=True):
-        wanted = best.read(f"{group}/{layout.amplitude(best.config)}", where)
-        for file, label in zip(files, labels(files), strict=True):
-            if file is best:
-                words = f"{label} (reference)"
-                draw_response(top, file, group, where, BLACK, words, lw=2.2, zorder=4)
-                continue
-            colour = COLOURS[others.index(file)]
-            draw_response(top, file, group, where, colour, label, lw=1.3)
-            values = file.read(f"{group}/{layout.amplitude(file.config)}", where)
-            bottom.plot(speeds, 1e3 * (values - wanted), color=colour, lw=1.3, marker=".", ms=5)
-        pairs = [np.hypot(_scatter(best, group), _scatter(file, group)) for file in others]
-        wide = 2e3 * np.max(pairs, axis=0)
-        if np.isfinite(wide).any():
-            bottom.fill_between(
-                speeds, -wide, wide, color="0.85", lw=0, zorder=0,
-                label="twice the scatter of both disks from run to run",
-            )  # fmt: skip
+    used = {layout.amplitude(file.config) for file in files}
+    names = [name for name in layout.AMPLITUDES if name in used]
+    n = len(disks) * len(names)
+    how: dict[str, Any] = {"sharey": "row" if len(names) == 1 else "none", "height_ratios": (3, 2)}
+    axes = canvas.panels(2, n, (1.5 + 5.5 * n, 8), sharex=True, **how)
+    columns = itertools.product(names, disks)
+    words = dict(zip(files, labels(files), strict=True))
+    colours = dict(zip([f for f in files if f is not best], COLOURS, strict=False)) | {best: BLACK}
+    for (name, (title, group, where)), top, bottom in zip(columns, *axes, strict=True):
+        shown = [f for f in files if name == "amplitude_m" or f.config.contact.wears]
+        for file in shown:
+            look = {"lw": 2.2, "zorder": 4} if file is best else {"lw": 1.3}
+            label = f"{words[file]} (reference)" if file is best else words[file]
+            draw_response(top, file, group, where, colours[file], label, name, **look)
+        top.set(title=title, xlabel="", ylabel=size(best, name))
+        bottom.set(xlabel=SPEED, ylabel="difference to\nthe reference [mm]")
+        others = {file: colours[file] for file in shown if file is not best}
+        if best in shown and others:
+            _draw_differences(bottom, best, others, f"{group}/{name}", where)
         else:
-            words = "one run each: what another run would change is not known"
-            bottom.set_title(words, fontsize="small", color="0.3")
-        bottom.axhline(0.0, color=BLACK, lw=1.2)
-        bottom.set_xlabel(SPEED)
-        top.set(title=title, xlabel="")
-    axes[0, 0].set_ylabel(AMPLITUDE)
-    axes[1, 0].set_ylabel("difference to\nthe reference [mm]")
+            bottom.set_axis_off()
+            top.tick_params(labelbottom=True)
+            top.set_xlabel(SPEED)
 
 
-def _scatter(file: ResultFile, group: str) -> Any:
+def _draw_differences(
+    axes: Axes, best: ResultFile, others: dict[ResultFile, Any], name: str, where: Any
+) -> None:
+    """Differences of amplitudes of other files, each in its colour, to those of the reference."""
+    speeds = best.read("speeds_hz")
+    for file, colour in others.items():
+        values = 1e3 * (file.read(name, where) - best.read(name, where))
+        axes.plot(speeds, values, color=colour, lw=1.3, marker=".", ms=5)
+    wide = 2e3 * np.max([np.hypot(_scatter(best, name), _scatter(f, name)) for f in others], axis=0)
+    if np.isfinite(wide).any():
+        axes.fill_between(
+            speeds, -wide, wide, color="0.85", lw=0, zorder=0,
+            label="twice the scatter of both disks from run to run",
+        )  # fmt: skip
+    else:
+        words = "what another run would change is not known"
+        axes.set_title(words, fontsize="small", color="0.3")
+    axes.axhline(0.0, color=BLACK, lw=1.2)
+
+
+def _scatter(file: ResultFile, name: str) -> Any:
     """By how much an amplitude differs from run to run of the same disk, at every speed (S,) [m].
 
     The standard deviation of the perturbed runs, three at least; with fewer the standard error by
     the windows of the one, which other motions at the same speed are not in. NaN: not known.
     """
     n_speeds = len(file.read("speeds_hz"))
-    name = f"{group}/{'run_amplitude_m' if group == 'tuned' else 'amplitude_m'}"
-    runs = file.read(name).reshape(-1, n_speeds)
+    group, _, kind = name.partition("/")
+    if kind != "amplitude_m":
+        return np.full(n_speeds, np.nan)
+    runs = file.read("tuned/run_amplitude_m" if group == "tuned" else name).reshape(-1, n_speeds)
     if len(runs) > 2:
         return runs.std(axis=0, ddof=1)
     return file.read(f"{group}/amplitude_error_m").reshape(-1, n_speeds)[0]
@@ -216,16 +237,18 @@ def _scatter(file: ResultFile, group: str) -> Any:
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     columns = min(len(files), 2 if len(files) <= 4 else 3)
-    axes = canvas.grid(len(files), columns, (5.4, 4.0), AMPLITUDE, sharey=True)
+    one = len({size(file) for file in files}) == 1  # quantity in all of them
+    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=one)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11)
         if file.config.pattern_deviation is None:
             draw_range(panel, file)
         else:
             draw_response(panel, file, "samples", (0, 0), BLUE, "mistuned disk")
-        if file is not best and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz")):
+        alike = one and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
+        if file is not best and alike:
             draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)
             draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")
         else:
             draw_response(panel, file, "tuned", (), BLACK, "tuned disk")
-        panel.set_xlabel(SPEED if panel in axes[-columns:] else "")
+        panel.set(xlabel=SPEED if panel in axes[-columns:] else "", ylabel=size(file))

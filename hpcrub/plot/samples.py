@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered
 from hpcrub.plot.intervals import LEVEL
-from hpcrub.plot.style import BLACK, BLUE, COLOURS, MARKERS, ORANGE
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.statistics import pairs
 from hpcrub.studies.energy import amplification, worn
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
 FEW = 100  # samples up to which there is no density, and no percentile 99
 Array = NDArray[np.float64]
-A_RANGE = 20  # samples of a level from which smallest and largest are a range
-BESIDE = 0.03  # standard deviation of the mistuning [%]: files to the right of each other
 
 
 @figure("contact", paper="15", what="densities of (A_lin, A_nl)", alone=False, random=True)
@@ -87,31 +85,35 @@ def cumulative(density: Array) -> Array:
     return share.reshape(density.shape)
 
 
-@figure("energy", paper="14", what="A_nl by displacement and by energy", several=True, main=True)
+@figure("energy", paper="14", what="A_nl by energy over displacement", several=True, main=True)
 def energy(canvas: Canvas) -> None:
-    """A_nl by displacement and by strain energy of the selected samples, a colour for every file.
+    """A_nl by strain energy over A_nl by displacement of the selected samples.
 
-    On a coating that wears: the energy that its wear took, too, the largest of all speeds.
-    Lines join the smallest and the largest of every level where these are enough to tell a range.
+    A colour for every mistuning level, a marker for every file. On the line the energy grows as
+    the square of the displacement, as it does where a blade keeps its deflected shape. On a coating
+    that wears: the energy that its wear took, too, the largest of all speeds.
     """
     files = ordered(canvas.files)
-    values = {
-        "$A_{nl}$ by displacement [-]": [file.read("amplification") for file in files],
-        "$A_{nl}$ by strain energy [-]": [amplification(file) for file in files],
-    }
+    values = {"$A_{nl}$ by strain energy [-]": [amplification(file) for file in files]}
     if all("wear_energy_j" in file for file in files):
         values["energy that wear took [J]"] = [worn(file) for file in files]
-    axes = canvas.panels(1, len(values), (6.0 * len(values), 4.8))[0]
+    axes = canvas.panels(1, len(values), (1.5 + 6.0 * len(values), 5.4))[0]
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]
+    by_displacement = [file.read("amplification") for file in files]
+    levels = np.unique(np.concatenate([file.read("sigma") for file in files]))
+    looks = list(zip(levels, shades(len(levels)), strict=True))
     for panel, (name, of_files) in zip(axes, values.items(), strict=True):
-        for i, (file, of_file) in enumerate(zip(files, of_files, strict=True)):
-            sigma, colour = 100 * file.read("sigma") + BESIDE * i, COLOURS[i % len(COLOURS)]
-            panel.plot(
-                sigma, of_file, MARKERS[i % len(MARKERS)], color=colour, alpha=0.5, ms=6,
-                label=f"{words[i]}: the {len(of_file)} samples with the largest $A_{{nl}}$",
-            )  # fmt: skip
-            at, counts = np.unique(sigma[np.isfinite(of_file)], return_counts=True)
-            well = at[counts >= A_RANGE]
-            for bound in (np.nanmin, np.nanmax):
-                panel.plot(well, [bound(of_file[sigma == s]) for s in well], color=colour, lw=1)
-        panel.set(xlabel="mistuning σ [%]", ylabel=name)
+        for i, (file, y) in enumerate(zip(files, of_files, strict=True)):
+            marker, sigma = MARKERS[i % len(MARKERS)], file.read("sigma")
+            label = f"{words[i]}: the {len(y)} samples with the largest $A_{{nl}}$"
+            panel.plot([], [], marker, color="0.4", label=label)
+            for level, colour in looks:
+                mine = by_displacement[i][sigma == level], y[sigma == level]
+                panel.plot(*mine, marker, color=colour, alpha=0.7, ms=7)
+        panel.set(xlabel="$A_{nl}$ by displacement [-]", ylabel=name)
+    for level, colour in looks:
+        axes[0].plot([], [], "s", color=colour, label=f"σ = {100 * level:.1f} %")
+    left, right = axes[0].get_xlim()
+    x = np.linspace(left, right, 100)
+    axes[0].plot(x, x**2, color="0.4", lw=1.2, zorder=1, label="square of the displacement's")
+    axes[0].set_xlim(left, right)

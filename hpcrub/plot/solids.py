@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral
-from hpcrub.plot.style import BLUE, ORANGE, STYLE
+from hpcrub.plot.style import ORANGE, STYLE
 from hpcrub.results import model_file
 from hpcrub.results.storage import ResultFile
 
@@ -19,7 +19,8 @@ DEFORMED = 0.14  # largest displacement drawn, in tip radii
 NUMBERED, ALONE = 1.15, 1.35  # how large a disk is drawn, with numbers and without
 ELEVATION = 50.0  # of the view [deg]
 NUMBERS = 1.17  # where the blades have their numbers, in radii of their contact nodes
-FACE = "0.85"
+FACE, SHEET = "0.85", 0.5  # of a reduced model: inner end of a blade, in radii of its tips
+REDUCED = "Blades of a reduced model: sheets from the contact nodes inwards; it knows no more."
 THREE: dict[str, Any] = {"projection": "3d"}
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -44,6 +45,18 @@ class Solid(NamedTuple):
             return self.surface
         pieces = np.stack([self.contact_node[:-1], self.contact_node[1:]], axis=1)
         return pieces[self.contact_blade[1:] == self.contact_blade[:-1]]
+
+    def faces(self, moved: Any) -> Array:
+        """Corners (F, 4, 3) [m] of what is drawn, with displacements (n, 3) [m].
+
+        Of a reduced model, which knows no more than its contact nodes, the outer part of each blade
+        as a sheet from these inwards, where it does not move.
+        """
+        corners = (self.nodes + moved)[self.cells]
+        if len(self.surface):
+            return corners
+        roots = self.nodes[self.cells] * [SHEET, SHEET, 1.0]
+        return np.concatenate([corners, roots[:, ::-1]], axis=1)
 
     @property
     def radius(self) -> float:
@@ -87,13 +100,11 @@ def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
     """
     if not hasattr(axes, "get_zlim"):
         raise InputError('a disk in three dimensions needs axes with projection="3d"')
-    faces = len(solid.surface) > 0
     nodes, tips = 1e3 * solid.nodes, solid.contact_node
-    moved = 0.0 if shape is None else 1e3 * DEFORMED * solid.radius * shape
+    moved = 0.0 if shape is None else DEFORMED * solid.radius * shape
     body = Poly3DCollection(
-        (nodes + moved)[solid.cells], facecolors=FACE,
-        edgecolors="0.5" if faces else BLUE, lw=0.2 if faces else 3.0, cmap="viridis",
-    )  # fmt: skip
+        1e3 * solid.faces(moved), facecolors=FACE, edgecolors="0.5", lw=0.2, cmap="viridis"
+    )
     axes.add_collection3d(body)
     if shape is not None:
         size = np.linalg.norm(shape, axis=1)[solid.cells].mean(axis=1)

@@ -32,3 +32,11 @@ def shades(n: int) -> list[tuple[float, float, float, float]]:
 def say(axes: Axes, text: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)
+
+
+def edges(speeds: Any) -> Any:
+    """Ends of the stripes of a map around speeds (S,), (S + 1,)."""
+    if len(speeds) == 1:
+        return speeds[0] + np.array([-0.5, 0.5])
+    middle = (speeds[1:] + speeds[:-1]) / 2
+    return np.array([2 * speeds[0] - middle[0], *middle, 2 * speeds[-1] - middle[-1]])

@@ -10,10 +10,11 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished
-from hpcrub.plot.responses import SPEED, draw_pattern, draw_range, draw_response
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.plot.responses import SPEED, draw_pattern, draw_range, draw_response, size
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, PINK, edges, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
+from hpcrub.studies.contact.limits import REACHED, depth_of_all
 
 DEPTH = "worn depth [mm]"
 INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing
@@ -27,17 +28,18 @@ def wear(canvas: Canvas) -> None:
     of the widest level at every speed, and which share of the disks cuts at most so deep, with
     percentiles and their intervals. Of an explicit pattern: its depths and largest amplitudes.
     """
-    file, canvas.apart = canvas.file, True
+    file = canvas.file
     around, over, depths, disks = canvas.panels(2, 2, (13.5, 10.6)).flat
     worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
         raise InputError(f"{file.path} has no worn depth of the tuned disk at any speed")
-    deepest = int(np.nanargmax(np.nanmax(np.nan_to_num(worn), axis=1)))
-    _draw_around(around, file, worn[deepest])
-    around.set_title(f"tuned disk, {speeds[deepest]:g} Hz")
+    _draw_around(around, file, worn)
+    thickness = file.config.contact.coating.thickness_mm
     angle = np.append(file.read("angle_deg"), 360.0)
-    look: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "rasterized": True}
-    image = over.pcolormesh(angle, _edges(speeds), worn, **look)
+    image = over.pcolormesh(
+        angle, edges(speeds), worn, cmap="viridis", vmin=0.0, vmax=np.nanmax(worn) or thickness,
+        rasterized=True,
+    )  # fmt: skip
     over.set(xlabel="angle of the casing [deg]", ylabel=SPEED, title="tuned disk, all speeds")
     over.set_xticks(range(0, 361, 60))
     over.grid(False)
@@ -49,22 +51,24 @@ def wear(canvas: Canvas) -> None:
     else:
         draw_pattern(depths, file, "worn_depth_m")
         draw_pattern(disks, file)
-        disks.set(ylabel="largest amplitude at any time [mm]")
+        disks.set(ylabel=size(file))
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
-    for line in trust.short(file):
-        canvas.note(line)
-
-
-def _edges(speeds: Any) -> Any:
-    """Ends of the stripes of a map around speeds (S,), (S + 1,)."""
-    if len(speeds) == 1:
-        return speeds[0] + np.array([-0.5, 0.5])
-    middle = (speeds[1:] + speeds[:-1]) / 2
-    return np.array([2 * speeds[0] - middle[0], *middle, 2 * speeds[-1] - middle[-1]])
+    bound = 1e3 * depth_of_all(file.config)
+    if depths.dataLim.y1 >= REACHED * bound:
+        rest = f"worn through: {bound:.3g} mm, the rest of {thickness:g} mm is compacted"
+        depths.axhline(bound, color=PINK, lw=1.6, ls=":", label=rest)
+    canvas.note(*trust.short(file))
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
-    """A worn depth [mm] around the casing, to a scale of its own, with rings of even depths."""
+    """The deepest groove around the casing, to a scale of its own, with rings of even depths.
+
+    worn: depths at every speed (S, A) [mm]. Of equal ones that of the largest amplitude.
+    """
+    speeds, motion = file.read("speeds_hz"), np.nan_to_num(file.read("tuned/largest_amplitude_m"))
+    shown = int(np.lexsort((motion, np.nan_to_num(worn).max(axis=1)))[-1])
+    worn, what = worn[shown], "" if np.nanmax(worn) > 0.0 else ": nothing is worn"
+    axes.set_title(f"tuned disk, {speeds[shown]:g} Hz{what}")
     phi = np.radians(np.append(file.read("angle_deg"), 360.0))
     depth, top = np.append(worn, worn[0]), float(np.nanmax(worn)) or 1.0
     radius = INNER + GROOVE * depth / top
@@ -95,19 +99,22 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
     """Share of the disks of every level that cut at most so deep, and percentiles of the depth."""
     at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
     colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
-    for values, level, colour in zip(finished(file, "deepest_m"), half_range, colours, strict=True):
+    deepest, bound = finished(file, "deepest_m"), REACHED * depth_of_all(file.config)
+    for values, level, colour in zip(deepest, half_range, colours, strict=True):
         depth = 1e3 * np.sort(values)
         if not len(depth):
             continue
         share = 100 * np.arange(1, len(depth) + 1) / len(depth)
-        axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %")
+        axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %, disks")
         middle, (low, high) = np.percentile(depth, at), intervals.interval(depth, at)
         intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
         for p, value in enumerate(middle):
             axes.plot(value, at[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
+    through = sum(int(np.count_nonzero(values >= bound)) for values in deepest) or "none"
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
-    axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk")
+    axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk, median of its runs")
     axes.set(
         xlabel=f"largest {DEPTH}", ylabel="disks that cut at most so deep [%]", ylim=(0, 102),
-        title=f"{len(finished(file, 'deepest_m')[-1])} disks per level",
+        xlim=(0, 1.05 * axes.dataLim.x1 or None),
+        title=f"{len(deepest[-1])} disks per level, worn through by {through}",
     )  # fmt: skip

@@ -45,6 +45,7 @@ LAYOUT = (
     Dataset("point_status", _SS, "1", POINT_STATUS, "u1"),
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
+LISTED = 6  # branches that the report describes, those with the most points
 N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
 
 
@@ -173,20 +174,24 @@ def report(file: ResultFile) -> Iterator[str]:
     reason = file.read("point_reason")
     yield from status.lines(status.count(reason), reason.size)
     share = np.mean(file.read("point_status") == STEADY)
-    branches = "1 branch" if found.max() == 0 else f"{found.max() + 1} branches"
+    n_branches = found.max() + 1
+    branches = "1 branch" if n_branches == 1 else f"{n_branches} branches"
     yield f"{100 * share:.0f} % of the points are steady, {branches}"
     if several.any():
         yield (
             f"several stable motions at {several.sum()} of {len(speeds)} speeds, between "
             f"{speeds[several].min():.6g} and {speeds[several].max():.6g} Hz"
         )
-    for branch in range(min(6, found.max() + 1)):
+    for branch in range(min(LISTED, n_branches)):
         mine = found == branch
         at = speeds[mine.any(axis=0)]
         yield (
             f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
             f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
         )
+    if n_branches > LISTED:
+        left = np.count_nonzero(found >= LISTED)
+        yield f"branches {LISTED + 1} to {n_branches}: {left} points in all"
 
 
 def findings(file: ResultFile) -> Iterator[Finding]:

@@ -75,7 +75,7 @@ def test_the_path_of_a_number_leads_to_an_amplitude():
     (block,) = code("architecture.md", "python")
     names = {}
     exec(block, names)
-    assert names["result"].amplitude.min() > names["config"].casing.clearance
+    assert names["result"].amplitude.min() > names["config"].clearance
 
 
 def test_the_example_of_a_site_sets_what_the_scripts_read(tmp_path):

@@ -22,7 +22,9 @@ def assert_drawn(axes, *curves):
         wanted = np.column_stack(np.broadcast_arrays(x, y))
         while left:
             line = left.pop(0)
-            if line.shape == wanted.shape and np.allclose(line, wanted, rtol=1e-12, atol=0):
+            if line.shape == wanted.shape and np.allclose(
+                line, wanted, rtol=1e-12, atol=0, equal_nan=True
+            ):
                 break
         else:
             pytest.fail(f"not drawn, or not in this order: {wanted}")

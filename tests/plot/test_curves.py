@@ -16,7 +16,7 @@ from hpcrub import plot
 from hpcrub.config.schema import load_runs
 from hpcrub.contact.status import AVERAGED, NOT_STEADY
 from hpcrub.errors import InputError
-from hpcrub.plot.amplifications import BESIDE
+from hpcrub.plot.amplifications import ABOVE, APART, BESIDE
 from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.samples import cumulative
 from hpcrub.results.layout import DONE
@@ -61,7 +61,7 @@ def test_summary_of_measured_disks_has_a_row_for_each(random):
     file.values["tuned/run_peaks_m"] = np.full(3, 0.013)
     left, right = plot.summary(file)
     contact, linear = (file.read(f"samples/{n}", 0) for n in measured.NAMES[:2])
-    assert_drawn(right, (contact, [0.88, 1.88]), (linear, [1.12, 2.12]))
+    assert_drawn(right, (contact, [1 - ABOVE, 2 - ABOVE]), (linear, [1 + ABOVE, 2 + ABOVE]))
     assert [t.get_text() for t in right.get_yticklabels()] == ["disk 1", "disk 2"]
     speeds = file.read("speeds_hz")
     assert_drawn(left, *((speeds, 1e3 * file.read("samples/amplitude_m", (0, i))) for i in (0, 1)))
@@ -127,27 +127,42 @@ def test_percentiles_of_one_level_are_rows(random):
     ]
     axes = plot.percentiles(files)
     for row, file in enumerate(files[::-1]):
-        for name, height in zip(NAMES, (row - 0.12, row + 0.12), strict=True):
+        for name, height in zip(NAMES, (row - ABOVE, row + ABOVE), strict=True):
             found = np.percentile(done(file, f"samples/{name}", 0), [1, 50, 99])
-            assert_drawn(axes, *((value, height) for value in found))
+            heights = height + APART * np.array([-1, 0, 1])  # so that no interval hides another
+            assert_drawn(axes, *zip(found, heights, strict=True))
     reference = np.percentile(done(files[1], "samples/amplification", 0), 50)
     assert_drawn(axes, ([reference] * 2, [0, 1]))
+    (legend,) = axes.figure.legends
+    keys = {text.get_text(): artist for text, artist in zip(
+        legend.get_texts(), legend.legend_handles, strict=True)}  # fmt: skip
+    assert keys["contact"].get_linestyle() == keys["linear"].get_linestyle() == "-"  # as the bars
+    assert keys["95 % confidence interval"].get_marker() == "_"
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == ["friction 0.15\n(lines; 39 samples)", "friction 0.30\n(39 samples)"]
 
 
 def test_convergence_has_a_panel_for_each_file_and_percentile(random):
+    """Errors begin with the tenth estimate, from which on they are judged."""
     files = of_bumps(random, 3, 4)
     seen = files[0].read("statistics/contact/samples_seen")
-    for draw, name, scale in (
-        (plot.running_means, "mean_of_percentile", 1.0),
-        (plot.convergence_errors, "convergence_error", 100.0),
+    for draw, name, scale, left_out in (
+        (plot.running_means, "mean_of_percentile", 1.0, 0),
+        (plot.convergence_errors, "convergence_error", 100.0, 9),
     ):
         panels = np.reshape(draw(files), (2, 3))
         for row, file in zip(panels, files, strict=True):
             values = scale * file.read(f"statistics/contact/{name}")
+            values[..., :left_out] = np.nan
             for p, panel in enumerate(row):
                 assert_drawn(panel, *((seen, level[p]) for level in values))
+
+
+def test_no_convergence_error_is_drawn_of_a_few_estimates(random):
+    file = contact_file(random)
+    file.values["statistics/contact/convergence_error"][..., 10:] = np.nan
+    with pytest.raises(InputError, match="needs at least 11 finished samples of a level, 11 steps"):
+        plot.convergence_errors(file)
 
 
 def test_amplitudes_over_the_bumps(random):
@@ -160,34 +175,61 @@ def test_amplitudes_over_the_bumps(random):
     for v in range(2):
         x = np.arange(2) + 0.06 * (v + 1)
         peaks = [1e3 * done(file, "samples/peak_amplitude_m", v) for file in files]
-        assert_drawn(axes, (x, [np.percentile(p, 99) for p in peaks]))
         for at, values in zip(x, peaks, strict=True):
+            assert_drawn(axes, (at, np.percentile(values, 99)))
             assert_intervals(axes, at, values, [99])
     spread = np.array(axes.collections[0].get_segments())[:, :, 1]
     np.testing.assert_allclose(spread, np.full((2, 2), [12.0, 15.0]))
     assert len(drawn.arrows(axes)) == 4  # percentile 99 of 39 samples has no upper end
 
 
-def test_damping(random):
-    """Percentiles and intervals of both files in the panel of each amplification."""
-    ratios = 0.005, 0.004
-    files = [contact_file(random, f"{TINY}material: {{damping_ratio: {x}}}\n") for x in ratios]
-    x = 100 * files[0].read("sigma")
-    for name, panel in zip(NAMES, plot.damping(files[::-1]), strict=True):
-        for file, place in zip(files, (0, 2), strict=True):
-            at = x + place * BESIDE * x.max()
-            assert_percentiles(panel, at, finished(file, name), (0.0, 1.0))
+def coated_family(random):
+    """The same disks before a rigid casing and on two coatings; all amplitudes differ."""
+    contact = ("law: rigid", "law: abradable, coating: {yield_mpa: 0.2}",
+               "law: abradable, coating: {yield_mpa: 2}")  # fmt: skip
+    files = []
+    for law in contact:
+        files.append(contact_file(random, f"{TINY}contact: {{{law}}}\n"))
+        for group in ("tuned", "samples"):
+            size = files[-1].read(f"{group}/amplitude_m")
+            files[-1].values[f"{group}/largest_amplitude_m"] = random.uniform(1.5, 3.0) * size
+    return files
 
 
-def test_dampings_are_compared_of_the_same_disks_only(random):
-    """Other samples are no matter, other physics are."""
-    more = "material: {damping_ratio: 0.004}\n"
-    first = contact_file(random)
-    rougher = contact_file(random, f"{TINY}{more}contact: {{friction: 0.2}}\n")
-    with pytest.raises(InputError, match="only material.damping_ratio may differ, not contact"):
-        plot.damping([first, rougher])
-    seeded = TINY.replace("samples: 2", "samples: 3, seed: 7")
-    plot.damping([first, contact_file(random, seeded + more)])
+def test_steady_amplitudes_are_not_compared_with_the_largest_at_any_time(random):
+    """Two panels with a quantity each; the differences are of steady amplitudes alone."""
+    rigid, *coated = files = coated_family(random)
+    panels = np.ravel(plot.compare(files))
+    speeds = rigid.read("speeds_hz")
+    assert [" ".join(p.get_ylabel().split()).replace("the ", "") for p in panels] == [
+        "steady amplitude, max $|u_t|$ [mm]", "largest amplitude at any time, max $|u_t|$ [mm]",
+        "difference to reference [mm]", "difference to reference [mm]",
+    ]  # fmt: skip
+    steady = [1e3 * file.read("tuned/amplitude_m") for file in (*coated, rigid)]
+    assert_drawn(panels[0], *((speeds, values) for values in steady))
+    largest = [1e3 * file.read("tuned/largest_amplitude_m") for file in coated]
+    assert_drawn(panels[1], *((speeds, values) for values in largest))
+    assert len(drawn.lines(panels[1])) == 2
+    assert_drawn(panels[2], *((speeds, values - steady[2]) for values in steady[:2]))
+    assert not panels[3].axison
+    stiff = contact_file(random, f"{TINY}disk: {{n_blades: 12}}\ncontact: {{friction: 0.3}}\n")
+    for pair in ([stiff, coated[0]], [rigid, coated[0]]):  # whichever is the reference
+        assert len(plot.compare(pair)) == 4
+
+
+def test_names_of_coatings_below_amplitudes_are_whole_and_say_which_quantity(random):
+    axes = plot.amplitudes(coated_family(random))
+    names = [label.get_text() for label in axes.get_xticklabels()]
+    assert names == [
+        "law abradable\nyield 0.2 MPa:\nlargest amplitude at any time",
+        "law abradable\nyield 2.0 MPa:\nlargest amplitude at any time",
+        "law rigid:\nsteady amplitude",
+    ]
+    axes.figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+    assert all(a.x1 < b.x0 for a, b in zip(boxes, boxes[1:], strict=False))
+    assert boxes[0].y0 > axes.figure.bbox.y0
+    assert axes.yaxis.label.get_window_extent().y1 < axes.figure.bbox.y1
 
 
 @pytest.mark.parametrize("n", [40, 2000])
@@ -256,6 +298,12 @@ def family(tmp_path, *sweep):
          ("blades 9", "lean -50.00°", "scheme central difference", "min correlation 0.90",
           "reference", "friction 0.20")),
         (("casing.n_bumps: 4",), ("n_bumps=4",)),
+        (("contact.law: rigid", "contact: {law: elastic, casing_stiffness_n_per_m: 2.4e8}",
+          "contact.law: abradable"),
+         ("law abradable", "law elastic, casing stiffness 240 MN/m", "law rigid")),
+        (("contact.law: rigid", "contact: {law: abradable, coating: {yield_mpa: 0.2}}",
+          "contact: {law: abradable, coating: {yield_mpa: 2}}"),
+         ("law abradable, yield 0.2 MPa", "law abradable, yield 2.0 MPa", "law rigid")),
     ],
 )  # fmt: skip
 def test_a_family_is_told_apart_by_quantities_in_the_order_of_their_numbers(tmp_path, sweep, words):

@@ -13,6 +13,7 @@ from evidence.truth.hexahedra import sector_arrays
 from hpcrub import plot
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral, reduced
+from hpcrub.plot import solids
 from hpcrub.results import model_file
 from tests.plot.drawn import words
 from tests.plot.stored import PATTERN, PHYSICS, contact_file
@@ -89,7 +90,7 @@ OF_CONTACT = [f for f in plot.FIGURES if "contact" in f.about.studies and not f.
 @pytest.mark.parametrize("figure", OF_CONTACT, ids=lambda f: f.__name__)
 @pytest.mark.parametrize("n_files", [1, 4])
 def test_nothing_is_clipped(random, figure, n_files):
-    if figure is plot.damping or (n_files > 1 and not figure.about.several):
+    if n_files > 1 and not figure.about.several:
         return
     files = [contact_file(random, f"{TINY}casing: {{n_bumps: {3 + n}}}\n") for n in range(n_files)]
     axes = np.ravel(figure(files if n_files > 1 else files[0]))
@@ -109,12 +110,13 @@ def test_warnings_of_a_file_stand_below_its_figure(random, name):
 
 
 def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
-    errors = np.array([[[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]])
+    found = [[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]
+    errors = np.concatenate([np.full((3, 9), np.nan), found], axis=1)[None]
     file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, 40))
-    file.values["statistics/contact/samples_seen"] = [20, 30, 40]
+    file.values["statistics/contact/samples_seen"] = np.arange(10, 130, 10)
     file.values["statistics/contact/convergence_error"] = errors
     panels = plot.convergence_errors(file)
-    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata(), -1.0) for panel in panels]
+    drawn = [np.ma.filled(panel.get_lines()[0].get_ydata()[9:], -1.0) for panel in panels]
     np.testing.assert_allclose(drawn, [[2.0, -1.0, 1.0], [-1.0, -1.0, 0.3], [5.0, 4.0, 3.0]])
     np.testing.assert_allclose(panels[0].get_lines()[-1].get_ydata(), 0.5)
     assert "target" in words(panels[0])
@@ -150,3 +152,14 @@ def test_axes_of_ones_own_and_what_cannot_be_drawn(sector, disk, tmp_path):
     path = tmp_path / "reduced.h5"
     model_file.write(path, neutral.to_arrays(small))
     assert len(hpcrub.plot.model(path).texts) == disk.n_blades
+
+
+def test_blades_of_a_reduced_model_are_sheets_that_move_at_their_tips(disk):
+    """From the contact nodes half way to the axis, although the model knows no face."""
+    small, _ = reduced.reduce_disk(disk, 4)
+    solid = solids.Solid(*(getattr(small, name) for name in solids.Solid._fields))
+    moved = np.full_like(solid.nodes, 1e-3)
+    corners = solid.faces(moved)
+    assert len(corners) == len(disk.contact_node) - disk.n_blades
+    tips, roots = corners[:, :2] - 1e-3, corners[:, :1:-1]
+    np.testing.assert_allclose(roots, tips * [0.5, 0.5, 1.0], atol=1e-12)

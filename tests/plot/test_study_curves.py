@@ -9,9 +9,8 @@ from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.errors import InputError
 from hpcrub.plot import histories, maps
 from hpcrub.plot.disks import EXAGGERATED, families
-from hpcrub.plot.samples import BESIDE
 from hpcrub.plot.wear import GROOVE, INNER
-from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines
+from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import File, contact_file, modal_file
 from tests.program import TINY
 
@@ -26,42 +25,47 @@ def test_linear_percentiles(random):
         assert_percentiles(panel, (1.0, 2.0), amplification[:, d], (0.0, 1.0))
 
 
-@pytest.mark.parametrize("each", [8, 30])
-def test_energy(random, each):
-    """All samples at their own σ, files beside each other; a range only of levels with enough."""
+def test_energy(random):
+    """Each sample at its two amplifications, by level and file, and their square."""
     file = File(
-        f"study: energy\nsources: [a.h5]\nenergy: {{samples: {2 * each}}}",
-        sigma=np.repeat([0.01, 0.02], each), amplification=random.uniform(1, 2, 2 * each),
-        energy_j=random.uniform(1, 9, (2 * each, 3, 12)),
-        tuned__energy_j=random.uniform(1, 4, (3, 12)),
+        "study: energy\nsources: [a.h5]\nenergy: {samples: 16}",
+        sigma=np.repeat([0.01, 0.02], 8), amplification=random.uniform(1, 2, 16),
+        energy_j=random.uniform(1, 9, (16, 3, 12)), tuned__energy_j=random.uniform(1, 4, (3, 12)),
     )  # fmt: skip
     by_energy = file.read("energy_j").max(axis=(1, 2)) / file.read("tuned/energy_j").max()
-    panels = plot.energy([file, file])
-    for panel, y in zip(panels, (file.read("amplification"), by_energy), strict=True):
-        for beside in (0.0, BESIDE):
-            x, parts = np.array([1.0, 2.0]) + beside, y.reshape(2, each)
-            edge = [(x, parts.min(axis=1)), (x, parts.max(axis=1))]
-            assert_drawn(panel, (np.repeat(x, each), y), *(edge if each == 30 else ()))
-        assert len(lines(panel)) == (6 if each == 30 else 2)
+    axes = plot.energy([file, file])
+    levels = [
+        (file.read("amplification")[part], by_energy[part]) for part in (slice(8), slice(8, 16))
+    ]
+    assert_drawn(axes, *levels, *levels)
+    x, square = lines(axes)[-1].T
+    np.testing.assert_allclose(square, x**2)
+    assert [word for word in words(axes) if "σ" in word] == ["σ = 1.0 %", "σ = 2.0 %"]
 
 
-def test_time_response(random):
-    """The tip with the largest motion at the end, and the envelope of all."""
+@pytest.mark.parametrize("law", ["rigid", "abradable"])
+def test_time_response(random, law):
+    """The tip with the largest motion at the end, the envelope of all, and what is worn."""
     time = np.linspace(0.0, 0.5, 60)
     shape = 2, 60, 12
     file = File(
-        "study: time_response\nspeeds: {from_hz: 30, to_hz: 30}",
+        f"study: time_response\nspeeds: {{from_hz: 30, to_hz: 30}}\ncontact: {{law: {law}}}",
         time_s=time, deviation=np.zeros((2, 12)), tangential_m=random.uniform(-1e-2, 1e-2, shape),
         radial_m=random.uniform(-1e-3, 1e-3, shape), gap_m=random.uniform(0, 1e-3, shape),
         point_status=np.full(2, STEADY), force_n=random.uniform(0, 1e4, shape),
         check_s=np.array([0.3, 0.5]), window_s=0.1, correlation=np.array([[1, 1], [0.5, 0.99]]),
         amplitude_change=np.zeros((2, 2)), judged_s=np.array([0.3, 0.5]),
+        block_s=np.linspace(0.1, 0.5, 5), worn_depth_m=random.uniform(0, 1e-3, (2, 5)),
     )  # fmt: skip
     file.values["tangential_m"][1, -1, 4] = -0.02
-    panels = np.reshape(plot.time_response(file), (4, 2))
+    panels = np.reshape(plot.time_response(file), (-1, 2))
+    assert len(panels) == (4 if law == "rigid" else 5)
+    if law == "abradable":
+        for panel in panels[4]:
+            assert_drawn(panel, (file.read("block_s"), 1e3 * file.read("worn_depth_m", 1)))
     close = time > 0.5 - 3 / 30
     rows = ("tangential_m", 1e3), ("radial_m", 1e3), ("gap_m", 1e3), ("force_n", 1e-3)
-    for (name, scale), (left, right) in zip(rows, panels, strict=True):
+    for (name, scale), (left, right) in zip(rows, panels[:4], strict=True):
         values = scale * file.read(name, 1)
         assert_drawn(left, (time, values[:, 4]))
         assert_drawn(right, (time[close], values[close, 4]))
@@ -72,6 +76,9 @@ def test_time_response(random):
              for patch in panels[0, 0].patches]  # fmt: skip
     found = np.sort([[span.x0, span.x1] for span in spans], axis=0)
     np.testing.assert_allclose(found, [[0.3, 0.4], [0.4, 0.5]])  # of the second check: it passed
+    last = 1e3 * file.read("tangential_m", 1)[close, 4]  # with its offset, and without
+    words_of = f"{np.abs(last).max():.3g} mm,\nhalf of peak to peak {np.ptp(last) / 2:.3g} mm"
+    assert words_of in panels[0, 1].get_title()
 
 
 def test_an_envelope_holds_every_value(random):
@@ -105,7 +112,9 @@ def test_interaction_map():
         point_status=np.full((1, len(speeds)), STEADY), mean_error_m=np.zeros((1, len(speeds))),
         mean_amplitude_m=spectrum.max(axis=1)[None],
     )  # fmt: skip
+    file.values["point_status"][0, 4:40] = NOT_STEADY
     axes = plot.interaction_map(file)
+    assert_drawn(axes, ([21.75, 39.75], [1, 1]))  # half a step beyond the first and the last
     np.testing.assert_allclose(axes.collections[0].get_array(), 1e3 * spectrum.T)
     assert_drawn(axes, (speeds, speeds), (speeds, 4 * speeds), (speeds, 0 * speeds + 90))
     assert not any((line[:, 1] == 540).all() for line in lines(axes) if len(line))
@@ -120,7 +129,8 @@ def test_interaction_map():
     assert [box.contains(*at) for box, at in zip(boxes, ((35, 140), (68, 136)), strict=True)] == [
         True, True,
     ]  # fmt: skip
-    assert "contact: +47 Hz" in [note.get_text() for note in axes.texts]  # above the family's 93
+    assert axes.get_title().endswith("at 140 Hz, 47 Hz above the family")  # whose top is 93
+    assert all(note.get_text().isdigit() for note in axes.texts if not note.arrow_patch)
 
 
 def test_branches(random):
@@ -149,6 +159,17 @@ def test_branches(random):
     np.testing.assert_allclose(bars, mean[:1].T + [[-scatter, scatter]])
     (grey,) = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert (grey.x0, grey.x1) == pytest.approx((34.3, 34.5))
+    assert "motions differ by more than 3 %" in axes.figure.legends[0].get_title().get_text()
+
+
+def test_the_casing_of_the_animation_has_the_clearance_of_its_speed():
+    """Between two bumps 0.13 mm, whatever clearance_mm says."""
+    config = Config(
+        speeds={"from_hz": 34.5, "to_hz": 34.5},
+        casing={"n_bumps": 4, "clearance_hz_mm": [[34, 0.14], [35, 0.12]]},
+    )
+    file = File(config.to_yaml())
+    assert histories._room(file, 1.0, np.pi / 4) == pytest.approx(0.13e-3)
 
 
 def test_casing():
@@ -223,25 +244,32 @@ def test_every_level_has_the_share_of_disks_that_cut_at_most_so_deep(file):
     assert_drawn(disks, ([4.5, 4.5], [0.0, 1.0]))  # the median of the tuned runs
 
 
+def test_of_depths_that_are_equal_that_of_the_peak_is_drawn(file):
+    """So where nothing is worn, and where all is: the colours then begin at no depth."""
+    thickness = file.config.contact.coating.thickness_mm
+    file.values["tuned/largest_amplitude_m"][:] = [0.01, 0.02, 0.03]
+    for depth in (0.0, 1e-3):
+        file.values["tuned/worn_m"][:] = depth
+        around, over, *_ = plot.wear(file)
+        assert ("nothing is worn" in around.get_title()) == (depth == 0.0)
+        assert "34.4 Hz" in around.get_title()
+        assert over.collections[0].get_clim() == (0.0, 1e3 * depth or thickness)
+
+
+def test_a_coating_that_is_worn_through_says_what_became_of_the_rest(file):
+    """Of 5 mm 15 MPa/1 GPa are elastic, and E/(E + H) of the rest can be cut: 4.10 mm."""
+    file.values["samples/worn_depth_m"][..., 1] = through = 4.925e-3 / 1.2
+    file.values["samples/deepest_m"][:] = through
+    _, _, depths, disks = plot.wear(file)
+    assert_drawn(depths, ([0, 1], [1e3 * through] * 2))
+    assert "worn through: 4.1 mm, the rest of 5 mm is compacted" in words(depths)
+    assert disks.get_title() == "39 disks per level, worn through by 78"
+    assert disks.get_xlim()[0] == 0.0
+
+
 def test_amplitudes_on_a_coating_are_the_largest_of_any_time(file):
     left, _ = plot.summary(file)
     assert_drawn(left, (file.read("speeds_hz"), 1e3 * file.read("tuned/largest_amplitude_m")))
-
-
-def test_motion_and_depth_over_time(random):
-    motion = random.normal(size=(1, 600, 12)) * 1e-3
-    depth = np.sort(random.uniform(0.0, 2e-3, (1, 40)), axis=1)
-    file = File(
-        "study: time_response\ncontact: {law: abradable}", time_s=np.arange(600) / 600.0,
-        deviation=np.zeros((1, 12)), tangential_m=motion, block_s=np.arange(1, 41) / 40.0,
-        worn_depth_m=depth,
-    )  # fmt: skip
-    top, bottom = plot.cutting(file)
-    assert_drawn(bottom, (np.arange(1, 41) / 40.0, 1e3 * depth[0]))
-    band = top.collections[0].get_paths()[0].vertices
-    assert np.isclose(band[:, 1].max(), 1e3 * motion.max())
-    size = 1e3 * np.abs(motion).max()
-    assert f"largest: {size:.1f} mm" in top.get_legend_handles_labels()[1][0]
 
 
 def test_a_bare_casing_has_no_such_figure(random):

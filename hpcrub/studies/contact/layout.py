@@ -122,6 +122,11 @@ LAYOUT = (
         )
     ),
 )
+# both of max |u_t|, the largest tangential displacement of any tip with its offset
+AMPLITUDES = {
+    "amplitude_m": "steady amplitude",
+    "largest_amplitude_m": "largest amplitude at any time",
+}
 MOST_LINES = 6  # of the verdict
 SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
@@ -140,6 +145,11 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 def amplitude(config: Config) -> str:
     """Name of the amplitudes whose largest is the peak of a disk: on a coating of any time."""
     return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
+
+
+def amplitude_in_words(config: Config) -> str:
+    """What these amplitudes are, in the words of the glossary."""
+    return AMPLITUDES[amplitude(config)]
 
 
 def kinds(config: Config) -> tuple[Kind, ...]:

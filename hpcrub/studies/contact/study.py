@@ -20,7 +20,7 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import MOST_LINES, SCALES, kinds, layout
+from hpcrub.studies.contact.layout import MOST_LINES, SCALES, amplitude_in_words, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 PHYSICS = (  # sections of the input
@@ -76,7 +76,8 @@ def problems(config: Config) -> Iterator[str]:
 
 def headline(file: ResultFile) -> str:
     """Peaks of the tuned disk and at the widest level in millimetres, amplifications, verdict."""
-    text = f"tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
+    quantity = amplitude_in_words(file.config)
+    text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
     done = file.status[-1] == DONE
     if not done.any():
         return f"{text}, no sample has a result"
