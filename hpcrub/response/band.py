@@ -82,6 +82,7 @@ class Band:
         self.watch: list[Any] = [None] * width  # LastWindow, Windows or Wearing
         self.ensemble = scene.steady.rule == "ensemble"
         self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
+        self.stress = [0.0] * width  # largest of any time, before a coating [Pa]
 
     def run(self, waiting: list[int], out: Any, poll: Any) -> int:
         """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
@@ -115,7 +116,7 @@ class Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
-        for name in ("speed", "start", "check", "watch", "touched"):
+        for name in ("speed", "start", "check", "watch", "touched", "stress"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
@@ -160,7 +161,7 @@ class Band:
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
-        self.start[lane] = now
+        self.start[lane], self.stress[lane] = now, 0.0
         self.watch[lane] = watch_of(modes, self.scene, speed)
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         if self.ensemble:  # whole windows, so that all lanes are checked together
@@ -189,6 +190,7 @@ class Band:
             else:
                 out.amplitude[index] = found.amplitude
                 out.error[index], out.scatter[index] = found.error, found.scatter
+                out.stress[index] = self._largest_stress(lane)
                 last_window = self._signals(lane, self._windows(now)[1])
                 out.half_peak_to_peak[index] = np.ptp(last_window, axis=0).max() / 2.0
                 blades = self.scene.interface.of_blades(found.largest)
@@ -245,9 +247,11 @@ class Band:
         places = np.arange(now, until) % (2 * self.window)
         peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))[places]
         peak = peak[:, : len(self.modes.observed)].max(axis=1)
+        stress = self.record.stress_peak.reshape(2 * self.window, -1, len(self.speed))[places]
         for lane, speed in enumerate(self.speed):
             if speed is None:
                 continue
+            self.stress[lane] = max(self.stress[lane], stress[..., lane].max(initial=0.0))
             for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
                 self.watch[lane].see(size, self._seconds(lane, block))
             if (until - self.start[lane]) % self.window == 0:
@@ -256,6 +260,12 @@ class Band:
     def _keep_coating(self, lane, now):
         revolutions = (now - self.start[lane]) // self.grid.blocks_per_revolution
         self.watch[lane].keep(revolutions, self.bank.law.surface.worn_depth(lane))
+
+    def _largest_stress(self, lane):
+        """Largest stress of the two windows in the ring, before a coating of any time [Pa]."""
+        if not self.scene.observes_stress:
+            return np.nan
+        return max(self.stress[lane], float(self.record.stress_peak[:, lane].max()))
 
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.
