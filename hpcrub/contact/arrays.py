@@ -1,8 +1,8 @@
 """The arrays of a bank of lanes: what the kernel reads and modifies.
 
 K modes, L lanes, C contact points, O observed displacements, R stresses; C, O and R are padded to
-multiples of `lanes.TILE`, F is the number of multipliers. The state of the contact law has a class of its own in
-its module under `laws`.
+multiples of `lanes.TILE`, F is the number of multipliers. The state of the contact law has a class
+of its own in its module under `laws`.
 """
 
 from typing import Any, NamedTuple

@@ -55,12 +55,10 @@ def record_displacements(
 
 
 @compiled(inner=True)
-def record_stress(
-    lanes: tuple, bank: Bank, now: np.ndarray, peak: np.ndarray, block: int
-) -> None:  # fmt: skip
+def record_stress(lanes: tuple, bank: Bank, now: np.ndarray, peak: np.ndarray) -> None:
     """Record the stresses of a step whose corrector has been applied (arrays are modified).
 
-    now: (R, L) work space; peak: as in `Record`; block: place of its block in the ring.
+    now: (R, L) work space; peak: as in `Record`.
     """
     stress, position = bank.scheme.stress, bank.state.position
     n_rows = stress.shape[1]
@@ -71,8 +69,7 @@ def record_stress(
         v.tile_store(now, rows, seen)
     for i in range(n_rows):
         s = v.load(lanes, now, i)
-        at = block * n_rows + i
-        v.store(peak, at, v.larger(v.larger(s, 0.0 - s), v.load(lanes, peak, at)))
+        v.store(peak, i, v.larger(v.larger(s, 0.0 - s), v.load(lanes, peak, i)))
 
 
 class Record(NamedTuple):
@@ -81,7 +78,8 @@ class Record(NamedTuple):
     history: np.ndarray  # of every ``stride``-th step (B·M·O, L) [m]
     peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
     stress: np.ndarray  # (R, L) work space [Pa]
-    stress_peak: np.ndarray  # (B·R, L) largest |stress| of all steps of a block [Pa]
+    stress_peak: np.ndarray  # (R, L) largest |stress| of all steps since it was set to zero [Pa]
+    has_stress: bool  # whether stresses are observed; they take as long as the rest of a step
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
 
@@ -97,12 +95,10 @@ class Record(NamedTuple):
         place = (record.begin + block) % (record.peak.shape[0] // n_observed)
         if step == 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
-            n_rows = bank.scheme.stress.shape[1]
-            record.stress_peak[place * n_rows : (place + 1) * n_rows] = 0.0
         row = place * (n_steps // record.stride) + step // record.stride
         record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
-        if bank.scheme.stress.shape[1] > 0:
-            record_stress(lanes, bank, record.stress, record.stress_peak, place)
+        if record.has_stress:
+            record_stress(lanes, bank, record.stress, record.stress_peak)
         return 0
 
     @staticmethod
@@ -119,10 +115,11 @@ class Record(NamedTuple):
             history=v.aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
             peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
             stress=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
-            stress_peak=v.aligned_zeros((n_blocks * bank.scheme.stress.shape[1], bank.width)),
+            stress_peak=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
+            has_stress=False,
             begin=0,
             stride=stride,
         )
 
 
-NOTHING = Record(*[np.zeros((0, 1))] * 4, begin=-1, stride=1)
+NOTHING = Record(*[np.zeros((0, 1))] * 4, has_stress=False, begin=-1, stride=1)

@@ -44,7 +44,7 @@ class SweepResult(NamedTuple):
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
     half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
-    stress: np.ndarray  # (S,) largest of the last two windows, coatings: of any time [Pa]; NaN
+    stress: np.ndarray  # (S,) largest of the last window, on a coating of any time [Pa]; NaN
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
