@@ -31,7 +31,8 @@ def root_stress(disk: Disk, section: Any, x: np.ndarray, deviation: np.ndarray) 
     root, first = disk.points.position[disk.points.blades[0, :2]]
     axis = (first - root) / np.hypot(*(first - root))
     outward = root / np.hypot(*root)
-    normal = -(radial * (axis @ outward) + tangential * (outward[0] * axis[1] - outward[1] * axis[0]))
+    around = np.array([-outward[1], outward[0]])
+    normal = -(radial * (axis @ outward) + tangential * (axis @ around))
     width, thickness = section.width, section.blade.thickness
     direct, bending = normal / (width * thickness), 6.0 * moment / (width * thickness**2)
     return np.stack([direct + bending, direct - bending], axis=1)

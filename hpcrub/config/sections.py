@@ -257,6 +257,7 @@ class Limits(Section):
     """tensile strength, at which Goodman's line leaves no vibration [MPa]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
+
     @property
     def stress(self) -> float | None:
         """Largest stress of the vibration that is allowed beside the rotation's, None: any [Pa]."""

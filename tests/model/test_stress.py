@@ -38,12 +38,15 @@ def test_a_force_on_a_tip_bends_its_root_alone_as_a_beam(blade, force):
     direct = normal / (section.width * section.blade.thickness)
     bending = abs(moment) / (section.width * section.blade.thickness**2 / 6.0)
     np.testing.assert_allclose(np.sort(faces[0]), [direct - bending, direct + bending], rtol=1e-7)
-    np.testing.assert_allclose(faces[1:], 0.0, atol=1e-7 * bending)
+    np.testing.assert_allclose(faces[1:], 0.0, atol=1e-7 * (bending + abs(direct)))
 
 
 def test_modes_of_a_mistuned_disk_have_the_stress_that_holds_their_blades():
-    """Of the reduced disk in its basis, and of the full one in its own first modes."""
-    disk, reduced = reference_disk(), reference_reduced()
+    """Of the reduced disk in its basis, and of the full one in its own first modes.
+
+    All modes with the tips held are kept: the 60 of the default lose up to 0.7 % of the stress.
+    """
+    disk, reduced = reference_disk(), reference_reduced(216)
     modes = mistuned_modes(reduced, DEVIATION)
     own = root_stress(disk, disk_section(), reduced.basis @ modes.shapes, DEVIATION)
     found = modes.stress.reshape(own.shape)
@@ -52,7 +55,7 @@ def test_modes_of_a_mistuned_disk_have_the_stress_that_holds_their_blades():
     shapes = eigh(full.stiffness, full.mass, subset_by_index=[0, 11])[1]
     exact = root_stress(disk, disk_section(), shapes, DEVIATION)
     size = np.abs(exact).max(axis=(0, 1))
-    np.testing.assert_allclose(np.abs(found).max(axis=(0, 1))[:12], size, rtol=1e-5)
+    np.testing.assert_allclose(np.abs(found).max(axis=(0, 1))[:12], size, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -84,6 +87,6 @@ def test_the_largest_stress_is_that_of_every_step_of_the_last_window(criteria, s
     rows = root_stress(reference_disk(), disk_section(), shapes, DEVIATION)
     for i in (0, 16):
         end = found.time[i] * speeds[i]
-        assert end == pytest.approx(round(end))
+        end = round(4 * end) / 4  # of the pitches of four bumps
         own = largest(modes, scene, speeds[i], end - 3, end, rows.reshape(24, -1))
         assert found.stress[i] == pytest.approx(own, rel=1e-9)

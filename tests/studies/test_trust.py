@@ -46,7 +46,8 @@ def file(tmp_path):
             values = {
                 "amplitude_m": size, "amplitude_error_m": 0.05 * size, "status": DONE,
                 "amplitude_scatter_m": 0.07 * size, "time_s": 0.8 + 0 * size,
-                "peak_amplitude_m": size.max(), "peak_stress_pa": 2e9, "point_status": np.array(state, np.uint8),
+                "peak_amplitude_m": size.max(), "peak_stress_pa": 2e9,
+                "point_status": np.array(state, np.uint8),
             }  # fmt: skip
             contact_file.write_sample(found, i // 2, i % 2, values)
         yield found
@@ -180,7 +181,8 @@ def test_a_shared_uncertainty_adds_in_squares():
 
 COATED = (
     TINY.replace("34.0, to_hz: 34.4", "35.6, to_hz: 36.0").replace("n_modes: 12", "n_modes: 60")
-    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\noutput: coated.h5\n"
+    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\nlimits: {stress_mpa: 500}\n"
+    + "output: coated.h5\n"
 )
 
 

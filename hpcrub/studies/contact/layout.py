@@ -136,7 +136,7 @@ _OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a study, those of a coating, of stress and of checks only where there are some."""
+    """Datasets of a study, those of a coating, of stress, of checks where there are some."""
     left_out = set() if config.contact.wears else set(_OF_COATING)
     if not config.observes_stress:
         left_out |= _OF_STRESS

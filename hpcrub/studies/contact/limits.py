@@ -39,9 +39,7 @@ def _condition(config):
     """On what a stress by a factor rests; nothing where it is computed."""
     if config.limits.stress_mpa_per_mm is None:
         return ""
-    return (
-        f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
-    )
+    return f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
 
 
 def _stress_in_words(config):
