@@ -20,6 +20,7 @@ from evidence.validation import (
     linear_load,
     moving_wall,
     report,
+    root_stress,
     sliding,
 )
 
@@ -32,6 +33,7 @@ CASES = {
     "energy_audit": energy_audit,
     "coating": coating,
     "sliding": sliding,
+    "root_stress": root_stress,
 }
 FAST = ("moving_wall", "linear_load", "energy_audit")
 

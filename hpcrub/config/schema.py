@@ -135,6 +135,13 @@ class Config(Section):
         return Damping(material.damping_ratios, family, bands)
 
     @property
+    def observes_stress(self) -> bool:
+        """Whether stresses are computed: where they are limited, and known of the disk."""
+        limits = self.limits
+        known = self.disk.model is None or self.disk.n_stresses > 0
+        return limits.stress_mpa is not None and limits.stress_mpa_per_mm is None and known
+
+    @property
     def engine_order(self) -> int | None:
         """Periods of the load around the casing; None where nothing says how many."""
         casing = self.casing

@@ -245,13 +245,26 @@ class Limits(Section):
     amplitude_mm: Number | None = Field(None, gt=0, le=1e6)
     """largest tangential displacement of a tip [mm]"""
     stress_mpa: Number | None = Field(None, gt=0, le=1e6)
-    """stress of a blade; of a planar one at its root [MPa]"""
+    """largest stress of a vibrating blade, such as its fatigue strength; computed at the roots of
+    planar blades and at the places that a model file knows [MPa]"""
     stress_mpa_per_mm: Number | None = Field(None, gt=0, le=1e6)
     """largest stress in the first family's mode for each millimetre of a tip's tangential
-    displacement, from the finite elements of a model file; of planar blades it is known [MPa/mm]"""
+    displacement, in place of computed stresses; too low where other modes take part [MPa/mm]"""
+    static_mpa: Number | None = Field(None, ge=0, le=1e6)
+    """stress of the rotation at the same place; with strength_mpa it lowers stress_mpa by Goodman's
+    line [MPa]"""
+    strength_mpa: Number | None = Field(None, gt=0, le=1e6)
+    """tensile strength, at which Goodman's line leaves no vibration [MPa]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
-    stress: ClassVar = si("stress_mpa", "Pa", times=1e6)
+
+    @property
+    def stress(self) -> float | None:
+        """Largest stress of the vibration that is allowed beside the rotation's, None: any [Pa]."""
+        if self.stress_mpa is None or self.static_mpa is None or self.strength_mpa is None:
+            return None if self.stress_mpa is None else 1e6 * self.stress_mpa
+        return 1e6 * self.stress_mpa * (1.0 - self.static_mpa / self.strength_mpa)
+
     stress_per_metre: ClassVar = si("stress_mpa_per_mm", "Pa/m", times=1e9)
 
 

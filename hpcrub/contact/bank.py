@@ -57,6 +57,7 @@ def _allocate_scheme(modes, scene, grid, width, law):
     return Scheme(
         normal=aligned(normal),
         observed=aligned(columns(modes.observed)),
+        stress=aligned(columns(modes.stress) if scene.observes_stress else np.zeros((n_modes, 0))),
         load=by_columns(load) if len(modes.axial) > 0 else aligned(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),

@@ -54,11 +54,32 @@ def record_displacements(
         v.store(peak, at, v.larger(size, v.load(lanes, peak, at)))
 
 
+@compiled(inner=True)
+def record_stress(lanes: tuple, bank: Bank, now: np.ndarray, peak: np.ndarray) -> None:
+    """Record the stresses of a step whose corrector has been applied (arrays are modified).
+
+    now: (R, L) work space; peak: as in `Record`.
+    """
+    stress, position = bank.scheme.stress, bank.state.position
+    n_rows = stress.shape[1]
+    for first in range(0, n_rows, TILE):
+        seen, rows = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, first)
+        for k in range(position.shape[0]):
+            seen = v.tile_add(seen, stress, k, rows, v.load(lanes, position, k))
+        v.tile_store(now, rows, seen)
+    for i in range(n_rows):
+        s = v.load(lanes, now, i)
+        v.store(peak, i, v.larger(v.larger(s, 0.0 - s), v.load(lanes, peak, i)))
+
+
 class Record(NamedTuple):
     """Observed displacements u: a ring of B blocks of M records, and the peaks of all steps."""
 
     history: np.ndarray  # of every ``stride``-th step (B·M·O, L) [m]
     peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
+    stress: np.ndarray  # (R, L) work space [Pa]
+    stress_peak: np.ndarray  # (R, L) largest |stress| of all steps since it was set to zero [Pa]
+    has_stress: bool  # whether stresses are observed; they take as long as the rest of a step
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
 
@@ -76,12 +97,14 @@ class Record(NamedTuple):
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
         row = place * (n_steps // record.stride) + step // record.stride
         record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
+        if record.has_stress:
+            record_stress(lanes, bank, record.stress, record.stress_peak)
         return 0
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "history", "peak"
+        return "history", "peak", "stress", "stress_peak"
 
     @classmethod
     def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
@@ -91,9 +114,12 @@ class Record(NamedTuple):
         return cls(
             history=v.aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
             peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
+            stress=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
+            stress_peak=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
+            has_stress=False,
             begin=0,
             stride=stride,
         )
 
 
-NOTHING = Record(np.zeros((0, 1)), np.zeros((0, 1)), begin=-1, stride=1)
+NOTHING = Record(*[np.zeros((0, 1))] * 4, has_stress=False, begin=-1, stride=1)

@@ -10,16 +10,20 @@ has the same matrices. Sector i owns, in this order:
 The blade root and the spoke end turn with the ring's section, omega = v/R_h - u'.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.model.elements import frame_element, rectangular_beam, ring_element, spoke_element
+from hpcrub.model.elements import (
+    frame_element,
+    rectangular_beam,
+    ring_element,
+    spoke_element,
+    strains_at_start,
+)
 
 _N_RING = 4  # dof of a ring node: u, u', v, v'
 _N_FOOT = _N_RING + 1  # and the spoke's own axial derivative
-CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared
 
 
 class Points(NamedTuple):
@@ -40,6 +44,8 @@ class Disk(NamedTuple):
     stiffness: np.ndarray  # (n, n)
     blade_dof: np.ndarray  # (N, nb) dof that each blade touches
     blade_stiffness: np.ndarray  # (N, nb, nb) part of the stiffness that is the blade's
+    # (N, 2, nb) normal stress at its root, on both faces, from its dof [Pa/m, Pa]
+    blade_stress: np.ndarray
     contact_dof: np.ndarray  # (n_c, 2) u_r, u_t of each contact point
     contact_blade: np.ndarray  # (n_c,) int, blade of each contact point
     contact_angle: np.ndarray  # (n_c,) [rad]
@@ -85,6 +91,7 @@ def build_disk(disk: Any, material: Any) -> Disk:
         stiffness=stiffness,
         blade_dof=blade_dof,
         blade_stiffness=np.repeat(blade_stiffness[None], disk.n_blades, axis=0),
+        blade_stress=np.repeat(_root_stress(disk, material, nodes)[None], disk.n_blades, axis=0),
         contact_dof=blade_dof[:, -3:-1],
         contact_blade=np.arange(disk.n_blades),
         contact_angle=_tip_angles(disk),
@@ -140,9 +147,28 @@ def _blade(disk, material, nodes):
         mass[dof, dof] += turn.T @ m @ turn
         stiffness[dof, dof] += turn.T @ k @ turn
     to_ring = np.eye(n)
-    radial = nodes[0] / np.hypot(*nodes[0])
-    to_ring[:3, :3] = _turn_node(radial).T @ _section_motion(disk.hub_radius)
+    to_ring[:3, :3] = _root_motion(disk, nodes)
     return to_ring.T @ mass @ to_ring, to_ring.T @ stiffness @ to_ring
+
+
+def _root_motion(disk, nodes):
+    """Ring u, u', v to the motion of the blade's root in the polar frame of its tip, (3, 3)."""
+    radial = nodes[0] / np.hypot(*nodes[0])
+    return _turn_node(radial).T @ _section_motion(disk.hub_radius)
+
+
+def _root_stress(disk, material, nodes):
+    """Stress of both faces at a blade's root, E (strain ± t/2 curvature), on its dof (2, nb)."""
+    edge = nodes[1] - nodes[0]
+    length = np.hypot(*edge)
+    strain, curvature = (
+        row @ np.kron(np.eye(2), _turn_node(edge / length)) for row in strains_at_start(length)
+    )
+    bending = disk.blade.thickness / 2.0 * curvature
+    faces = np.zeros((2, 3 * len(nodes)))
+    faces[:, :6] = material.young_modulus * np.array([strain + bending, strain - bending])
+    faces[:, :3] = faces[:, :3] @ _root_motion(disk, nodes)
+    return faces
 
 
 def _spoke(disk, material):
@@ -196,21 +222,3 @@ def _points(disk, nodes, blade_dof):
         ring=np.column_stack([blades[:, 0], np.roll(blades[:, 0], -1)]),
         spokes=np.column_stack([inner, blades[:, 0]]),
     )
-
-
-def root_stress(disk: Any, material: Any) -> float:
-    """Largest bending stress at the root for a tangential displacement of the tip [Pa/m].
-
-    The blade bends in the first mode of a clamped beam of length l, whose curvature at the root is
-    3.516/l² times its displacement w at the end, and the stress E t/2 times the curvature. The tip
-    moves across the chord, so that w is its tangential part over the cosine of the chord's angle
-    with the radius there. Centrifugal stress is not in it.
-
-    disk, material: sections of the configuration.
-    """
-    at_root = disk.hub_radius * math.cos(disk.blade.lean)
-    across = disk.hub_radius * math.sin(disk.blade.lean)  # distance of the chord from the axis
-    length = math.sqrt(disk.tip_radius**2 - across**2) - at_root
-    cosine = math.sqrt(1.0 - (across / disk.tip_radius) ** 2)
-    stress = material.young_modulus * disk.blade.thickness / 2.0 * CLAMPED / length**2
-    return float(stress / cosine)

@@ -48,6 +48,17 @@ def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     return _matrices(beam, length, u, v, eps, kappa)
 
 
+def strains_at_start(length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Axial strain and curvature of a straight frame element at its first end.
+
+    length: [m].
+    Returns rows over the dof of `frame_element`, (6,) each: of the strain, and of the curvature.
+    """
+    strain = np.array([-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]) / length
+    curvature = np.array([0.0, -6.0, -4.0 * length, 0.0, 6.0, -2.0 * length]) / length**2
+    return strain, curvature
+
+
 def spoke_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight element with cubic displacements in both directions.
 

@@ -26,6 +26,9 @@ class Interface(NamedTuple):
     axial: np.ndarray
     observed: np.ndarray  # (O, m) displacements whose largest magnitude is the amplitude
     observed_blade: np.ndarray  # (O,) int, blade of each observed displacement
+    # stress at R places, (R, m) [Pa per coordinate], and the blade of each (R,); (0, m): not known
+    stress: np.ndarray = np.zeros((0, 0))
+    stress_blade: np.ndarray = np.zeros(0, dtype=int)
 
     @property
     def n_blades(self) -> int:

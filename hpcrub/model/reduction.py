@@ -37,6 +37,7 @@ class Modes(NamedTuple):
     shapes: np.ndarray  # (m, K) on the coordinates of the reduced model
     speed: float = 0.0  # of rotation at which omega and the shapes are those given [rad/s]
     stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
+    stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
 
     def omega_at(self, speed: npt.ArrayLike) -> np.ndarray:
         """Angular eigenfrequencies (..., K) [rad/s] at speeds of rotation (...) [rad/s].
@@ -87,6 +88,9 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
         tangential=basis[disk.contact_dof[:, 1]],
         blade=disk.contact_blade,
     )
+    stress = disk.blade_stress @ blade_basis  # (N, 2, m)
+    faces = np.repeat(np.arange(len(stress)), stress.shape[1])
+    interface = interface._replace(stress=np.concatenate(stress), stress_blade=faces)
     return reduced_model(mass, stiffness, blade_stiffness, basis, interface)
 
 
@@ -126,6 +130,9 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     eigenvalues, vectors = np.linalg.eigh(change)
     shapes = reduced.tuned_modes @ vectors
     interface = reduced.interface
+    # the stress of a stiffer blade is higher for the same motion: the force of its section
+    stiffer = 1.0 + np.asarray(deviation)[interface.stress_blade]
+    stress = interface.stress if len(interface.stress) else np.zeros((0, len(shapes)))
     slopes = [np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening]
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
@@ -136,6 +143,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
         shapes=shapes,
         speed=reduced.speed,
         stiffening=np.array(slopes).reshape(-1, len(eigenvalues)),
+        stress=stiffer[:, None] * (stress @ shapes),
     )
 
 

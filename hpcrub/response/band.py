@@ -92,7 +92,8 @@ class Band:
             recording, event = self._next_event(now)
             until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
             place = now % (2 * self.window) if recording else -1
-            integrate.run(self.bank, until - now, self.record._replace(begin=place))
+            observer = self.record._replace(begin=place, has_stress=self._wants_stress(now))
+            integrate.run(self.bank, until - now, observer)
             if self.scene.coating:
                 self._follow_coating(now, until)
             now = until
@@ -131,6 +132,23 @@ class Band:
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
 
+    def _wants_stress(self, now):
+        """Whether stresses are observed from block ``now`` on; a last window forgets those before.
+
+        They are observed where a verdict may come at the end of a window, before a coating always.
+        """
+        if not self.scene.observes_stress or self.scene.coating:
+            return self.scene.observes_stress
+        wanted = False
+        for lane, check in enumerate(self.check):
+            if self.speed[lane] is None or check - self.window > now:
+                continue
+            if check - self.window == now:
+                self.record.stress_peak[:, lane] = 0.0
+            may_end = self._is_over(lane) or self.watch[lane].may_end(self._seconds(lane, check))
+            wanted = wanted or may_end
+        return wanted
+
     def _count_contacts(self, now):
         """Keep the contacts until now of the lanes whose last window before a check begins."""
         for lane, check in enumerate(self.check):
@@ -161,6 +179,7 @@ class Band:
         if self.motion is not None:
             bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
         self.start[lane] = now
+        self.record.stress_peak[:, lane] = 0.0
         self.watch[lane] = watch_of(modes, self.scene, speed)
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         if self.ensemble:  # whole windows, so that all lanes are checked together
@@ -189,6 +208,8 @@ class Band:
             else:
                 out.amplitude[index] = found.amplitude
                 out.error[index], out.scatter[index] = found.error, found.scatter
+                if self.scene.observes_stress:
+                    out.stress[index] = self.record.stress_peak[:, lane].max()
                 last_window = self._signals(lane, self._windows(now)[1])
                 out.half_peak_to_peak[index] = np.ptp(last_window, axis=0).max() / 2.0
                 blades = self.scene.interface.of_blades(found.largest)
@@ -220,18 +241,30 @@ class Band:
 
     def _look(self, lane, now, before, last):
         """The Verdict on the windows of a lane; None, with the time of its next check: go on."""
-        steady, elapsed = self.scene.steady, now - self.start[lane]
-        extend = steady.window_revolutions if self.ensemble else steady.extend_revolutions
-        extend *= self.grid.blocks_per_revolution
-        cap = self._blocks(lane, steady.max_time, math.floor)
-        over = elapsed + extend > cap if self.ensemble else elapsed >= cap
+        time = self._seconds(lane, now)
 
         def signals(row):
             return tuple(self._signals(lane, w)[:, row].copy() for w in self._windows(now))
 
-        found = self.watch[lane].look(before, last, signals, self._seconds(lane, now), over)
-        self.check[lane] = min(now + extend, self.start[lane] + cap)
+        found = self.watch[lane].look(before, last, signals, time, self._is_over(lane))
+        self.check[lane] = min(now + self._extension, self.start[lane] + self._cap(lane))
         return found
+
+    @property
+    def _extension(self):
+        """Blocks from a check to the next."""
+        steady = self.scene.steady
+        turns = steady.window_revolutions if self.ensemble else steady.extend_revolutions
+        return turns * self.grid.blocks_per_revolution
+
+    def _cap(self, lane):
+        """Blocks after which a lane is given up."""
+        return self._blocks(lane, self.scene.steady.max_time, math.floor)
+
+    def _is_over(self, lane):
+        """Whether there is no time for another check of a lane after its next, or present, one."""
+        elapsed, cap = self.check[lane] - self.start[lane], self._cap(lane)
+        return elapsed + self._extension > cap if self.ensemble else elapsed >= cap
 
     def _seconds(self, lane, now):
         speed = self.speeds_hz[self.speed[lane]]

@@ -58,6 +58,10 @@ class LastWindow:
         """As `Windows`."""
         self.criteria, self.passed = criteria, 0
 
+    def may_end(self, time: float) -> bool:
+        """As `Windows.may_end`."""
+        return self.passed + 1 >= self.criteria.confirmations
+
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
     ) -> Verdict | None:
@@ -86,6 +90,11 @@ class Windows:
         change = criteria.max_amplitude_change * self.part
         self.strict = criteria._replace(max_amplitude_change=change)
         self.alike, self.sizes = 1, list[np.ndarray]()
+
+    def may_end(self, time: float) -> bool:
+        """Whether the next look, at a time since the start [s], may find the motion known."""
+        enough = len(self.sizes) + 1 >= FEWEST and self.decay * time >= SETTLED
+        return enough or self.alike + 1 >= ALIKE
 
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool

@@ -39,6 +39,7 @@ class Scene(NamedTuple):
     least_steps: float = 0.0  # of a revolution
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
+    observes_stress: bool = False  # at the places of the interface, as displacements
 
     def at(self, speed_hz: float) -> "Scene":
         """The scene at a speed of rotation [Hz]."""

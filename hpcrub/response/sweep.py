@@ -44,6 +44,7 @@ class SweepResult(NamedTuple):
     error: np.ndarray  # (S,) standard error of the amplitude [m]; NaN: unknown
     scatter: np.ndarray  # (S,) standard deviation of the windows' amplitudes [m]; NaN: unknown
     half_peak_to_peak: np.ndarray  # (S,) largest of any observed displacement, last window [m]
+    stress: np.ndarray  # (S,) largest of the last window, on a coating of any time [Pa]; NaN
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
@@ -53,7 +54,7 @@ class SweepResult(NamedTuple):
     @classmethod
     def empty(cls, n: int, n_strips: int = 0) -> "SweepResult":
         """Result of n speeds, none of them integrated yet; n_strips: of a coating."""
-        numbers, codes = np.full((6, n), np.nan), np.zeros((3, n), dtype=np.uint8)
+        numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[1] = 0.0
         values: tuple[Any, ...] = *numbers, *codes, Wear.empty(n, n_strips)
         return cls(*values)
@@ -61,7 +62,7 @@ class SweepResult(NamedTuple):
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that has a row for every speed."""
-        return *self[:9], *self.wear
+        return *self[:10], *self.wear
 
     def take(self, speeds: Any, other: "SweepResult") -> None:
         """Take over the response at some speeds (an index) from another one (modified)."""
@@ -71,7 +72,7 @@ class SweepResult(NamedTuple):
     def continued(self, reason: np.ndarray) -> "SweepResult":
         """The same, less the points that have failed since; reason: codes of ``status`` (S,)."""
         lost = status.are_fatal(reason) & (self.point_status != DIVERGED)
-        names = "amplitude", "localisation", "error", "scatter", "half_peak_to_peak"
+        names = "amplitude", "localisation", "error", "scatter", "half_peak_to_peak", "stress"
         kept: dict[str, Any] = {n: np.where(lost, np.nan, getattr(self, n)) for n in names}
         return self._replace(
             **kept,
@@ -120,7 +121,9 @@ def run_sweep(
 def _leave_at_rest(out, still, scene):
     """The response at speeds (indices) at which nothing touches (out is modified)."""
     known = 0.0 if scene.steady.rule == "ensemble" else np.nan
-    for values, rest in zip(out[:7], (0.0, 0.0, 0.0, known, known, 0.0, STEADY), strict=True):
+    no_stress = 0.0 if scene.observes_stress else np.nan
+    at_rest = 0.0, 0.0, 0.0, known, known, 0.0, no_stress, STEADY
+    for values, rest in zip(out[:8], at_rest, strict=True):
         values[still] = rest
     if scene.coating:
         for values in out.wear:

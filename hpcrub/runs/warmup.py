@@ -65,4 +65,5 @@ def _smallest_case(modes, scene):
         load=0.0,
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
+        observes_stress=False,
     )

@@ -101,6 +101,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         least_steps=resolution.least_steps(config),
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
         steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
+        observes_stress=config.observes_stress,
     )
 
 

@@ -45,6 +45,9 @@ LAYOUT = (
     Dataset("amplitude_m", ("disk",), "m", "amplitude, as in a contact study"),
     Dataset("amplitude_error_m", ("disk",), "m", "standard error; NaN: unknown"),
 )
+_STRESS = Dataset(
+    "stress_pa", ("disk", "time", "stress"), "Pa", "stress at each place; both faces of a root"
+)
 _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
@@ -54,13 +57,14 @@ SCALES = {"time": "time_s", "check": "check_s", "block": "block_s", **worn.SCALE
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets; of a disk with several contact points on a blade, motions are of every point."""
-    coating = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
+    more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
+    more += (_STRESS,) if config.observes_stress else ()
     if config.disk.n_points == config.disk.n_blades:
-        return LAYOUT + coating
+        return LAYOUT + more
     of_points = ("disk", "time", "point")
     return (
         *(s._replace(dimensions=of_points) if s.dimensions == _DTB else s for s in LAYOUT),
-        *coating,
+        *more,
         Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
         Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
     )
@@ -73,6 +77,7 @@ def sizes(config: Config) -> dict[str, int]:
         "disk": len(disks(config)),
         "time": history.n_records(speed, duration, time_grid(config)),
         "point": config.disk.n_points,
+        "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
     }
@@ -143,6 +148,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "tangential_m", task, tangential
     yield "gap_m", task, gap(scene, speed, time, radial)
     yield "force_n", task, force
+    if scene.observes_stress:
+        yield "stress_pa", task, position @ modes.stress.T
     if scene.coating:
         yield "worn_depth_m", task, np.array(worn_depth)
         yield from worn.of_speed(followed.wear, task)
@@ -205,6 +212,9 @@ def report(file: ResultFile) -> Iterator[str]:
             known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
         force = file.read("force_n", disk).max()
+        if "stress_pa" in file:
+            stress = np.abs(file.read("stress_pa", disk)).max()
+            known += f", largest stress {1e-6 * stress:,.0f} MPa"
         care = f"; {status.words(reason[disk])}" if reason[disk] else ""
         yield (
             f"{name}: {known}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"

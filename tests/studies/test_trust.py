@@ -1,16 +1,15 @@
 """How far a contact study is to be trusted: peaks, limits, stress at the root, worn depths."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from scipy.linalg import eigh
 from scipy.stats import binom
 
 from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.model.disk import root_stress
-from hpcrub.model.elements import frame_element, rectangular_beam
 from hpcrub.results.layout import DONE
 from hpcrub.runs.verdict import MOST, REMARK, SINGLE, USELESS, Finding, block, is_usable, kinematics
 from hpcrub.statistics.percentiles import (
@@ -47,7 +46,8 @@ def file(tmp_path):
             values = {
                 "amplitude_m": size, "amplitude_error_m": 0.05 * size, "status": DONE,
                 "amplitude_scatter_m": 0.07 * size, "time_s": 0.8 + 0 * size,
-                "peak_amplitude_m": size.max(), "point_status": np.array(state, np.uint8),
+                "peak_amplitude_m": size.max(), "peak_stress_pa": 2e9,
+                "point_status": np.array(state, np.uint8),
             }  # fmt: skip
             contact_file.write_sample(found, i // 2, i % 2, values)
         yield found
@@ -136,13 +136,28 @@ def test_limits_have_a_probability_with_its_interval(file):
         assert line.endswith("not to be signed, the verdict says why")
     text = "\n".join(limits.limit_lines(file, usable=True))
     assert "±4 %: 0 of 2 disks exceed 35 mm" in text
-    assert "±2 %: 0 of 2 disks exceed 10000 MPa" in text
+    assert "±2 %: 0 of 2 disks exceed 10000 MPa without the rotation's stress, a" in text
+    (line,) = limits.largest_line(file, survey(file))
+    assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
 
 
-def test_stress_of_a_model_file_is_given():
-    known = {"stress_mpa": 100.0, "stress_mpa_per_mm": 40.0}
-    config = Config(disk={"model": "x.h5"}, limits=known)
-    assert limits.stress_per_metre(config) == pytest.approx(40e6 / 1e-3)
+def test_a_stress_by_a_factor_says_on_what_it_rests(file):
+    """20 to 30 mm at ±2 %, 30 to 50 mm at ±4 %, by 40 MPa/mm; half of 2,400 MPa is left."""
+    keys = {"limits.stress_mpa": 2400.0, "limits.stress_mpa_per_mm": 40.0}
+    config = file.config.replace(keys).replace({"limits.amplitude_mm": None})
+    scaled = SimpleNamespace(config=config, read=file.read)
+    factor = "(if it moves in the mode for which 40 MPa/mm holds)"
+    low, high = limits.limit_lines(scaled, usable=True)
+    assert f"0 of 2 disks exceed 2400 MPa without the rotation's stress {factor}, a" in high
+    assert "0 of 2" in low or "2 of 2" in low
+    goodman = config.replace({"limits.static_mpa": 300.0, "limits.strength_mpa": 600.0})
+    scaled.config = goodman
+    assert goodman.limits.stress == pytest.approx(1.2e9)
+    assert "which 300 MPa of the rotation leave of 2400 MPa" in next(
+        limits.limit_lines(scaled, usable=True)
+    )
+    (line,) = limits.largest_line(scaled, survey(file))
+    assert line == f"largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa {factor}"
 
 
 @pytest.mark.parametrize(("count", "n"), [(0, 20), (3, 20), (20, 20)])
@@ -164,34 +179,10 @@ def test_a_shared_uncertainty_adds_in_squares():
     assert np.isnan(alone[1][0])
 
 
-def clamped(beam, length, n):
-    """First bending mode of a clamped beam of n elements: across and turned at its first node, and
-    across at its end."""
-    mass, stiffness = np.zeros((2, 3 * n + 3, 3 * n + 3))
-    for e in range(n):
-        dof = np.ix_(range(3 * e, 3 * e + 6), range(3 * e, 3 * e + 6))
-        of_mass, of_stiffness = frame_element(beam, length / n)
-        mass[dof] += of_mass
-        stiffness[dof] += of_stiffness
-    shape = eigh(stiffness[3:, 3:], mass[3:, 3:], subset_by_index=[0, 0])[1][:, 0]
-    return shape[1], shape[2], shape[-2]
-
-
-def test_root_stress_is_that_of_a_clamped_beam():
-    """E t/2 times the curvature at the root, that of the cubic of the first of many elements."""
-    config, n = Config(disk={"blade": {"lean_deg": 0.0, "bow": 0.0}}), 40
-    disk, modulus = config.disk, config.material.young_modulus
-    length = disk.tip_radius - disk.hub_radius
-    beam = rectangular_beam(disk.width, disk.blade.thickness, modulus, config.material.density)
-    across, turned, tip = clamped(beam, length, n)
-    curvature = (6.0 * across - 2.0 * turned * length / n) / (length / n) ** 2
-    stress = modulus * disk.blade.thickness / 2.0 * abs(curvature / tip)
-    assert root_stress(disk, config.material) == pytest.approx(stress, rel=1e-3)
-
-
 COATED = (
     TINY.replace("34.0, to_hz: 34.4", "35.6, to_hz: 36.0").replace("n_modes: 12", "n_modes: 60")
-    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\noutput: coated.h5\n"
+    + "casing: {bump_height_mm: 0.5}\ncontact: {law: abradable}\nlimits: {stress_mpa: 500}\n"
+    + "output: coated.h5\n"
 )
 
 

@@ -54,6 +54,12 @@ def _amplitudes(result):
     return np.where(usable, amplitude, np.nan)
 
 
+def peak_stress(result: SweepResult) -> float:
+    """Largest stress of a frequency response [Pa]; NaN where none is known."""
+    known = np.isfinite(result.stress)
+    return float(result.stress[known].max()) if known.any() else np.nan
+
+
 def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
     """What half the time step changes of a disk, by names in the result file; none unchecked."""
     if found.result is None or found.half_step is None:
@@ -92,6 +98,7 @@ def point_values(result: SweepResult) -> dict[str, Any]:
         "amplitude_error_m": result.error,
         "amplitude_scatter_m": result.scatter,
         "half_peak_to_peak_m": result.half_peak_to_peak,
+        "stress_pa": result.stress,
         "time_s": result.time,
         "localisation": result.localisation,
         "point_status": result.point_status,
@@ -171,6 +178,7 @@ def write_tuned(
     values = point_values(runs[0]) | half_step_values(found[0], speeds)
     values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
+    values["peak_stress_pa"] = peak_stress(runs[0])
     peaks = np.array([peak(run, speeds)[0] for run in runs])
     values["run_deepest_m"] = np.array([deepest(run, speeds)[0] for run in runs])
     values["run_amplitude_m"] = np.array([run.amplitude for run in runs])

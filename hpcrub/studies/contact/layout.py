@@ -22,6 +22,7 @@ class Kind(NamedTuple):
 KINDS = (
     Kind("contact", "amplification", "1", "contact amplifications"),
     Kind("linear", "linear_amplification", "1", "linear amplifications"),
+    Kind("stress", "peak_stress_pa", "Pa", "largest stresses of any speed"),  # where it is limited
     Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),  # of a coating
     Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
 )
@@ -36,6 +37,7 @@ _SCATTER = "standard deviation of the windows' amplitudes; NaN: not known"
 _PEAK_TO_PEAK = (
     "half of peak to peak, the largest of any tip in the last window, without its offset"
 )
+_STRESS = "largest stress of any blade in the last window; on a coating of any time"
 _LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
@@ -53,6 +55,7 @@ def _points(group, dimensions):
         Dataset(f"{group}/amplitude_error_m", dimensions, "m", _ERROR),
         Dataset(f"{group}/amplitude_scatter_m", dimensions, "m", _SCATTER),
         Dataset(f"{group}/half_peak_to_peak_m", dimensions, "m", _PEAK_TO_PEAK),
+        Dataset(f"{group}/stress_pa", dimensions, "Pa", _STRESS),
         Dataset(f"{group}/time_s", dimensions, "s", "simulated time until steady or given up"),
         Dataset(f"{group}/localisation", dimensions, "1", _LOCALISATION),
         Dataset(f"{group}/point_status", dimensions, "1", POINT_STATUS, "u1"),
@@ -82,6 +85,7 @@ LAYOUT = (
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
     *_half_step("tuned", ()),
+    Dataset("tuned/peak_stress_pa", (), "Pa", "largest stress over the speeds"),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     worn.around("tuned", _S),
@@ -90,6 +94,7 @@ LAYOUT = (
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     *_points("samples", _VNS),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
+    Dataset("samples/peak_stress_pa", _VN, "Pa", "largest stress over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
     *_half_step("samples", _VN),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
@@ -130,13 +135,16 @@ AMPLITUDES = {
 MOST_LINES = 6  # of the verdict
 SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
-_OF_COATING |= {kind.name for kind in KINDS[2:]}
+_OF_COATING |= {kind.name for kind in KINDS[3:]}
+_OF_STRESS = {"stress_pa", "peak_stress_pa", "stress"}
 _OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a study, those of a coating and of checks only where there are some."""
+    """Datasets of a study, those of a coating, of stress, of checks where there are some."""
     left_out = set() if config.contact.wears else set(_OF_COATING)
+    if not config.observes_stress:
+        left_out |= _OF_STRESS
     if not config.mistuning.checked_samples:
         left_out |= _OF_CHECKS
     return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
@@ -153,5 +161,6 @@ def amplitude_in_words(config: Config) -> str:
 
 
 def kinds(config: Config) -> tuple[Kind, ...]:
-    """Numbers of which a study has statistics, those of a coating only where there is one."""
-    return KINDS if config.contact.wears else KINDS[:2]
+    """Numbers of which a study has statistics, those that its file has."""
+    there = {line.name for line in layout(config)}
+    return tuple(kind for kind in KINDS if f"statistics/{kind.name}/percentile" in there)

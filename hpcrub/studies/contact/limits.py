@@ -6,7 +6,6 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.model.coating import Coating
-from hpcrub.model.disk import root_stress
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import Survey, finished
@@ -15,42 +14,63 @@ REACHED = 1.0 - 1e-9  # of the depth of a coating that is worn through: rounding
 
 
 def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
-    """The largest amplitude of all disks, and the stress that it means."""
-    per_metre, size = stress_per_metre(file.config), 1e3 * found.largest
+    """The largest amplitude of all disks, and the largest stress where it is limited."""
+    size = 1e3 * found.largest
     if not size > 0.0:
         return
     text = f"largest amplitude of all disks: {size:.3g} mm"
-    if per_metre is not None:
-        stress = 1e-6 * per_metre * found.largest
-        text += f", {stress:,.0f} MPa if the blade moves in its first bending mode"
+    stresses = [_stresses(file, v) for v in range(len(file.config.levels))]
+    stress = max((values.max(initial=0.0) for values in stresses if values is not None), default=0)
+    if stress > 0.0:
+        text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
 
 
-def stress_per_metre(config: Config) -> float | None:
-    """Stress for a tangential displacement of a tip [Pa/m]; None: not known of a model file."""
-    if config.limits.stress_mpa_per_mm is not None:
-        return config.limits.stress_per_metre
-    if config.disk.model is not None:
+def _stresses(file, level):
+    """Largest stress of every finished disk of a level [Pa]; None: neither computed nor given."""
+    if file.config.observes_stress:
+        return finished(file, level, "peak_stress_pa")
+    if file.config.limits.stress_mpa_per_mm is None:
         return None
-    return root_stress(config.disk, config.material)
+    return file.config.limits.stress_per_metre * finished(file, level, "peak_amplitude_m")
+
+
+def _condition(config):
+    """On what a stress by a factor rests; nothing where it is computed."""
+    if config.limits.stress_mpa_per_mm is None:
+        return ""
+    return f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
+
+
+def _stress_in_words(config):
+    """The limit of the stress, and what it leaves out."""
+    limits = config.limits
+    if limits.static_mpa is None:
+        return f"{limits.stress_mpa:g} MPa without the rotation's stress{_condition(config)}"
+    return (
+        f"{1e-6 * limits.stress:.4g} MPa, which {limits.static_mpa:g} MPa of the rotation leave of "
+        f"{limits.stress_mpa:g} MPa{_condition(config)}"
+    )
 
 
 def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
     """Probability of exceeding the limits, by level; usable: the verdict on the study."""
-    config, allowed = file.config, []
+    config, limits = file.config, file.config.limits
     caveat = "" if usable else "; not to be signed, the verdict says why"
-    if config.limits.amplitude_mm is not None:
-        allowed.append((config.limits.amplitude, f"{config.limits.amplitude_mm:g} mm"))
-    if config.limits.stress_mpa is not None:
-        per_metre = stress_per_metre(config)
-        allowed.append((config.limits.stress / per_metre, f"{config.limits.stress_mpa:g} MPa"))
-    for limit, words in allowed:
-        for level, half_range in enumerate(file.read("half_range")):
-            peaks = finished(file, level, "peak_amplitude_m")
-            above = int(np.count_nonzero(peaks > limit))
-            low, high = probability_interval(above, len(peaks), Z_95)
+    levels = range(len(config.levels))
+    limited: list[tuple[list, float, str]] = []
+    if limits.amplitude_mm is not None:
+        peaks = [finished(file, level, "peak_amplitude_m") for level in levels]
+        limited.append((peaks, limits.amplitude, f"{limits.amplitude_mm:g} mm"))
+    if limits.stress is not None:
+        stresses = [_stresses(file, level) for level in levels]
+        limited.append((stresses, limits.stress, _stress_in_words(config)))
+    for values, limit, words in limited:
+        for half_range, found in zip(file.read("half_range"), values, strict=True):
+            above = int(np.count_nonzero(found > limit))
+            low, high = probability_interval(above, len(found), Z_95)
             yield (
-                f"±{100 * half_range:.3g} %: {above} of {len(peaks)} disks exceed {words}, a "
+                f"±{100 * half_range:.3g} %: {above} of {len(found)} disks exceed {words}, a "
                 f"probability of {percent(low)} to {percent(high)} % (95 % interval){caveat}"
             )
 

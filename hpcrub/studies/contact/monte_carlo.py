@@ -201,6 +201,7 @@ class MonteCarlo(Job):
         return {
             "peak_amplitude_m": amplitude,
             "peak_speed_hz": speed,
+            "peak_stress_pa": disk.peak_stress(result),
             "deepest_m": depth,
             "deepest_speed_hz": at,
             "amplification": amplitude / self.reference.contact,

@@ -46,6 +46,8 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
             out.print(interval_table(file))
             if "samples/deepest_m" in file:
                 out.print(interval_table(file, of_coating=True))
+            if file.config.observes_stress:
+                out.print(stress_table(file))
     print_line(out, tuned_line(file))
     for line in (
         *limits.largest_line(file, found),
@@ -139,6 +141,22 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
             ]
         for percentile, *cells in zip(at, *columns, strict=True):
             table.add_row(f"±{100 * half_range:.3g} %", f"{percentile:g}", *cells)
+    return table
+
+
+def stress_table(file: ResultFile) -> Table:
+    """One row per level: percentiles of the disks' largest stresses, with their intervals."""
+    at = file.config.convergence.percentiles
+    table = progress.table(
+        "Largest stress of a disk: percentiles and their intervals (95 %) [MPa]",
+        ("level", *(f"{p:g}" for p in at)),
+    )
+    for level, half_range in enumerate(file.read("half_range")):
+        values = 1e-6 * survey.finished(file, level, "peak_stress_pa")
+        middle = np.percentile(values, at) if len(values) else np.full(len(at), nan)
+        ends = zip(middle, *percentile_interval(values, at, Z_95), strict=True)
+        cells = (f"{x:.4g} ({interval_in_words(low, high, form='.4g')})" for x, low, high in ends)
+        table.add_row(f"±{100 * half_range:.3g} %", *cells)
     return table
 
 
