@@ -15,12 +15,32 @@ Where vectors are taken lane by lane, a number in place of one stands for all la
 much of this call it ``v``.
 """
 
+import os
 from typing import Any
 
 import numpy as np
+from llvmlite import binding
 
 TILE = 12  # vectors of a full tile: with their operands they fill the registers
 TIPS = (0,) * TILE
+LARGE_CACHE = 48 << 10  # [bytes] of the first level, which holds the motion of sixteen lanes
+
+
+def _fitting_width() -> int:
+    """Lanes of a bank for this machine: 16 where registers and first-level cache are large, else 8.
+
+    Every choice gives the same bits. Sixteen lanes of 84 modes take 43 KB for motion and
+    coefficients, and tiles of twelve such rows need the 32 long registers of AVX-512.
+    """
+    try:
+        cache = os.sysconf("SC_LEVEL1_DCACHE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not Linux
+        cache = 0
+    has_long = binding.get_host_cpu_features().get("avx512f", False)
+    return 16 if has_long and cache >= LARGE_CACHE else 8
+
+
+WIDTH = _fitting_width()
 
 
 def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:

@@ -122,4 +122,5 @@ class Record(NamedTuple):
         )
 
 
-NOTHING = Record(*[np.zeros((0, 1))] * 4, has_stress=False, begin=-1, stride=1)
+_NO = np.zeros((0, 1))
+NOTHING = Record(_NO, _NO, _NO, _NO, has_stress=False, begin=-1, stride=1)

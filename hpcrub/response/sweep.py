@@ -10,14 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from hpcrub.contact import status
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.wear import Wear
-
-WIDTH = 16  # speeds of a bank: two of the widest vector registers hide each other's latency
 
 
 class Motion(NamedTuple):
