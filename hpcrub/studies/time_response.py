@@ -77,7 +77,7 @@ def sizes(config: Config) -> dict[str, int]:
         "disk": len(disks(config)),
         "time": history.n_records(speed, duration, time_grid(config)),
         "point": config.disk.n_points,
-        "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
+        "stress": 2 * config.disk.n_blades,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
     }
@@ -144,12 +144,10 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield "point_status", task, DIVERGED
     if status.are_fatal(pieces[-1].reason[0]):
         return
-    yield "radial_m", task, radial
-    yield "tangential_m", task, tangential
+    moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
+    moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
+    yield from ((name, task, values) for name, values in moved.items())
     yield "gap_m", task, gap(scene, speed, time, radial)
-    yield "force_n", task, force
-    if scene.observes_stress:
-        yield "stress_pa", task, position @ modes.stress.T
     if scene.coating:
         yield "worn_depth_m", task, np.array(worn_depth)
         yield from worn.of_speed(followed.wear, task)
