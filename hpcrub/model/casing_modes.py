@@ -1,0 +1,96 @@
+"""A casing that vibrates: waves around an elastic casing, and how blades in rotation see them.
+
+At the angle θ of the casing the wave with n periods moves it outward by w and towards +θ by v,
+
+    w = A (c cos nθ + s sin nθ),    v = B (c sin nθ − s cos nθ),
+
+where c and s are ordinary modal coordinates of the same frequency. A contact point of the disk at
+the angle φ of the rotating frame stands at θ = φ + Ωt. In coordinates C, S that are turned by nΩt,
+
+    w = A (C cos nφ + S sin nφ),    v = B (C sin nφ − S cos nφ):
+
+the contact points see constant projections, and a time step is that of two ordinary modes, after
+which both coordinates and their increments are turned by the angle nΩh (`turn`). A casing that
+vibrates is thus a few pairs of rows beside the modes of the disk (`joined`).
+
+Legrand, Pierre, Cartraud, Lombard, J. Sound Vib. 319 (2009), has the ring in contact with a bladed
+disk; Soedel, Vibrations of shells and plates, its free vibration.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+
+class CasingModes(NamedTuple):
+    """J pairs of modes of an axisymmetric casing, mass-normalised; of n = 0 the sine stays idle."""
+
+    n_waves: np.ndarray  # n (J,) int, periods around the circumference [-]
+    omega: np.ndarray  # angular eigenfrequency (J,) [rad/s]
+    damping_ratio: np.ndarray  # (J,) [-]
+    radial: np.ndarray  # A (J,), largest outward motion [1/√kg]
+    tangential: np.ndarray  # B (J,) [1/√kg]
+
+    def rows(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Outward motion w and tangential motion v at angles (C,) [rad] per unit coordinate.
+
+        Returns two arrays (C, 2J) [1/√kg]; columns c and s of the first pair, then of the next.
+        """
+        phase = np.asarray(angle)[:, None] * self.n_waves
+        cosine, sine = np.cos(phase), np.sin(phase)
+        return (
+            _interleaved(self.radial * cosine, self.radial * sine),
+            _interleaved(self.tangential * sine, -self.tangential * cosine),
+        )
+
+    @property
+    def critical_speeds(self) -> np.ndarray:
+        """Speeds ω/n of the waves around the casing (J,) [rad/s]; infinite for n = 0."""
+        with np.errstate(divide="ignore"):
+            return self.omega / self.n_waves
+
+
+class Ring(NamedTuple):
+    """A circular ring of rectangular section on a bed of springs."""
+
+    radius: float  # R, of the middle of the section [m]
+    thickness: float  # t, radial [m]
+    width: float  # b, axial [m]
+    young: float  # E [Pa]
+    density: float  # ρ [kg/m³]
+    bed_radial: float = 0.0  # k_r, per metre of circumference [N/m²]
+    bed_tangential: float = 0.0  # k_t [N/m²]
+
+
+def ring_modes(ring: Ring, n_waves: np.ndarray, damping_ratio: float) -> CasingModes:
+    """Flexural modes of a ring: of each n the lower root of membrane and bending together.
+
+    n_waves: (J,) int; n = 0 is the breathing mode.
+    Raises ValueError: for a wave that nothing holds, n = 1 (or 0 without stiffness) without a bed.
+    Source: Soedel, Vibrations of shells and plates, chapter on rings; Love's theory.
+    """
+    R, E = ring.radius, ring.young
+    area, inertia = ring.width * ring.thickness, ring.width * ring.thickness**3 / 12.0
+    omega, radial, tangential = np.zeros((3, len(n_waves)))
+    for j, n in enumerate(n_waves):
+        membrane = E * area / R**2 * np.array([[1.0, n], [n, n**2]])
+        bending = E * inertia / R**4 * np.array([[n**4, n**3], [n**3, n**2]], dtype=float)
+        stiffness = membrane + bending + np.diag([ring.bed_radial, ring.bed_tangential])
+        mass = ring.density * area * np.pi * R * (1.0 if n else 2.0)
+        half = np.pi * R * (1.0 if n else 2.0)
+        if n == 0:
+            values, shapes = np.array([half * stiffness[0, 0] / mass]), np.array([[1.0], [0.0]])
+        else:
+            values, shapes = eigh(half * stiffness / mass)
+        if not values[0] > 1e-12 * stiffness[0, 0] * half / mass:
+            raise ValueError(f"nothing holds the wave n = {n}")
+        omega[j] = np.sqrt(values[0])
+        radial[j], tangential[j] = shapes[:, 0] / np.sqrt(mass) * np.sign(shapes[0, 0])
+    ratio = np.full(len(n_waves), damping_ratio)
+    return CasingModes(np.asarray(n_waves), omega, ratio, radial, tangential)
+
+
+def _interleaved(first, second):
+    """Columns of two arrays (C, J) in turn (C, 2J)."""
+    return np.stack([first, second], axis=-1).reshape(len(first), -1)
