@@ -28,6 +28,9 @@ class Scheme(NamedTuple):
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
+    # cosine and sine of the angle by which each of J pairs of modes turns in a step (J, 2); the
+    # pairs are the last 2J rows, J = 0 before a casing that does not vibrate
+    turn: np.ndarray
     ramp_time: float  # [s]
 
 
@@ -36,6 +39,7 @@ class State(NamedTuple):
 
     position: np.ndarray  # q (K, L) [m·√kg]
     increment: np.ndarray  # d (K, L)
+    before: np.ndarray  # d at the end of the step before (K, L), where friction turns
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver

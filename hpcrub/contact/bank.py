@@ -12,7 +12,6 @@ from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.tables import by_columns, columns
 from hpcrub.model.casing import bump_table
-from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 
 
@@ -28,17 +27,17 @@ def allocate(
     speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
     Returns lanes at rest.
     """
-    law = scene.law or (Solid if len(modes.axial) else Planar)
-    scheme = _allocate_scheme(modes, scene, grid, width, law)
+    law, rows = scene.law or (Solid if len(modes.axial) else Planar), modes.joined
+    scheme = _allocate_scheme(rows, scene, grid, width, law, modes.pairs)
     state = _allocate_state(scheme, width)
-    bank = Bank(scheme, state, law.allocate(modes, scene, grid, width))
+    bank = Bank(scheme, state, law.allocate(rows, scene, grid, width))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
     return bank
 
 
-def _allocate_scheme(modes, scene, grid, width, law):
+def _allocate_scheme(modes, scene, grid, width, law, pairs):
     interface = scene.interface
     normal = columns(modes.normal)
     bump = bump_table(
@@ -67,8 +66,15 @@ def _allocate_scheme(modes, scene, grid, width, law):
         step=np.zeros(width),
         bump=aligned(columns(bump.T)),
         external=_engine_order_forces(modes, scene, grid),
+        turn=_turns(pairs, grid),
         ramp_time=scene.ramp_time,
     )
+
+
+def _turns(pairs, grid):
+    """Cosine and sine of the angles by which the pairs of the casing turn in a step (J, 2)."""
+    angle = pairs.n_waves * 2.0 * np.pi / grid.steps_per_revolution
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _engine_order_forces(modes, scene, grid):
@@ -87,7 +93,7 @@ def _allocate_state(scheme, width):
     n_forces = scheme.load.shape[1]
     return State(
         **lane_arrays(
-            width, position=n_modes, increment=n_modes, penetration=n_points + 1,
+            width, position=n_modes, increment=n_modes, before=n_modes, penetration=n_points + 1,
             multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
         active=np.full(n_forces + TILE, n_forces - 1),
@@ -111,9 +117,10 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     modes, scene: of the sample, as of `allocate`, at the lane's speed; h: time step [s].
     """
     empty_lane(bank, lane)
-    scheme = bank.scheme
+    scheme, ratios = bank.scheme, modes.damping_ratios(scene.damping_ratio)
+    modes = modes.joined
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
-        scene.scheme, modes.omega, ratios(scene.damping_ratio, modes.omega), h
+        scene.scheme, modes.omega, ratios, h
     )
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2

@@ -9,7 +9,8 @@ With d = q_n − q_{n−1} all schemes are the same lines (``docs/theory.md`` de
 decay and gain are numbers per mode and lane (`recurrence.coefficients`); R holds the normal
 displacement of every contact point per unit modal coordinate, G the modal forces of multipliers.
 The corrector of a step is applied on the way through the next predictor, so that each step reads
-and writes the modal state once.
+and writes the modal state once. The last rows are pairs of modes of a casing that vibrates
+(`model.casing_modes`): ordinary modes whose coordinates turn at the end of a step.
 
 Of disks with many modes and points (`predict_blocks`) all points see a block of modes while its
 motion, coefficients and projections are in the first-level cache. The increments of the step before
@@ -29,6 +30,12 @@ FEW = (0,) * 4
 SOME = (0,) * 8
 MANY = (0,) * TILE
 BLOCK = 32  # modes whose motion, coefficients and projections the first-level cache holds
+
+
+@compiled(inline=True, inner=True)
+def first_pair(scheme: Scheme) -> int:
+    """Row of the first pair of the casing: the number of modes of the disk."""
+    return scheme.normal.shape[0] - 2 * scheme.turn.shape[0]
 
 
 @compiled(inline=True, inner=True)
@@ -54,7 +61,7 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
     forces = v.tile_gather(lanes, state.multiplier, columns)
     depth, points = open_gap(lanes, scheme, state, step, 0), v.consecutive(TIPS, 0)
     loaded = scheme.external.shape[0] > 0
-    for k in range(state.position.shape[0]):
+    for k in range(first_pair(scheme)):
         gain = v.load(lanes, scheme.gain, k)
         q = v.load(lanes, state.position, k)
         d = v.load(lanes, state.increment, k)
@@ -88,6 +95,58 @@ def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: i
 
 
 @compiled(inline=True, inner=True)
+def penetrate(
+    lanes: tuple, scheme: Scheme, state: State, first: int, begin: int, end: int
+) -> tuple:
+    """Add what some rows of the modes do to a tile of penetrations (state is modified).
+
+    first: first contact point of the tile.
+    begin, end: the rows.
+    Returns the penetrations (TILE, L) [m].
+    """
+    points = v.consecutive(TIPS, first)
+    depth = v.tile_gather(lanes, state.penetration, points)
+    for k in range(begin, end):
+        depth = v.tile_add(depth, scheme.normal, k, points, v.load(lanes, state.position, k))
+    v.tile_store(state.penetration, points, depth)
+    return depth
+
+
+@compiled(inner=True)
+def advance_pairs(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+    """Corrector and predictor of the casing, whose coordinates then turn (state is modified).
+
+    n_active: active points to correct.
+    """
+    first = first_pair(scheme)
+    for k in range(first, scheme.normal.shape[0]):
+        gain = v.load(lanes, scheme.gain, k)
+        force = v.splat(lanes, 0.0)
+        for a in range(0, n_active, len(FEW)):
+            columns = v.indices(FEW, state.active, a)
+            forces = v.tile_gather(lanes, state.multiplier, columns)
+            force = v.tile_dot(scheme.load, k, columns, forces, force)
+        q = v.load(lanes, state.position, k) + force * gain
+        d = v.load(lanes, state.increment, k) + force * gain
+        v.store(state.before, k, d)
+        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
+        v.store(state.increment, k, d)
+        v.store(state.position, k, q + d)
+    for j in range(scheme.turn.shape[0]):
+        turn_pair(lanes, state.position, first + 2 * j, scheme.turn[j])
+        turn_pair(lanes, state.increment, first + 2 * j, scheme.turn[j])
+
+
+@compiled(inline=True, inner=True)
+def turn_pair(lanes: tuple, values: np.ndarray, k: int, turn: np.ndarray) -> None:
+    """Turn the pair of rows k and k + 1 by an angle, whose cosine and sine ``turn`` holds."""
+    cosine, sine = v.splat(lanes, turn[0]), v.splat(lanes, turn[1])
+    c, s = v.load(lanes, values, k), v.load(lanes, values, k + 1)
+    v.store(values, k, c * cosine + s * sine)
+    v.store(values, k + 1, s * cosine - c * sine)
+
+
+@compiled(inline=True, inner=True)
 def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     """The narrowest pass that holds the active points, then the other tiles (state is modified).
 
@@ -105,6 +164,11 @@ def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarra
         deepest = predict(lanes, SOME, scheme, state, step)
     else:
         deepest = predict(lanes, MANY, scheme, state, step)
+    if scheme.turn.shape[0] > 0:
+        advance_pairs(lanes, scheme, state, n_active)
+        n_modes = scheme.normal.shape[0]
+        depth = penetrate(lanes, scheme, state, 0, first_pair(scheme), n_modes)
+        deepest = v.tile_largest(depth)
     for first in range(TILE, state.penetration.shape[0] - 1, TILE):
         deepest = v.larger(predict_more(lanes, first, scheme, state, step), deepest)
     return deepest
@@ -150,37 +214,37 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
 
 @compiled(inner=True)
 def add_forces(lanes: tuple, slots: tuple, bank: Bank, first: int, begin: int, end: int) -> None:
-    """Modal forces of some active points (law.before, modified).
+    """Modal forces of some active points (state.before, modified).
 
     slots: as many zeros as there are points.
     first: place of the first of them in `State.active`; 0 to begin the sum.
     """
-    scheme, state, law = bank.scheme, bank.state, bank.law
+    scheme, state = bank.scheme, bank.state
     columns = v.indices(slots, state.active, first)
     forces = v.tile_gather(lanes, state.multiplier, columns)
     for k in range(begin, end):
         total = v.splat(lanes, 0.0)
         if first > 0:
-            total = v.load(lanes, law.before, k)
-        v.store(law.before, k, v.tile_dot(scheme.load, k, columns, forces, total))
+            total = v.load(lanes, state.before, k)
+        v.store(state.before, k, v.tile_dot(scheme.load, k, columns, forces, total))
 
 
 @compiled(inner=True)
 def advance_modes(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int, end: int) -> None:
-    """Corrector and predictor of some modes (state, law.before are modified).
+    """Corrector and predictor of some modes (state is modified).
 
-    On entry ``law.before`` holds the modal forces, if there are any (n_active), on return the
+    On entry ``state.before`` holds the modal forces, if there are any (n_active), on return the
     increments of the step before.
     """
-    scheme, state, law = bank.scheme, bank.state, bank.law
+    scheme, state = bank.scheme, bank.state
     loaded = scheme.external.shape[0] > 0
     for k in range(begin, end):
         gain = v.load(lanes, scheme.gain, k)
         q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
         if n_active > 0:
-            kick = v.load(lanes, law.before, k) * gain
+            kick = v.load(lanes, state.before, k) * gain
             q, d = q + kick, d + kick
-        v.store(law.before, k, d)
+        v.store(state.before, k, d)
         d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
         if loaded:
             d = d + scheme.external[step, k] * gain
@@ -196,12 +260,13 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
     """
     scheme, state = bank.scheme, bank.state
     n_modes, n_points = scheme.normal.shape
+    n_disk = first_pair(scheme)
     deepest = v.splat(lanes, -np.inf)
     for first in range(0, n_points, TILE):
         points = v.consecutive(TIPS, first)
         v.tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
-    for begin in range(0, n_modes, BLOCK):
-        end = min(begin + BLOCK, n_modes)
+    for begin in range(0, n_disk, BLOCK):
+        end = min(begin + BLOCK, n_disk)
         for first in range(0, n_active, TILE):
             if n_active - first <= len(FEW):
                 add_forces(lanes, FEW, bank, first, begin, end)
@@ -211,13 +276,12 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
                 add_forces(lanes, MANY, bank, first, begin, end)
         advance_modes(lanes, bank, step, n_active, begin, end)
         for first in range(0, n_points, TILE):
-            points = v.consecutive(TIPS, first)
-            depth = v.tile_gather(lanes, state.penetration, points)
-            for k in range(begin, end):
-                depth = v.tile_add(
-                    depth, scheme.normal, k, points, v.load(lanes, state.position, k)
-                )
-            v.tile_store(state.penetration, points, depth)
+            depth = penetrate(lanes, scheme, state, first, begin, end)
             if end == n_modes:
                 deepest = v.larger(v.tile_largest(depth), deepest)
+    if n_disk < n_modes:
+        advance_pairs(lanes, scheme, state, n_active)
+        for first in range(0, n_points, TILE):
+            depth = penetrate(lanes, scheme, state, first, n_disk, n_modes)
+            deepest = v.larger(v.tile_largest(depth), deepest)
     return deepest

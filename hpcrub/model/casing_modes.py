@@ -44,11 +44,32 @@ class CasingModes(NamedTuple):
             _interleaved(self.tangential * sine, -self.tangential * cosine),
         )
 
+    def seen_from(self, angle: np.ndarray) -> "Pairs":
+        """The casing as contact points at angles (C,) [rad] of the rotating frame see it."""
+        outward, along = self.rows(angle)
+        return Pairs(self.n_waves, self.omega, self.damping_ratio, self.radial, -outward, -along)
+
     @property
     def critical_speeds(self) -> np.ndarray:
         """Speeds ω/n of the waves around the casing (J,) [rad/s]; infinite for n = 0."""
         with np.errstate(divide="ignore"):
             return self.omega / self.n_waves
+
+
+class Pairs(NamedTuple):
+    """J pairs of modes of a casing before C contact points in rotation."""
+
+    n_waves: np.ndarray  # (J,) int [-]
+    omega: np.ndarray  # (J,) [rad/s]
+    damping_ratio: np.ndarray  # (J,) [-]
+    radial: np.ndarray  # A (J,) [1/√kg]
+    # motion of the points as the casing sees it, per unit coordinate: what brings a point nearer to
+    # the casing and forward along it (C, 2J) [1/√kg]
+    normal: np.ndarray
+    tangential: np.ndarray
+
+
+NO_PAIRS = Pairs(np.zeros(0, dtype=int), *np.zeros((3, 0)), *np.zeros((2, 0, 0)))
 
 
 class Ring(NamedTuple):

@@ -7,6 +7,8 @@ import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from hpcrub.model import families
+from hpcrub.model.casing_modes import NO_PAIRS, CasingModes, Pairs
+from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.disk import Disk
 from hpcrub.model.interface import Interface, planar_interface
 
@@ -24,6 +26,7 @@ class ReducedModel(NamedTuple):
     modal_blade_stiffness: np.ndarray  # (N, m, m) and the blades' stiffness into these
     speed: float = 0.0  # of rotation at which the stiffness is that given [rad/s]
     stiffening: tuple = ()  # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2, each (m, m)
+    casing: CasingModes | None = None  # None: the casing does not vibrate
 
 
 class Modes(NamedTuple):
@@ -38,6 +41,33 @@ class Modes(NamedTuple):
     speed: float = 0.0  # of rotation at which omega and the shapes are those given [rad/s]
     stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
     stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
+    pairs: Pairs = NO_PAIRS  # of the casing, which are no modes of the disk
+
+    @property
+    def n_rows(self) -> int:
+        """Number of modal coordinates: K of the disk, then two for each pair of the casing."""
+        return len(self.omega) + 2 * len(self.pairs.omega)
+
+    @property
+    def joined(self) -> "Modes":
+        """The disk, and after its modes the pairs of the casing as if they were modes of it."""
+        pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
+        if not len(pairs.omega):
+            return self
+        still = {name: np.pad(getattr(self, name), more) for name in ("axial", "observed", "stress")}
+        return self._replace(
+            **still,
+            omega=np.concatenate([self.omega, np.repeat(pairs.omega, 2)]),
+            normal=np.hstack([self.normal, pairs.normal]),
+            tangential=np.hstack([self.tangential, pairs.tangential]),
+            stiffening=np.pad(self.stiffening, more) if len(self.stiffening) else self.stiffening,
+            pairs=NO_PAIRS,
+        )
+
+    def damping_ratios(self, damping: float | Damping) -> np.ndarray:
+        """Damping ratios of all coordinates (K + 2J,) [-]; damping: of the disk."""
+        of_disk = np.broadcast_to(ratios(damping, self.omega), self.omega.shape)
+        return np.concatenate([of_disk, np.repeat(self.pairs.damping_ratio, 2)])
 
     def omega_at(self, speed: npt.ArrayLike) -> np.ndarray:
         """Angular eigenfrequencies (..., K) [rad/s] at speeds of rotation (...) [rad/s].
@@ -144,6 +174,7 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
         speed=reduced.speed,
         stiffening=np.array(slopes).reshape(-1, len(eigenvalues)),
         stress=stiffer[:, None] * (stress @ shapes),
+        pairs=reduced.casing.seen_from(interface.angle) if reduced.casing else NO_PAIRS,
     )
 
 

@@ -15,7 +15,6 @@ from hpcrub.contact import bank, integrate, status
 from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED
-from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import Modes
 from hpcrub.response.ensemble import LastWindow, Windows
 from hpcrub.response.revolution import Grid
@@ -53,7 +52,7 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     """What says of a motion at a speed [Hz] when it is followed no longer; modes: at this speed."""
-    decay = float((ratios(scene.damping_ratio, modes.omega) * modes.omega).min())
+    decay = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
     return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule

@@ -35,7 +35,8 @@ class Piece(NamedTuple):
     """R records of S speeds."""
 
     time: np.ndarray  # since the bumps began to grow (R, S) [s]
-    position: np.ndarray  # modal coordinates (R, K, S) [m·√kg]
+    position: np.ndarray  # modal coordinates of the disk (R, K, S) [m·√kg]
+    casing: np.ndarray  # turned coordinates of the pairs of the casing (R, 2J, S) [m·√kg]
     observed: np.ndarray  # observed displacements (R, O, S) [m]
     peak: np.ndarray  # largest magnitudes of these in all steps (O, S) [m]
     normal_force: np.ndarray  # inward on each point, mean since the last record (R, C, S) [N]
@@ -182,7 +183,7 @@ def integrate(
     speeds_hz = np.asarray(speeds_hz, dtype=float)
     n_speeds = len(speeds_hz)
     if motion is None:
-        motion = Motion.at_rest(n_speeds, len(modes.omega))
+        motion = Motion.at_rest(n_speeds, modes.n_rows)
     grid = cut_revolution(speeds_hz.min(), scene)
     bank = allocate(modes, scene, grid, len(LANES), speeds_hz)
     for lane in range(n_speeds):
@@ -214,11 +215,11 @@ def _piece(bank, modes, scene, grid, n_speeds):
     force = force[:, :, :n_speeds] / grid.stride
     normal, tangential, axial = bank.law.forces_on_points(force, scene)
     time = steps * bank.scheme.step[:n_speeds]
-    position = position[:, :, :n_speeds]
+    position, casing = np.split(position[:, :, :n_speeds], [len(modes.omega)], axis=1)
     observed = observed.reshape(n_records, n_columns, width)[:, :n_observed, :n_speeds]
     peak = peak[:n_observed, :n_speeds]
     lanes = range(n_speeds) if scene.coating else ()
     worn = [bank.law.surface.worn_depth(lane) for lane in lanes]
     return Piece(
-        time, position, observed, peak, normal, tangential, axial, worn, reason=np.empty(0)
+        time, position, casing, observed, peak, normal, tangential, axial, worn, np.empty(0)
     )

@@ -71,7 +71,7 @@ def trial(
     scene = problem.scene._replace(scheme="exact_modal", step=step)
     speeds, scene = _within_reason(modes, scene, _speeds(config, solid))
     started = time.perf_counter()
-    rest = sweep.Motion.at_rest(len(speeds), len(modes.omega))  # integrated even if nothing touches
+    rest = sweep.Motion.at_rest(len(speeds), modes.n_rows)  # integrated even if nothing touches
     result = sweep.run_sweep(modes, scene, speeds, motion=rest)
     rate = result.n_steps / (time.perf_counter() - started)
     until_steady = result.time.mean() if can_touch(problem.scene) else 0.0
@@ -91,7 +91,7 @@ def _within_reason(modes, scene, speeds):
     """Scene and speeds that take at most LONGEST: fewer speeds, and then less time of each."""
     steady, some = scene.steady, speeds[:: -(-len(speeds) // sweep.WIDTH)]
     short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)
-    rest = sweep.Motion.at_rest(len(some), len(modes.omega))
+    rest = sweep.Motion.at_rest(len(some), modes.n_rows)
     started = time.perf_counter()
     found = sweep.run_sweep(modes, scene._replace(steady=short), some, motion=rest)
     steps = LONGEST * found.n_steps / (time.perf_counter() - started)

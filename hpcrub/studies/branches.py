@@ -79,13 +79,13 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     scene, (modes,) = problem.problem.scene, problem.modes
     speeds = config.speeds.values_hz
     name = starts(config)[task]
-    motion = Motion.at_rest(len(speeds), len(modes.omega))
+    motion = Motion.at_rest(len(speeds), modes.n_rows)
     if name in ("up", "down"):
         result = follow(modes, scene, speeds, motion, name == "down", poll)
     else:
         if name != "rest":
             size = config.branches.perturbation
-            motion.position[:] = deflection(
+            motion.position[:, : len(modes.omega)] = deflection(
                 modes, scene.interface.n_blades, config.mistuning.seed, task, size
             )
         result = run_sweep(modes, scene, speeds, poll, motion=motion)

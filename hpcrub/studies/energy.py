@@ -126,7 +126,7 @@ def energies(
     stiffness: of the blades, in these modes (N, K, K) [rad2/s2].
     Returns the sweep.SweepResult, too.
     """
-    motion = Motion.at_rest(len(speeds_hz), len(modes.omega))
+    motion = Motion.at_rest(len(speeds_hz), modes.n_rows)
     result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
     energy = np.full((len(speeds_hz), len(stiffness)), np.nan)
     reason = np.zeros(len(speeds_hz), dtype=np.uint8)

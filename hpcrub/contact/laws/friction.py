@@ -65,12 +65,12 @@ def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None
         law.slipping[a] = state.active[law.fresh[first + a]]
     points = v.indices(slots, law.slipping, 0)
     way = v.tile_splat(slots, v.splat(lanes, 0.0))
-    for k in range(law.before.shape[0]):
-        way = v.tile_add(way, law.tangential, k, points, v.load(lanes, law.before, k))
+    for k in range(state.before.shape[0]):
+        way = v.tile_add(way, law.tangential, k, points, v.load(lanes, state.before, k))
     v.tile_store(law.cosine, points, way)
     way = v.tile_splat(slots, v.splat(lanes, 0.0))
-    for k in range(law.before.shape[0]):
-        way = v.tile_add(way, law.axial, k, points, v.load(lanes, law.before, k))
+    for k in range(state.before.shape[0]):
+        way = v.tile_add(way, law.axial, k, points, v.load(lanes, state.before, k))
     v.tile_store(law.sine, points, way)
 
 

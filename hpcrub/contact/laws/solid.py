@@ -86,7 +86,6 @@ class Solid(NamedTuple):
     tangential: np.ndarray  # T (K, C) [1/√kg]
     axial: np.ndarray  # A (K, C) [1/√kg]
     compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
-    before: np.ndarray  # increment d at the end of the step before (K, L) (modified)
     cosine: np.ndarray  # cos β (C, L) (modified)
     sine: np.ndarray  # sin β (C, L) (modified)
     # (C, L): line of the surface (1 of a hard one) where a point carried a force in its lane's last
@@ -128,7 +127,7 @@ class Solid(NamedTuple):
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
         return (
-            "coupling", "stiffness", "across", "compliance", "before", "cosine", "sine",
+            "coupling", "stiffness", "across", "compliance", "cosine", "sine",
             "touching", "deepest", "factor", "right", "wrong", "touched", "surface",
         )  # fmt: skip
 
@@ -136,7 +135,7 @@ class Solid(NamedTuple):
     def allocate(cls, modes: Modes, scene: Any, grid: Any, width: int) -> "Solid":
         """State of idle lanes; see ``laws``."""
         interface, axial = scene.interface, columns(modes.axial)
-        n_modes, n_points = axial.shape
+        n_points = axial.shape[1]
         starts = group_starts(interface.points_per_blade)
         most = int(np.diff(starts).max())
         way = np.zeros(n_points)
@@ -144,7 +143,7 @@ class Solid(NamedTuple):
         return cls(
             **v.lane_arrays(
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1,
-                compliance=3 * n_points**2, before=n_modes, cosine=n_points, sine=n_points,
+                compliance=3 * n_points**2, cosine=n_points, sine=n_points,
                 touching=n_points, deepest=interface.n_blades, factor=most**2, right=most,
                 wrong=most, touched=interface.n_blades,
             ),
