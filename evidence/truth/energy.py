@@ -16,7 +16,9 @@ work, kept are the energy U = k₁ q²/2 of a bar, q = max(p − w, 0), the plas
 e(w) = σ_Y w + H w²/2t of each area, and the like of the casing behind; k₁ q (w_n − w⁻) is the work
 with which the turning casing brings the groove of former passages under the point, w_n the worn
 depth under it after the step before and w⁻ at the begin of this. The rest is what a step loses, or
-gains. N is found here anew: a kernel with another law does not close the balance.
+gains. N is found here anew: a kernel with another law does not close the balance. The pairs of a
+casing that vibrates are taken in its own frame, where they are ordinary modes; the work with which
+the casing moves its bumps is then the shaft's: it carries the blades along the wave, too.
 """
 
 from typing import NamedTuple
@@ -83,9 +85,12 @@ def audit(bank, n_steps, scene=None):
         force, rows = steps.force[:, : depth.shape[1]], done + np.arange(len(steps.force))
         now = _penetration(bank, steps.position, start, rows + 1)
         depth = np.concatenate([depth[-2:], now])
-        moved = steps.increment + np.concatenate([d[None], steps.increment[:-1]])
-        normal = np.sum(-force * (_normal(bank) @ moved), axis=1) / 2.0
-        all_forces = np.sum((scheme.load @ steps.force) * moved, axis=1) / 2.0
+        at_rest = [_at_rest(scheme, part, rows + 1) for part in steps[:2]]
+        moved = at_rest[1] + np.concatenate([d[None], at_rest[1][:-1]])
+        by_normal = _at_rest(scheme, -(_normal(bank).T @ force), rows + 1)
+        normal = np.sum(by_normal * moved, axis=1) / 2.0
+        by_all = _at_rest(scheme, scheme.load @ steps.force, rows + 1)
+        all_forces = np.sum(by_all * moved, axis=1) / 2.0
         taken = force * (depth[2:] - depth[:-2]) / 2.0
         tips, external = taken.sum(axis=1), np.zeros_like(normal)
         if len(scheme.external):
@@ -95,7 +100,7 @@ def audit(bank, n_steps, scene=None):
         if surface:
             bar = surface.works(force[0], *depth)
             impact, *given = (part[None] for part in bar)
-        q, d = steps.position, steps.increment
+        q, d = at_rest
         energy = np.sum(inertia * d**2 + spring * q * (q - d), axis=1)
         parts.append((energy, normal + tips, all_forces - normal, external, given[0],
                       np.sum(loss * moved**2, axis=1), impact, *given[1:],
@@ -163,6 +168,16 @@ class Surface:
         groove = bar * (old - fresh)
         loss = mean * (new - before) / 2.0 + groove - elastic - plastic - dashpot
         return [np.sum(part + 0.0 * force, 0) for part in (loss, groove, elastic, plastic, dashpot)]
+
+
+def _at_rest(scheme, values, n):
+    """Modal quantities (m, K, L) after n (m,) steps, those of the casing's pairs in its frame."""
+    n_pairs = len(scheme.turn)
+    disk, pairs = np.split(values, [values.shape[1] - 2 * n_pairs], axis=1)
+    turned = (scheme.turn[:, 0] - 1j * scheme.turn[:, 1]) ** n[:, None]
+    y = (pairs[:, ::2] - 1j * pairs[:, 1::2]) * turned[:, :, None]
+    pairs = np.stack([y.real, -y.imag], axis=2).reshape(pairs.shape)
+    return np.concatenate([disk, pairs], axis=1)
 
 
 def _normal(bank):

@@ -69,8 +69,9 @@ def forces(W, p):
     return found
 
 
-def integrate(omega, damping_ratio, normal, tangential, angle, ring, wall, speed_hz, steps, n,
-              start=None):
+def integrate(
+    omega, damping_ratio, normal, tangential, angle, ring, wall, speed_hz, steps, n, start=None
+):
     """n steps of a disk of modes (K,), (C, K) [1/√kg] at rest; steps: of a revolution.
 
     start: modal coordinates of disk and ring (K,), (2J,), at rest; zero by default. Returns a Run.

@@ -27,19 +27,19 @@ def allocate(
     speeds_hz: speeds of the first lanes, at most ``width`` [Hz]; the others are idle.
     Returns lanes at rest.
     """
-    law, rows = scene.law or (Solid if len(modes.axial) else Planar), modes.joined
-    scheme = _allocate_scheme(rows, scene, grid, width, law, modes.pairs)
+    law = scene.law or (Solid if len(modes.axial) else Planar)
+    scheme = _allocate_scheme(modes, scene, grid, width, law)
     state = _allocate_state(scheme, width)
-    bank = Bank(scheme, state, law.allocate(rows, scene, grid, width))
+    bank = Bank(scheme, state, law.allocate(modes.joined, scene, grid, width))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
         fill_lane(bank, lane, modes.at(speed), scene.at(speed), h)
     return bank
 
 
-def _allocate_scheme(modes, scene, grid, width, law, pairs):
-    interface = scene.interface
-    normal = columns(modes.normal)
+def _allocate_scheme(modes, scene, grid, width, law):
+    interface, rows, pairs = scene.interface, modes.joined, modes.pairs
+    normal = columns(rows.normal)
     bump = bump_table(
         interface.angle,
         scene.n_bumps,
@@ -51,16 +51,16 @@ def _allocate_scheme(modes, scene, grid, width, law, pairs):
     )
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     own[0, : len(modes.normal)] = interface.clearance
-    n_modes = len(modes.omega)
-    load = np.pad(law.loads(modes, scene), ((0, 0), (0, 1)))
+    n_modes = len(rows.omega)
+    load = np.pad(law.loads(rows, scene), ((0, 0), (0, 1)))
     return Scheme(
         normal=aligned(normal),
-        observed=aligned(columns(modes.observed)),
-        stress=aligned(columns(modes.stress) if scene.observes_stress else np.zeros((n_modes, 0))),
+        observed=aligned(columns(rows.observed)),
+        stress=aligned(columns(rows.stress) if scene.observes_stress else np.zeros((n_modes, 0))),
         load=by_columns(load) if len(modes.axial) > 0 else aligned(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
-        squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else modes.omega**2,
+        squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
         clearance=aligned(np.full((1, width), scene.clearance)),
         own=aligned(own),
         step=np.zeros(width),
@@ -73,19 +73,20 @@ def _allocate_scheme(modes, scene, grid, width, law, pairs):
 
 def _turns(pairs, grid):
     """Cosine and sine of the angles by which the pairs of the casing turn in a step (J, 2)."""
-    angle = pairs.n_waves * 2.0 * np.pi / grid.steps_per_revolution
+    angle = pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _engine_order_forces(modes, scene, grid):
     """Modal forces of the travelling load at the start of every step of a block, (P or 0, K)."""
     if not scene.load:
-        return np.zeros((0, len(modes.omega)))
+        return np.zeros((0, modes.n_rows))
     interface = scene.interface
     turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
     load = scene.load * interface.share
     force = load * np.cos(scene.load_order * (interface.angle + turned[:, None]))
-    return aligned(force @ modes.normal)
+    disk_alone = ((0, 0), (0, modes.n_rows - len(modes.omega)))
+    return aligned(np.pad(force @ modes.normal, disk_alone))
 
 
 def _allocate_state(scheme, width):
@@ -119,9 +120,7 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     empty_lane(bank, lane)
     scheme, ratios = bank.scheme, modes.damping_ratios(scene.damping_ratio)
     modes = modes.joined
-    scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(
-        scene.scheme, modes.omega, ratios, h
-    )
+    scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(scene.scheme, modes.omega, ratios, h)
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance

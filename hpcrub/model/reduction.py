@@ -54,13 +54,15 @@ class Modes(NamedTuple):
         pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
         if not len(pairs.omega):
             return self
-        still = {name: np.pad(getattr(self, name), more) for name in ("axial", "observed", "stress")}
+        stiffening = self.stiffening
         return self._replace(
-            **still,
             omega=np.concatenate([self.omega, np.repeat(pairs.omega, 2)]),
             normal=np.hstack([self.normal, pairs.normal]),
             tangential=np.hstack([self.tangential, pairs.tangential]),
-            stiffening=np.pad(self.stiffening, more) if len(self.stiffening) else self.stiffening,
+            axial=np.pad(self.axial, more),
+            observed=np.pad(self.observed, more),
+            stress=np.pad(self.stress, more),
+            stiffening=np.pad(stiffening, more) if len(stiffening) else stiffening,
             pairs=NO_PAIRS,
         )
 
