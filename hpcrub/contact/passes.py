@@ -51,6 +51,42 @@ def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) 
 
 
 @compiled(inline=True, inner=True)
+def advanced(
+    lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int, k: int, columns: tuple,
+    forces: tuple,
+) -> tuple:  # fmt: skip
+    """Corrector of the step before and predictor of this one, for mode k.
+
+    contacts, columns, forces: of the active points to correct.
+    Returns position and increment (L,) at the end of this step.
+    """
+    gain = v.load(lanes, scheme.gain, k)
+    q = v.load(lanes, state.position, k)
+    d = v.load(lanes, state.increment, k)
+    if len(contacts) > 0:
+        kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0)) * gain
+        q = q + kick
+        d = d + kick
+    d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
+    if scheme.external.shape[0] > 0:
+        d = d + scheme.external[step, k] * gain
+    return q + d, d
+
+
+@compiled(inline=True, inner=True)
+def turn_pair(
+    lanes: tuple, scheme: Scheme, values: np.ndarray, j: int, c: np.ndarray, s: np.ndarray
+) -> tuple:
+    """Turn a pair c, s of the casing by the angle of a step, and keep it (values are modified)."""
+    cosine, sine = v.splat(lanes, scheme.turn[j, 0]), v.splat(lanes, scheme.turn[j, 1])
+    c, s = c * cosine + s * sine, s * cosine - c * sine
+    k = first_pair(scheme) + 2 * j
+    v.store(values, k, c)
+    v.store(values, k + 1, s)
+    return c, s
+
+
+@compiled(inline=True, inner=True)
 def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int) -> np.ndarray:
     """Corrector of the step before, predictor of this one (state is modified).
 
@@ -60,22 +96,19 @@ def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: i
     columns = v.indices(contacts, state.active, 0)
     forces = v.tile_gather(lanes, state.multiplier, columns)
     depth, points = open_gap(lanes, scheme, state, step, 0), v.consecutive(TIPS, 0)
-    loaded = scheme.external.shape[0] > 0
     for k in range(first_pair(scheme)):
-        gain = v.load(lanes, scheme.gain, k)
-        q = v.load(lanes, state.position, k)
-        d = v.load(lanes, state.increment, k)
-        if len(contacts) > 0:
-            kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0)) * gain
-            q = q + kick
-            d = d + kick
-        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
-        if loaded:
-            d = d + scheme.external[step, k] * gain
-        q = q + d
+        q, d = advanced(lanes, contacts, scheme, state, step, k, columns, forces)
         v.store(state.increment, k, d)
         v.store(state.position, k, q)
         depth = v.tile_add(depth, scheme.normal, k, points, q)
+    for j in range(scheme.turn.shape[0]):
+        k = first_pair(scheme) + 2 * j
+        c, dc = advanced(lanes, contacts, scheme, state, step, k, columns, forces)
+        s, ds = advanced(lanes, contacts, scheme, state, step, k + 1, columns, forces)
+        c, s = turn_pair(lanes, scheme, state.position, j, c, s)
+        turn_pair(lanes, scheme, state.increment, j, dc, ds)
+        depth = v.tile_add(depth, scheme.normal, k, points, c)
+        depth = v.tile_add(depth, scheme.normal, k + 1, points, s)
     v.tile_store(state.penetration, points, depth)
     return v.tile_largest(depth)
 
@@ -110,68 +143,6 @@ def penetrate(
         depth = v.tile_add(depth, scheme.normal, k, points, v.load(lanes, state.position, k))
     v.tile_store(state.penetration, points, depth)
     return depth
-
-
-@compiled(inner=True)
-def advance_pairs(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
-    """Corrector and predictor of the casing, whose coordinates then turn (state is modified).
-
-    n_active: active points to correct.
-    """
-    first = first_pair(scheme)
-    for k in range(first, scheme.normal.shape[0]):
-        gain = v.load(lanes, scheme.gain, k)
-        force = v.splat(lanes, 0.0)
-        for a in range(0, n_active, len(FEW)):
-            columns = v.indices(FEW, state.active, a)
-            forces = v.tile_gather(lanes, state.multiplier, columns)
-            force = v.tile_dot(scheme.load, k, columns, forces, force)
-        q = v.load(lanes, state.position, k) + force * gain
-        d = v.load(lanes, state.increment, k) + force * gain
-        v.store(state.before, k, d)
-        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
-        v.store(state.increment, k, d)
-        v.store(state.position, k, q + d)
-    for j in range(scheme.turn.shape[0]):
-        turn_pair(lanes, state.position, first + 2 * j, scheme.turn[j])
-        turn_pair(lanes, state.increment, first + 2 * j, scheme.turn[j])
-
-
-@compiled(inline=True, inner=True)
-def turn_pair(lanes: tuple, values: np.ndarray, k: int, turn: np.ndarray) -> None:
-    """Turn the pair of rows k and k + 1 by an angle, whose cosine and sine ``turn`` holds."""
-    cosine, sine = v.splat(lanes, turn[0]), v.splat(lanes, turn[1])
-    c, s = v.load(lanes, values, k), v.load(lanes, values, k + 1)
-    v.store(values, k, c * cosine + s * sine)
-    v.store(values, k + 1, s * cosine - c * sine)
-
-
-@compiled(inline=True, inner=True)
-def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-    """The narrowest pass that holds the active points, then the other tiles (state is modified).
-
-    Returns (L,); deepest penetration of all contact points [m].
-    """
-    scheme, state = bank.scheme, bank.state
-    if n_active > len(MANY):
-        correct(lanes, scheme, state, n_active)
-        n_active = 0
-    if n_active == 0:
-        deepest = predict(lanes, NONE, scheme, state, step)
-    elif n_active <= len(FEW):
-        deepest = predict(lanes, FEW, scheme, state, step)
-    elif n_active <= len(SOME):
-        deepest = predict(lanes, SOME, scheme, state, step)
-    else:
-        deepest = predict(lanes, MANY, scheme, state, step)
-    if scheme.turn.shape[0] > 0:
-        advance_pairs(lanes, scheme, state, n_active)
-        n_modes = scheme.normal.shape[0]
-        depth = penetrate(lanes, scheme, state, 0, first_pair(scheme), n_modes)
-        deepest = v.tile_largest(depth)
-    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
-        deepest = v.larger(predict_more(lanes, first, scheme, state, step), deepest)
-    return deepest
 
 
 @compiled(inner=True)
@@ -252,6 +223,54 @@ def advance_modes(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int
         v.store(state.position, k, q + d)
 
 
+@compiled(inline=True, inner=True)
+def advance(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int, end: int) -> None:
+    """Corrector and predictor of some modes, for any number of active points (bank is modified)."""
+    for first in range(0, n_active, TILE):
+        if n_active - first <= len(FEW):
+            add_forces(lanes, FEW, bank, first, begin, end)
+        elif n_active - first <= len(SOME):
+            add_forces(lanes, SOME, bank, first, begin, end)
+        else:
+            add_forces(lanes, MANY, bank, first, begin, end)
+    advance_modes(lanes, bank, step, n_active, begin, end)
+
+
+@compiled(inner=True)
+def advance_pairs(lanes: tuple, bank: Bank, step: int, n_active: int) -> None:
+    """Corrector and predictor of the casing, whose coordinates then turn (bank is modified)."""
+    scheme, state = bank.scheme, bank.state
+    begin, end = first_pair(scheme), scheme.normal.shape[0]
+    advance(lanes, bank, step, n_active, begin, end)
+    for j in range(scheme.turn.shape[0]):
+        for values in (state.position, state.increment):
+            c = v.load(lanes, values, begin + 2 * j)
+            turn_pair(lanes, scheme, values, j, c, v.load(lanes, values, begin + 2 * j + 1))
+
+
+@compiled(inline=True, inner=True)
+def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+    """The narrowest pass that holds the active points, then the other tiles (state is modified).
+
+    Returns (L,); deepest penetration of all contact points [m].
+    """
+    scheme, state = bank.scheme, bank.state
+    if n_active > len(MANY):
+        correct(lanes, scheme, state, n_active)
+        n_active = 0
+    if n_active == 0:
+        deepest = predict(lanes, NONE, scheme, state, step)
+    elif n_active <= len(FEW):
+        deepest = predict(lanes, FEW, scheme, state, step)
+    elif n_active <= len(SOME):
+        deepest = predict(lanes, SOME, scheme, state, step)
+    else:
+        deepest = predict(lanes, MANY, scheme, state, step)
+    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
+        deepest = v.larger(predict_more(lanes, first, scheme, state, step), deepest)
+    return deepest
+
+
 @compiled(inner=True)
 def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     """Corrector of the step before, predictor and penetrations of this one (bank is modified).
@@ -267,20 +286,13 @@ def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.nda
         v.tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
     for begin in range(0, n_disk, BLOCK):
         end = min(begin + BLOCK, n_disk)
-        for first in range(0, n_active, TILE):
-            if n_active - first <= len(FEW):
-                add_forces(lanes, FEW, bank, first, begin, end)
-            elif n_active - first <= len(SOME):
-                add_forces(lanes, SOME, bank, first, begin, end)
-            else:
-                add_forces(lanes, MANY, bank, first, begin, end)
-        advance_modes(lanes, bank, step, n_active, begin, end)
+        advance(lanes, bank, step, n_active, begin, end)
         for first in range(0, n_points, TILE):
             depth = penetrate(lanes, scheme, state, first, begin, end)
             if end == n_modes:
                 deepest = v.larger(v.tile_largest(depth), deepest)
     if n_disk < n_modes:
-        advance_pairs(lanes, scheme, state, n_active)
+        advance_pairs(lanes, bank, step, n_active)
         for first in range(0, n_points, TILE):
             depth = penetrate(lanes, scheme, state, first, n_disk, n_modes)
             deepest = v.larger(v.tile_largest(depth), deepest)
