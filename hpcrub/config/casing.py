@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
+from hpcrub.config.casing_modes import CasingModes, Ring
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
@@ -70,6 +71,10 @@ class Casing(Section):
     a fiftieth of the circumference; 0: straight lines between them [mm]"""
     growth_time_s: Number = Field(0.01, ge=0, le=1e4)
     """time in which the shape grows from a circle [s]"""
+    ring: Ring = Ring()
+    modes: CasingModes = ()
+    """modes of a casing that vibrates, from other programs: a list of pairs, or a file with the
+    columns waves, frequency_hz, modal_mass_kg, tangential_ratio, damping_ratio"""
 
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
@@ -87,7 +92,13 @@ class Casing(Section):
     @property
     def is_resolved(self) -> bool:
         """Whether profile and clearance are here: not before their files have been read."""
-        return self.profile_is_known and self.clearance_is_known
+        modes_are_known = not isinstance(self.modes, str)
+        return self.profile_is_known and self.clearance_is_known and modes_are_known
+
+    @property
+    def vibrates(self) -> bool:
+        """Whether the casing is elastic as a whole, with waves around it."""
+        return self.ring.thickness_mm is not None or bool(self.modes)
 
     @property
     def profile_is_known(self) -> bool:
@@ -168,7 +179,8 @@ class Casing(Section):
     @property
     def words(self) -> str:
         """The casing in a few words, for titles."""
-        bumps = [counted(self.n_bumps, "bump")]
+        bumps, ring = [counted(self.n_bumps, "bump")], self.ring.thickness_mm
+        vibrates = [f"ring of {ring:g} mm"] if ring else ["casing modes"] if self.modes else []
         orders = ", ".join(str(h.order) for h in self.harmonics)
         harmonics = [f"harmonics {orders}"] if orders else []
         if len(self.harmonics) == 1:
@@ -177,4 +189,5 @@ class Casing(Section):
         if self.profile_csv:
             measured = [f"profile {Path(self.profile_csv).stem}"]
         plain = harmonics + measured
-        return " + ".join(bumps + plain if self.bump_height_mm > 0.0 or not plain else plain)
+        shape = bumps + plain if self.bump_height_mm > 0.0 or not plain else plain
+        return " + ".join(shape + vibrates)

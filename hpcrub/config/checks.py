@@ -11,6 +11,7 @@ from hpcrub.config.text import show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # of a revolution
+ALIKE = 1.1  # ratio of frequencies of two modes of the casing with as many waves: they are a pair
 BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
 
 
@@ -20,6 +21,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _damping_problems(config.material)
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
     yield from of_casing or _steep_problems(config)
+    yield from _ring_problems(config.casing)
     yield from _contact_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)
@@ -131,6 +133,42 @@ def _steep_problems(c):
             f"{MOST_STEPS:,}; widen its bumps (casing.bump_width), lengthen casing.smoothing_mm "
             "or lower time.steps_per_bump_width"
         )
+
+
+def _ring_problems(casing):
+    """Of a casing that vibrates."""
+    ring, modes = casing.ring, casing.modes
+    if not casing.vibrates:
+        if ring.model_fields_set - {"thickness_mm"}:
+            yield f"casing.ring.{min(ring.model_fields_set)}: needs casing.ring.thickness_mm"
+        return
+    if ring.thickness_mm is not None and modes:
+        yield "casing.modes: cannot be combined with casing.ring; leave one out"
+    if casing.growth_time_s == 0.0:
+        yield (
+            "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
+            "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"
+        )
+    if ring.thickness_mm is not None:
+        held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
+        if 1 in ring.waves and not held:
+            yield (
+                "casing.ring.waves: nothing holds the ring in n = 1; give "
+                "casing.ring.bed_radial_n_per_m2, or leave 1 out"
+            )
+        twice = [n for n, following in pairwise(sorted(ring.waves)) if n == following]
+        if twice:
+            yield f"casing.ring.waves: {twice[0]} is given twice"
+    if isinstance(modes, str):
+        return  # what the file holds is seen when it is read
+    for one, other in pairwise(sorted(modes, key=lambda mode: (mode.waves, mode.frequency_hz))):
+        alike = other.frequency_hz <= ALIKE * one.frequency_hz
+        if one.waves == other.waves and alike:
+            yield (
+                f"casing.modes: n = {one.waves} at {one.frequency_hz:g} and "
+                f"{other.frequency_hz:g} Hz; cos nθ and sin nθ are one pair of one frequency, "
+                "given once; a casing whose pairs differ is not in the model"
+            )
 
 
 def _contact_problems(c):

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from hpcrub.config.casing import MOST_POINTS
+from hpcrub.config.casing_modes import CasingMode
 from hpcrub.config.checks import deviation_of
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
@@ -34,6 +35,10 @@ def with_tables(config: Config) -> Config:
     if isinstance(path := config.casing.clearance_hz_mm, str):
         points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS)
         config = config.replace({"casing.clearance_hz_mm": points.tolist()})
+    if isinstance(path := config.casing.modes, str):
+        rows = _table("casing.modes", path, tuple(CasingMode.model_fields)).tolist()
+        modes = [dict(zip(CasingMode.model_fields, row, strict=True)) for row in rows]
+        config = config.replace({"casing.modes": modes})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
         config = config.replace(_patterns(config))

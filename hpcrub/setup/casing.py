@@ -1,0 +1,56 @@
+"""The casing that vibrates, of an input: its modes, or why there can be none."""
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
+
+STEPS_PER_WAVE = 16  # of the fastest wave that passes a blade, at least
+
+
+def casing_modes_of(config: Config) -> CasingModes | None:
+    """Modes of the casing, None for a rigid one.
+
+    Raises InputError for waves that the time steps do not resolve.
+    """
+    casing = config.casing
+    if not casing.vibrates:
+        return None
+    modes = _of_ring(config) if casing.ring.thickness_mm is not None else _of_table(casing.modes)
+    most, needed = int(modes.n_waves.max()), 1.0 / (config.speeds.to_hz * config.step)
+    if needed < STEPS_PER_WAVE * most:
+        raise InputError(
+            f"casing.{'modes' if casing.modes else 'ring.waves'}: n = {most} passes a blade within "
+            f"{needed / most:.3g} time steps, fewer than {STEPS_PER_WAVE}; leave it out, or give "
+            f"time.step_s of {1.0 / (config.speeds.to_hz * STEPS_PER_WAVE * most):.2g}"
+        )
+    return modes
+
+
+def _of_ring(config):
+    ring = config.casing.ring
+    radius = ring.radius_mm
+    if radius is None:
+        radius = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
+    return ring_modes(
+        Ring(
+            radius / 1000,
+            ring.thickness_mm / 1000,
+            ring.width,
+            ring.young_modulus,
+            ring.density_kg_m3,
+            ring.bed_radial_n_per_m2,
+            ring.bed_tangential_n_per_m2,
+        ),
+        np.array(sorted(ring.waves)),
+        ring.damping_ratio,
+    )
+
+
+def _of_table(pairs):
+    n, frequency, mass, ratio, damping = np.array(
+        sorted(tuple(pair.model_dump().values()) for pair in pairs)
+    ).T
+    radial = 1.0 / np.sqrt(mass)
+    return CasingModes(n.astype(int), 2.0 * np.pi * frequency, damping, radial, ratio * radial)
