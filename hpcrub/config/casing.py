@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
-from hpcrub.config.casing_modes import CasingModes, Ring
+from hpcrub.config.casing_modes import CasingMode, Ring
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
@@ -72,9 +72,12 @@ class Casing(Section):
     growth_time_s: Number = Field(0.01, ge=0, le=1e4)
     """time in which the shape grows from a circle [s]"""
     ring: Ring = Ring()
-    modes: CasingModes = ()
-    """modes of a casing that vibrates, from other programs: a list of pairs, or a file with the
-    columns waves, frequency_hz, modal_mass_kg, tangential_ratio, damping_ratio"""
+    modes: Annotated[tuple[CasingMode, ...], Field(max_length=100)] = ()
+    """modes of a casing that vibrates, from other programs, in place of a ring; filled in from
+    modes_csv when a run begins"""
+    modes_csv: FileName | None = None
+    """file of these modes; columns waves, frequency_hz, modal_mass_kg, tangential_ratio,
+    damping_ratio"""
 
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
@@ -92,13 +95,17 @@ class Casing(Section):
     @property
     def is_resolved(self) -> bool:
         """Whether profile and clearance are here: not before their files have been read."""
-        modes_are_known = not isinstance(self.modes, str)
-        return self.profile_is_known and self.clearance_is_known and modes_are_known
+        return self.profile_is_known and self.clearance_is_known and self.modes_are_known
 
     @property
     def vibrates(self) -> bool:
         """Whether the casing is elastic as a whole, with waves around it."""
-        return self.ring.thickness_mm is not None or bool(self.modes)
+        return self.ring.thickness_mm is not None or bool(self.modes or self.modes_csv)
+
+    @property
+    def modes_are_known(self) -> bool:
+        """Whether the modes of the casing are here."""
+        return self.modes_csv is None or bool(self.modes)
 
     @property
     def profile_is_known(self) -> bool:
@@ -180,7 +187,7 @@ class Casing(Section):
     def words(self) -> str:
         """The casing in a few words, for titles."""
         bumps, ring = [counted(self.n_bumps, "bump")], self.ring.thickness_mm
-        vibrates = [f"ring of {ring:g} mm"] if ring else ["casing modes"] if self.modes else []
+        vibrates = [f"ring of {ring:g} mm"] if ring else ["casing modes"] if self.vibrates else []
         orders = ", ".join(str(h.order) for h in self.harmonics)
         harmonics = [f"harmonics {orders}"] if orders else []
         if len(self.harmonics) == 1:

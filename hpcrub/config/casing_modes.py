@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from hpcrub.config.types import FILE, LIST, FileName, ListOrFile, Number, Section, Whole, si
+from hpcrub.config.types import Number, Section, Whole, si
 
 MOST_WAVES = 200
 Waves = Annotated[
@@ -52,9 +52,3 @@ class CasingMode(Section):
     beside w = c cos nθ + s sin nθ; about −1/n in bending [-]"""
     damping_ratio: Number = Field(0.005, ge=0, lt=1)
     """damping ratio [-]"""
-
-
-CasingModes = Annotated[
-    Annotated[tuple[CasingMode, ...], Field(max_length=100), LIST] | Annotated[FileName, FILE],
-    ListOrFile,
-]

@@ -139,10 +139,11 @@ def _ring_problems(casing):
     """Of a casing that vibrates."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
-        if ring.model_fields_set - {"thickness_mm"}:
-            yield f"casing.ring.{min(ring.model_fields_set)}: needs casing.ring.thickness_mm"
+        changed = [name for name, value in ring if value != type(ring).model_fields[name].default]
+        if changed:
+            yield f"casing.ring.{changed[0]}: needs casing.ring.thickness_mm"
         return
-    if ring.thickness_mm is not None and modes:
+    if ring.thickness_mm is not None and (modes or casing.modes_csv):
         yield "casing.modes: cannot be combined with casing.ring; leave one out"
     if casing.growth_time_s == 0.0:
         yield (
@@ -159,8 +160,6 @@ def _ring_problems(casing):
         twice = [n for n, following in pairwise(sorted(ring.waves)) if n == following]
         if twice:
             yield f"casing.ring.waves: {twice[0]} is given twice"
-    if isinstance(modes, str):
-        return  # what the file holds is seen when it is read
     for one, other in pairwise(sorted(modes, key=lambda mode: (mode.waves, mode.frequency_hz))):
         alike = other.frequency_hz <= ALIKE * one.frequency_hz
         if one.waves == other.waves and alike:

@@ -47,15 +47,15 @@ FileName = Annotated[
     Field(max_length=4000, json_schema_extra={"format": "a file name"}),
 ]
 Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
-LIST, FILE = (Tag(kind) for kind in config_text.KINDS)
-ListOrFile = Discriminator(lambda value: config_text.KINDS[isinstance(value, str)])
-Blades = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200), LIST]
+_List, _Table = (Tag(kind) for kind in config_text.KINDS)
+_ListOrTable = Discriminator(lambda value: config_text.KINDS[isinstance(value, str)])
+Blades = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200), _List]
 # the values of one disk, or the file of a table with those of many
-Pattern = Annotated[Blades | Annotated[FileName, FILE], ListOrFile]
+Pattern = Annotated[Blades | Annotated[FileName, _Table], _ListOrTable]
 Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]
-Points = Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), LIST]
+Points = Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), _List]
 # points of a curve, or the file of a table with them
-Curve = Annotated[Points | Annotated[FileName, FILE], ListOrFile]
+Curve = Annotated[Points | Annotated[FileName, _Table], _ListOrTable]
 
 
 def si(key: str, unit: str, times: float = 1, per: float = 1) -> Any:

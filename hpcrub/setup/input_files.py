@@ -35,9 +35,10 @@ def with_tables(config: Config) -> Config:
     if isinstance(path := config.casing.clearance_hz_mm, str):
         points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS)
         config = config.replace({"casing.clearance_hz_mm": points.tolist()})
-    if isinstance(path := config.casing.modes, str):
-        rows = _table("casing.modes", path, tuple(CasingMode.model_fields)).tolist()
-        modes = [dict(zip(CasingMode.model_fields, row, strict=True)) for row in rows]
+    if not config.casing.modes_are_known:
+        names = tuple(CasingMode.model_fields)
+        rows = _table("casing.modes_csv", config.casing.modes_csv, names).tolist()
+        modes = [dict(zip(names, row, strict=True)) for row in rows]
         config = config.replace({"casing.modes": modes})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:

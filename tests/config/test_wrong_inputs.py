@@ -111,6 +111,17 @@ WRONG = [
     ("casing: {blade_clearance_mm: [0, 0.1]}", "2 values given for the 12 blades of the disk"),
     ("casing: {blade_clearance_mm: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -0.3]}",
      "-0.3 with 0.25 mm of the casing leaves less than no clearance"),
+    # a casing that vibrates
+    ("casing: {ring: {thickness_mm: 5, waves: [1, 2]}}", "nothing holds the ring in n = 1; give"),
+    ("casing: {ring: {thickness_mm: 5, waves: [3, 3]}}", "casing.ring.waves: 3 is given twice"),
+    ("casing: {ring: {thickness_mm: 0}}", "thickness_mm: 0 is out of range, allowed is a number"),
+    ("casing: {ring: {width_mm: 50}}", "casing.ring.width_mm: needs casing.ring.thickness_mm"),
+    ("casing: {ring: {thickness_mm: 5}, modes: [{waves: 2}]}", "cannot be combined with casing.r"),
+    ("casing: {ring: {thickness_mm: 5}, growth_time_s: 0}", "bumps that overlap the tips"),
+    ("casing: {modes: [{waves: 2, frequency_hz: -3}]}", "frequency_hz: -3 is out of range"),
+    ("casing: {modes: [{waves: 2, modal_mass_kg: 0}]}", "modal_mass_kg: 0 is out of range"),
+    ("casing: {modes: [{waves: 3, frequency_hz: 50}, {waves: 3, frequency_hz: 51}]}",
+     "n = 3 at 50 and 51 Hz; cos nθ and sin nθ are one pair of one frequency"),
     # laws and coatings
     ("contact: {coating: {thickness_mm: 0}}",
      "coating.thickness_mm: 0 is out of range, allowed is a number"),

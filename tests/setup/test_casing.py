@@ -1,0 +1,57 @@
+"""A casing that vibrates, from its keys to its modes."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.errors import InputError
+from hpcrub.setup.casing import casing_modes_of
+from hpcrub.setup.input_files import with_tables
+from hpcrub.setup.problem import build_problem
+from tests.program import refusal
+
+RING = {"thickness_mm": 20, "radius_mm": 502.5, "waves": [2, 3]}
+TABLE = """\
+# of the user's own finite elements
+waves,frequency_hz,modal_mass_kg,tangential_ratio,damping_ratio
+3,143.274,25,-0.333,0.01
+2,50.657,16,-0.5,0.02
+"""
+
+
+def test_a_ring_of_the_input_has_the_known_frequencies():
+    modes = casing_modes_of(Config(casing={"ring": RING}))
+    np.testing.assert_allclose(modes.omega / (2 * np.pi), [50.657, 143.274], rtol=1e-5)
+    assert casing_modes_of(Config()) is None
+
+
+def test_a_ring_stands_at_the_tips_unless_its_radius_is_given():
+    inside = casing_modes_of(Config(casing={"ring": {"thickness_mm": 20}}))
+    given = casing_modes_of(Config(casing={"ring": {"thickness_mm": 20, "radius_mm": 510}}))
+    np.testing.assert_array_equal(inside.omega, given.omega)
+
+
+def test_modes_of_a_table_are_those_of_a_list(tmp_path):
+    (tmp_path / "casing.csv").write_text(TABLE)
+    config = with_tables(Config(casing={"modes_csv": str(tmp_path / "casing.csv")}))
+    modes = casing_modes_of(config)
+    np.testing.assert_array_equal(modes.n_waves, [2, 3])
+    np.testing.assert_allclose(modes.omega, 2 * np.pi * np.array([50.657, 143.274]))
+    np.testing.assert_allclose(modes.radial, [1 / 4, 1 / 5])
+    np.testing.assert_allclose(modes.tangential, [-0.5 / 4, -0.333 / 5])
+    np.testing.assert_allclose(modes.damping_ratio, [0.02, 0.01])
+    assert build_problem(config).reduced.casing.n_waves.tolist() == [2, 3]
+
+
+def test_waves_that_the_steps_do_not_resolve_are_refused():
+    config = Config(
+        casing={"ring": {"thickness_mm": 20, "waves": [2, 150]}}, time={"step_s": 2e-5},
+    )  # fmt: skip
+    message = refusal(casing_modes_of, config)
+    assert "casing.ring.waves: n = 150 passes a blade within" in message
+
+
+def test_a_table_with_other_columns_is_refused(tmp_path):
+    (tmp_path / "casing.csv").write_text("waves,frequency_hz\n2,50\n")
+    with pytest.raises(InputError, match=r"casing.modes_csv: .* instead of the names waves"):
+        with_tables(Config(casing={"modes_csv": str(tmp_path / "casing.csv")}))
