@@ -79,6 +79,7 @@ class Record(NamedTuple):
     peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
     stress: np.ndarray  # (R, L) work space [Pa]
     stress_peak: np.ndarray  # (R, L) largest |stress| of all steps since it was set to zero [Pa]
+    casing: np.ndarray  # pairs of a casing that vibrates at the records (B·M·2J, L) [m·√kg]
     has_stress: bool  # whether stresses are observed; they take as long as the rest of a step
     begin: int  # place in the ring of the first block; negative to record nothing
     stride: int  # steps from one record to the next
@@ -99,12 +100,18 @@ class Record(NamedTuple):
         record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
         if record.has_stress:
             record_stress(lanes, bank, record.stress, record.stress_peak)
+        n_pairs = 2 * bank.scheme.turn.shape[0]
+        if n_pairs > 0 and (step + 1) % record.stride == 0:
+            first = bank.state.position.shape[0] - n_pairs
+            for i in range(n_pairs):
+                now = v.load(lanes, bank.state.position, first + i)
+                v.store(record.casing, row * n_pairs + i, now)
         return 0
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "history", "peak", "stress", "stress_peak"
+        return "history", "peak", "stress", "stress_peak", "casing"
 
     @classmethod
     def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
@@ -116,6 +123,7 @@ class Record(NamedTuple):
             peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
             stress=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
             stress_peak=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
+            casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.turn.size, bank.width)),
             has_stress=False,
             begin=0,
             stride=stride,
@@ -123,4 +131,4 @@ class Record(NamedTuple):
 
 
 _NO = np.zeros((0, 1))
-NOTHING = Record(_NO, _NO, _NO, _NO, has_stress=False, begin=-1, stride=1)
+NOTHING = Record(_NO, _NO, _NO, _NO, _NO, has_stress=False, begin=-1, stride=1)

@@ -12,7 +12,7 @@ NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
 # reasons; BALANCE is found in files of versions before 0.2 only
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
-PERMANENT, FLUTTER, REVERSED = 8, 9, 10
+PERMANENT, FLUTTER, REVERSED, RUNAWAY = 8, 9, 10, 11
 WORDS = (
     "none",
     "diverged: a displacement is not finite",
@@ -25,8 +25,9 @@ WORDS = (
     "permanent contact: a blade does not leave the casing, no amplitude",
     "flutter by friction in permanent contact, no amplitude",
     "a tip vibrates faster than it rotates: friction would reverse, and does not",
+    "diverged: a wave of the casing grows without bound",
 )
-FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER)
+FATAL = (NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, BALANCE, PERMANENT, FLUTTER, RUNAWAY)
 
 
 def are_fatal(codes: npt.ArrayLike) -> np.ndarray:

@@ -16,6 +16,7 @@ from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
+from hpcrub.response.casing_motion import LARGEST, Runaway, largest, share_of_energy
 from hpcrub.response.ensemble import LastWindow, Windows
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
@@ -81,6 +82,10 @@ class Band:
         self.watch: list[Any] = [None] * width  # LastWindow, Windows or Wearing
         self.ensemble = scene.steady.rule == "ensemble"
         self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
+        self.runaway: list[Any] = [None] * width  # of a casing that vibrates
+        # blocks between two polls; a casing that vibrates is looked at after every one
+        vibrates = len(modes.pairs.omega) > 0
+        self.most_blocks = 1 if vibrates else max(1, PIECE // grid.steps_per_block)
 
     def run(self, waiting: list[int], out: Any, poll: Any) -> int:
         """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
@@ -89,7 +94,7 @@ class Band:
             self._refill(lane, waiting, now)
         while any(speed is not None for speed in self.speed):
             recording, event = self._next_event(now)
-            until = min(event, now + max(1, PIECE // self.grid.steps_per_block))
+            until = min(event, now + self.most_blocks)
             place = now % (2 * self.window) if recording else -1
             observer = self.record._replace(begin=place, has_stress=self._wants_stress(now))
             integrate.run(self.bank, until - now, observer)
@@ -100,7 +105,10 @@ class Band:
                 poll()
             self._count_contacts(now)
             for lane, check in enumerate(self.check):
-                if self.speed[lane] is not None and check == now and self._finished(lane, now, out):
+                if self.speed[lane] is None:
+                    continue
+                ended = self._ran_away(lane, now, out)
+                if ended or (check == now and self._finished(lane, now, out)):
                     n_steps += (now - self.start[lane]) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
             self._narrow()
@@ -115,7 +123,7 @@ class Band:
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
-        for name in ("speed", "start", "check", "watch", "touched"):
+        for name in ("speed", "start", "check", "watch", "touched", "runaway"):
             setattr(self, name, [getattr(self, name)[lane] for lane in kept])
 
     def _next_event(self, now):
@@ -180,10 +188,27 @@ class Band:
         self.start[lane] = now
         self.record.stress_peak[:, lane] = 0.0
         self.watch[lane] = watch_of(modes, self.scene, speed)
+        if len(modes.pairs.omega):
+            limit = LARGEST * self.scene.interface.radius.max()
+            self.runaway[lane] = Runaway(modes.pairs, limit, self.grid.blocks_per_revolution)
         first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
         if self.ensemble:  # whole windows, so that all lanes are checked together
             first = -(-first // self.window) * self.window
         self.check[lane] = now + max(first, 2 * self.window)
+
+    def _ran_away(self, lane, now, out):
+        """End a lane whose casing runs away (out is modified), and return True if it does."""
+        if self.runaway[lane] is None:
+            return False
+        if not self.runaway[lane].see(self.bank.state.position[len(self.modes.omega) :, lane]):
+            return False
+        index = self.speed[lane]
+        growth = self.runaway[lane].growth(self.speeds_hz[index])
+        out.casing.waves[index], out.casing.growth[index] = growth
+        out.point_status[index], out.point_reason[index] = DIVERGED, status.RUNAWAY
+        out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
+        out.time[index] = self._seconds(lane, now)
+        return True
 
     def _finished(self, lane, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
@@ -205,14 +230,7 @@ class Band:
             if stuck:
                 verdict, reason = DIVERGED, stuck
             else:
-                out.amplitude[index] = found.amplitude
-                out.error[index], out.scatter[index] = found.error, found.scatter
-                if self.scene.observes_stress:
-                    out.stress[index] = self.record.stress_peak[:, lane].max()
-                last_window = self._signals(lane, self._windows(now)[1])
-                out.half_peak_to_peak[index] = np.ptp(last_window, axis=0).max() / 2.0
-                blades = self.scene.interface.of_blades(found.largest)
-                out.localisation[index] = localisation(blades)
+                self._write(lane, now, found, out)
         if self.scene.coating and verdict != DIVERGED:
             self._keep_coating(lane, now)
             self.watch[lane].write(index, out.wear)
@@ -225,6 +243,22 @@ class Band:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[index] = end
         return True
+
+    def _write(self, lane, now, found, out):
+        """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified)."""
+        index, pairs, last = self.speed[lane], self.modes.pairs, self._windows(now)[1]
+        out.amplitude[index] = found.amplitude
+        out.error[index], out.scatter[index] = found.error, found.scatter
+        if self.scene.observes_stress:
+            out.stress[index] = self.record.stress_peak[:, lane].max()
+        out.half_peak_to_peak[index] = np.ptp(self._signals(lane, last), axis=0).max() / 2.0
+        blades = self.scene.interface.of_blades(found.largest)
+        out.localisation[index] = localisation(blades)
+        if len(pairs.omega):
+            records = self.record.casing[:, lane].reshape(2 * self.window, -1, 2 * len(pairs.omega))
+            moved = largest(pairs, records[last].reshape(-1, 2 * len(pairs.omega)))
+            out.casing.largest[index], out.casing.waves[index] = moved
+            out.casing.share[index] = share_of_energy(self.bank, lane)
 
     def _reverses(self, lane, now):
         """Whether a tip of a planar disk moves faster than the disk turns in the last two windows.

@@ -14,6 +14,7 @@ from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
+from hpcrub.response.casing_motion import CasingMotion
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.wear import Wear
@@ -47,6 +48,7 @@ class SweepResult(NamedTuple):
     point_status: np.ndarray  # (S,) uint8: NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED
     point_reason: np.ndarray  # (S,) uint8: code of ``status``
     max_sweeps: np.ndarray  # (S,) uint8: most sweeps of the multiplier solver in a step
+    casing: CasingMotion  # of a casing that vibrates
     wear: Wear  # of a coating
     n_steps: int = 0  # time steps of all speeds
 
@@ -55,13 +57,14 @@ class SweepResult(NamedTuple):
         """Result of n speeds, none of them integrated yet; n_strips: of a coating."""
         numbers, codes = np.full((7, n), np.nan), np.zeros((3, n), dtype=np.uint8)
         numbers[1] = 0.0
-        values: tuple[Any, ...] = *numbers, *codes, Wear.empty(n, n_strips)
+        motions = CasingMotion.empty(n), Wear.empty(n, n_strips)
+        values: tuple[Any, ...] = *numbers, *codes, *motions
         return cls(*values)
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
         """All that has a row for every speed."""
-        return *self[:10], *self.wear
+        return *self[:10], *self.casing, *self.wear
 
     def take(self, speeds: Any, other: "SweepResult") -> None:
         """Take over the response at some speeds (an index) from another one (modified)."""
@@ -124,6 +127,7 @@ def _leave_at_rest(out, still, scene):
     at_rest = 0.0, 0.0, 0.0, known, known, 0.0, no_stress, STEADY
     for values, rest in zip(out[:8], at_rest, strict=True):
         values[still] = rest
+    out.casing.largest[still] = 0.0
     if scene.coating:
         for values in out.wear:
             values[still] = 0.0

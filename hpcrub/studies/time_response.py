@@ -9,7 +9,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, STEADY
 from hpcrub.model.casing import casing_height, ramp
-from hpcrub.response import history
+from hpcrub.response import casing_motion, history
 from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.scene import Scene
 from hpcrub.response.sliding import permanent_contact
@@ -48,6 +48,14 @@ LAYOUT = (
 _STRESS = Dataset(
     "stress_pa", ("disk", "time", "stress"), "Pa", "stress at each place; both faces of a root"
 )
+_CASING = (
+    Dataset(
+        "casing_radial_m", ("disk", "time", "casing_angle"), "m",
+        "outward motion of the casing at an angle of its own",
+    ),
+    Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
+)  # fmt: skip
+N_ANGLES = 120  # of the casing, in whose own frame its motion is kept
 _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
@@ -59,6 +67,7 @@ def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets; of a disk with several contact points on a blade, motions are of every point."""
     more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
     more += (_STRESS,) if config.observes_stress else ()
+    more += _CASING if config.casing.vibrates else ()
     if config.disk.n_points == config.disk.n_blades:
         return LAYOUT + more
     of_points = ("disk", "time", "point")
@@ -78,6 +87,7 @@ def sizes(config: Config) -> dict[str, int]:
         "time": history.n_records(speed, duration, time_grid(config)),
         "point": config.disk.n_points,
         "stress": 2 * config.disk.n_blades,
+        "casing_angle": N_ANGLES,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),
     }
@@ -106,6 +116,7 @@ def constants(config: Config) -> dict[str, Any]:
         "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
         "window_s": config.steady_state.window_revolutions / speed,
         "block_s": _block_ends(config),
+        "casing_angle_deg": np.degrees(_casing_angles()),
     } | worn.CONSTANTS
 
 
@@ -126,9 +137,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         followed.take(piece, 0)
         worn_depth += [depth.max() for depth in piece.worn]
         pieces.append(piece._replace(worn=()))
-    names = "time", "normal_force", "position"
+    names = "time", "normal_force", "position", "casing"
     parts = ([getattr(piece, name)[..., 0] for piece in pieces] for name in names)
-    time, force, position = map(np.concatenate, parts)
+    time, force, position, casing = map(np.concatenate, parts)
     tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
     window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
     reason = pieces[-1].reason[0]
@@ -136,18 +147,19 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
         reason = permanent_contact(share, modes, scene, speed) or reason
     if task == 0:
-        yield "time_s", (), time
-    if task == 0 and config.disk.n_points != config.disk.n_blades:
-        yield "contact_blade", (), scene.interface.blade
-        yield "contact_angle_rad", (), scene.interface.angle
+        yield from _once(config, scene, time)
     yield "point_reason", task, reason
     yield "point_status", task, DIVERGED
     if status.are_fatal(pieces[-1].reason[0]):
         return
     moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
     moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
+    wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
+    moved["gap_m"] = gap(scene, speed, time, radial) + wall
+    if config.casing.vibrates:
+        turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
+        moved["casing_radial_m"] = casing_motion.radial(modes.pairs, casing, turned)
     yield from ((name, task, values) for name, values in moved.items())
-    yield "gap_m", task, gap(scene, speed, time, radial)
     if scene.coating:
         yield "worn_depth_m", task, np.array(worn_depth)
         yield from worn.of_speed(followed.wear, task)
@@ -159,12 +171,24 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield "amplitude_error_m", task, followed.found.error
 
 
+def _once(config, scene, time):
+    """What is the same for all disks."""
+    yield "time_s", (), time
+    if config.disk.n_points != config.disk.n_blades:
+        yield "contact_blade", (), scene.interface.blade
+        yield "contact_angle_rad", (), scene.interface.angle
+
+
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
-    """Gap of every tip, (T, n_c) [m]."""
+    """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
     angle = 2 * np.pi * speed_hz * time[:, None] + scene.interface.angle
     height = casing_height(angle, scene.n_bumps, scene.bump_height, scene.profile, scene.bump_width)
     return scene.at(speed_hz).clearance + scene.interface.clearance - grown * height - radial
+
+
+def _casing_angles():
+    return np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 
 
 def _tests(config, task, tangential, per_block):
@@ -210,6 +234,9 @@ def report(file: ResultFile) -> Iterator[str]:
             known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
         size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
         force = file.read("force_n", disk).max()
+        if "casing_radial_m" in file:
+            moved = np.abs(file.read("casing_radial_m", disk)).max()
+            known += f", casing moves by {1e3 * moved:.3g} mm"
         if "stress_pa" in file:
             stress = np.abs(file.read("stress_pa", disk)).max()
             known += f", largest stress {1e-6 * stress:,.0f} MPa"

@@ -14,7 +14,7 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import APART
 from hpcrub.setup.problem import Problem
-from hpcrub.studies import worn
+from hpcrub.studies import casing_motion, worn
 from hpcrub.studies.contact import file as contact_file
 
 DIFFERENT = 0.1  # of an amplitude: another motion, or another accuracy
@@ -93,18 +93,22 @@ def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
 
 def point_values(result: SweepResult) -> dict[str, Any]:
     """Arrays of a frequency response by their names in the result file."""
-    return {
-        "amplitude_m": result.amplitude,
-        "amplitude_error_m": result.error,
-        "amplitude_scatter_m": result.scatter,
-        "half_peak_to_peak_m": result.half_peak_to_peak,
-        "stress_pa": result.stress,
-        "time_s": result.time,
-        "localisation": result.localisation,
-        "point_status": result.point_status,
-        "point_reason": result.point_reason,
-        "max_sweeps": result.max_sweeps,
-    } | worn.values(result.wear)
+    return (
+        {
+            "amplitude_m": result.amplitude,
+            "amplitude_error_m": result.error,
+            "amplitude_scatter_m": result.scatter,
+            "half_peak_to_peak_m": result.half_peak_to_peak,
+            "stress_pa": result.stress,
+            "time_s": result.time,
+            "localisation": result.localisation,
+            "point_status": result.point_status,
+            "point_reason": result.point_reason,
+            "max_sweeps": result.max_sweeps,
+        }
+        | casing_motion.values(result.casing)
+        | worn.values(result.wear)
+    )
 
 
 class Integrated(NamedTuple):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
-from hpcrub.studies import worn
+from hpcrub.studies import casing_motion, worn
 
 
 class Kind(NamedTuple):
@@ -61,6 +61,7 @@ def _points(group, dimensions):
         Dataset(f"{group}/point_status", dimensions, "1", POINT_STATUS, "u1"),
         Dataset(f"{group}/point_reason", dimensions, "1", POINT_REASON, "u1"),
         Dataset(f"{group}/max_sweeps", dimensions, "1", _SWEEPS, "u1"),
+        *casing_motion.numbers(group, dimensions),
         *worn.numbers(group, dimensions),
     )
 
@@ -141,12 +142,14 @@ _OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a study, those of a coating, of stress, of checks where there are some."""
+    """Datasets of a study, those of a coating, of stress, of checks, of a casing where it is so."""
     left_out = set() if config.contact.wears else set(_OF_COATING)
     if not config.observes_stress:
         left_out |= _OF_STRESS
     if not config.mistuning.checked_samples:
         left_out |= _OF_CHECKS
+    if not config.casing.vibrates:
+        left_out |= set(casing_motion.NAMES)
     return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
 
 

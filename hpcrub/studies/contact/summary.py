@@ -22,6 +22,7 @@ from hpcrub.statistics.percentiles import (
     percentile_interval,
     widened,
 )
+from hpcrub.studies import casing_motion
 from hpcrub.studies.contact import limits, measured, survey, trust
 
 
@@ -52,6 +53,7 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
     for line in (
         *limits.largest_line(file, found),
         *limits.depth_lines(file),
+        *casing_motion.lines(file),
         *limits.limit_lines(file, is_usable(verdict)),
         *point_lines(found),
     ):

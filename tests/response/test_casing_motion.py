@@ -1,0 +1,94 @@
+"""What a sweep says of a casing that vibrates, held against whole histories of the same motion."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.contact.status import DIVERGED, RUNAWAY
+from hpcrub.model.casing_modes import Ring, ring_modes
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response import casing_motion
+from hpcrub.response.revolution import cut_revolution
+from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.problem import build_problem
+from tests.program import TINY, whole
+
+STEEL = Ring(radius=0.5025, thickness=0.02, width=0.1, young=2.1e11, density=7800.0)
+THIN = STEEL._replace(thickness=0.005, young=7e10, density=2700.0)  # all waves are overtaken
+SPEEDS = np.array([33.5, 34.0, 34.5])
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return build_problem(Config.from_yaml(TINY))
+
+
+def modes_in(problem, ring, most=5):
+    casing = ring_modes(ring, np.arange(2, most + 1), 0.005)
+    deviation = stiffness_deviation(5, 0, 0, 12, 0.04)
+    return mistuned_modes(problem.reduced._replace(casing=casing), deviation)
+
+
+@pytest.fixture(scope="module")
+def swept(problem):
+    modes = modes_in(problem, STEEL)
+    return modes, run_sweep(modes, problem.scene, SPEEDS)
+
+
+def test_the_largest_motion_is_that_of_the_history(problem, swept):
+    modes, result = swept
+    for s, speed in enumerate(SPEEDS):
+        found = whole(modes, problem.scene, [speed], result.time[s], "time", "casing", "position")
+        time, pairs, q = (values[..., 0] for values in found)
+        length = problem.scene.steady.window_revolutions / speed
+        inside = time <= result.time[s] * (1 + 1e-9)
+        window = inside & (time > result.time[s] - length * (1 - 1e-9))
+        angle = np.linspace(0, 2 * np.pi, 721)
+        w = casing_motion.radial(modes.pairs, pairs[window], angle)
+        assert result.casing.largest[s] == pytest.approx(np.abs(w).max(), rel=1e-2)
+        by_wave = np.abs(np.fft.rfft(w[:, :-1], axis=1))[:, 2:6]
+        assert result.casing.waves[s] == 2 + np.argmax((by_wave**2).mean(axis=0))
+        assert 0 < result.casing.share[s] < 1
+        assert np.isnan(result.casing.growth[s])
+
+
+def test_speeds_side_by_side_do_not_matter(problem, swept):
+    modes, together = swept
+    alone = run_sweep(modes, problem.scene, SPEEDS, selection=[1], width=1)
+    for one, all_of_them in zip(alone.arrays, together.arrays, strict=True):
+        np.testing.assert_array_equal(one[1], all_of_them[1])
+
+
+def test_a_casing_that_runs_away_ends_its_speed_at_once(problem):
+    """With the wave that grows, and its rate as in the history of the waves."""
+    modes, speed = modes_in(problem, THIN, 8), SPEEDS[1]
+    result = run_sweep(modes, problem.scene, [speed])
+    assert result.point_status[0] == DIVERGED
+    assert result.point_reason[0] == RUNAWAY
+    assert result.time[0] < problem.scene.steady.first_check / 2
+    (pairs,) = whole(modes, problem.scene, [speed], result.time[0], "casing")
+    sizes = casing_motion.amplitudes(modes.pairs, pairs[:, :, 0])
+    assert sizes[-1].max() > casing_motion.LARGEST * problem.scene.interface.radius.max()
+    wave = np.argmax(sizes[-1])
+    assert result.casing.waves[0] == modes.pairs.n_waves[wave]
+    grid = cut_revolution(speed, problem.scene)
+    per_turn = grid.steps_per_revolution // grid.stride
+    if len(sizes) > per_turn:
+        rate = np.log(sizes[-1, wave] / sizes[-1 - per_turn, wave]) * speed
+        assert result.casing.growth[0] == pytest.approx(rate, rel=1e-6)
+    assert np.isnan(result.amplitude[0])
+
+
+def test_a_casing_at_rest_in_a_wave_that_turns_with_the_rotor():
+    """Its motion is the same pattern at all times, and its share of the energy is all."""
+    casing = ring_modes(STEEL, np.array([2, 3]), 0.0)
+    pairs = casing.seen_from(np.zeros(1))
+    y = np.array([[0.3, -0.4, 0.0, 0.0]])
+    angle = np.linspace(0, 6, 13)
+    outward, _ = casing.rows(angle)
+    np.testing.assert_allclose(casing_motion.radial(pairs, y, angle), (outward @ y.T).T)
+    np.testing.assert_allclose(casing_motion.amplitudes(pairs, y), [[0.5 * casing.radial[0], 0.0]])
+    moved, n = casing_motion.largest(pairs, y)
+    assert n == 2
+    assert moved == pytest.approx(0.5 * casing.radial[0], rel=1e-2)
