@@ -165,10 +165,15 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
         yield from worn.of_speed(followed.wear, task)
     yield from _tests(config, task, tangential, len(time) // len(pieces))
     if not status.are_fatal(reason):
-        yield "judged_s", task, followed.time
-        yield "point_status", task, followed.found.status
-        yield "amplitude_m", task, followed.found.amplitude
-        yield "amplitude_error_m", task, followed.found.error
+        yield from _judged(followed, task)
+
+
+def _judged(followed, task):
+    """The amplitude of a disk, and the check that it is of."""
+    yield "judged_s", task, followed.time
+    yield "point_status", task, followed.found.status
+    yield "amplitude_m", task, followed.found.amplitude
+    yield "amplitude_error_m", task, followed.found.error
 
 
 def _once(config, scene, time):
