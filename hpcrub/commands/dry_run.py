@@ -17,7 +17,7 @@ from hpcrub.runs.execution import Existing, Finished, examine, examine_all
 from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import build_problem
-from hpcrub.studies import open_result
+from hpcrub.studies import casing_waves, open_result
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
@@ -51,6 +51,11 @@ def _one(run, existing, n_ranks):
         out.print(f"warning:              {line}", soft_wrap=True)
     if study.integrates and not can_touch(problem.scene):
         out.print("contact:              none, the bumps do not reach the blades")
+    if study.integrates and problem.reduced.casing is not None:
+        casing = problem.reduced.casing
+        found = casing_waves.interactions(config, problem.reduced, casing)
+        for line in casing_waves.lines(config, casing, found):
+            out.print(line, soft_wrap=True)
     if not study.cost(config, 1.0).disks:
         return 0.0
     seconds = _try(out, run, problem)

@@ -11,6 +11,7 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES, pictures
+from hpcrub.plot.canvas import NEEDS
 from hpcrub.ranks.progress import console
 from hpcrub.studies import open_result
 
@@ -55,14 +56,14 @@ def of_study(
     """
     with open_result(paths[0]) as file:
         study, random = file.config.study, file.config.pattern_deviation is None
-        coated = file.config.contact.wears
+        config = file.config
     wanted = [
         figure
         for figure in FIGURES
         if study in figure.about.studies
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
         if random or not figure.about.random
-        if coated or not figure.about.coated
+        if NEEDS[figure.about.needs][1](config)
         if mode is None or figure.about.mode
     ]
     if mode is not None and not wanted:

@@ -31,16 +31,19 @@ from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.solids import model
+from hpcrub.plot.waves import casing_motion, casing_waves
 from hpcrub.plot.wear import wear
 
 FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, mode_shapes, casing, linear, time_response, rubbing,
     interaction_map, energy, contact_over_linear, branches, wear,
+    casing_motion, casing_waves,
 ]  # fmt: skip
 
 __all__ = [
-    "FIGURES", "amplitudes", "branches", "casing", "compare", "contact_over_linear",
+    "FIGURES", "amplitudes", "branches", "casing", "casing_motion",
+    "casing_waves", "compare", "contact_over_linear",
     "convergence_errors", "disk", "energy", "interaction_map", "linear",
     "mode_shapes", "model", "percentiles", "rubbing", "running_means",
     "safe_diagram", "summary", "time_response", "wear",

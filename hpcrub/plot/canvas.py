@@ -31,6 +31,13 @@ LETTERS = 12  # of a line below a figure, per inch
 ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; its artist and the space beside it [inch]
 
 
+NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
+    "": ("", lambda config: True),
+    "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
+    "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
+}
+
+
 class About(NamedTuple):
     """For whom a figure is."""
 
@@ -42,7 +49,7 @@ class About(NamedTuple):
     random: bool = False  # whether it needs random samples instead of one explicit pattern
     mode: bool = False  # whether it can show one chosen mode
     main: bool = False  # whether its picture has the name of the result file alone
-    coated: bool = False  # whether it needs a coating that wears
+    needs: str = ""  # what a study must have beside, one of NEEDS
 
 
 class Drawing(Protocol):
@@ -237,10 +244,9 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
         if file.config.study not in about.studies:
             allowed = " or ".join(about.studies)
             raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
-        if about.coated and not file.config.contact.wears:
-            raise InputError(
-                f"{file.path}: figure {name} is for a coating that wears (contact.law: abradable)"
-            )
+        words, has_it = NEEDS[about.needs]
+        if not has_it(file.config):
+            raise InputError(f"{file.path}: figure {name} is for {words}")
         if about.random and file.config.pattern_deviation is not None:
             raise InputError(
                 f"{file.path}: figure {name} is for random samples, and this is one explicit "

@@ -20,7 +20,7 @@ DEPTH = "worn depth [mm]"
 INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the round drawing
 
 
-@figure("contact", what="worn depth around the casing and from disk to disk", coated=True)
+@figure("contact", what="worn depth around the casing and from disk to disk", needs="wear")
 def wear(canvas: Canvas) -> None:
     """The worn coating: around the casing, over speed and angle, over the speeds, of all disks.
 

@@ -82,6 +82,22 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _time_warnings(config, problem)
     yield from _friction_warnings(config, problem)
     yield from _rebound_warnings(config, problem)
+    yield from _wave_warnings(config, problem)
+
+
+def _wave_warnings(config, problem):
+    """Waves of a casing that vibrates, and that the rotor overtakes."""
+    casing = problem.reduced.casing
+    if casing is None:
+        return
+    critical = casing.critical_speeds / (2.0 * np.pi)
+    overtaken = casing.n_waves[critical < config.speeds.to_hz]
+    if len(overtaken):
+        yield (
+            f"overtaken waves: from {critical.min():.4g} Hz on the rotor is faster than waves "
+            f"around the casing (n = {', '.join(map(str, overtaken))}); contact feeds them, so "
+            "that motions may grow until tips leave the casing, or without bound"
+        )
 
 
 def _graze_warnings(config):

@@ -19,6 +19,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
+from hpcrub.studies import casing_waves
 
 FAR_OFF = 0.01  # of the first family's frequencies by the reduction: more moves all crossings
 MOST_SHAPES = 48  # modes whose shapes are kept
@@ -53,9 +54,15 @@ OF_FILE = (  # of a model file
 )
 
 
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of the disk, planar or of a model file, and of a casing that vibrates."""
+    of_disk = PLANAR if config.disk.model is None else OF_FILE
+    return of_disk + casing_waves.layout(config)
+
+
 def sizes(config: Config) -> dict[str, int]:
     """Length of every dimension of its own that does not need a look into a model file."""
-    found = {"shape": min(MOST_SHAPES, config.n_coordinates)}
+    found = {"shape": min(MOST_SHAPES, config.n_coordinates)} | casing_waves.sizes(config)
     if config.disk.model is not None:
         return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
     blade = config.disk.blade
@@ -78,7 +85,8 @@ def sizes_of_file(config: Config) -> dict[str, int]:
 
 
 def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Frequencies and shapes."""
+    """Frequencies and shapes, and the waves of a casing that vibrates."""
+    yield from casing_waves.values(config, problem.reduced)
     if config.disk.model is not None:
         yield from _of_file(config, problem)
         return
@@ -167,6 +175,7 @@ def report(file: ResultFile) -> Iterator[str]:
     ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
     yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
     yield f"without contact, order {config.casing.main_order} {met(file)}"
+    yield from casing_waves.report(file)
 
 
 def met(file: ResultFile) -> str:
@@ -197,7 +206,7 @@ STUDY = Study(
     figures="1, 2",
     mistunes=False,
     what="the disk, its mode shapes, SAFE diagram",
-    layout=lambda config: PLANAR if config.disk.model is None else OF_FILE,
+    layout=layout,
     sizes=sizes,
     source_sizes=sizes_of_file,
     prepare=build_model,

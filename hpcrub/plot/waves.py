@@ -1,0 +1,102 @@
+"""A casing that vibrates: its waves beside the blades' families, its motion over the speeds."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.model.casing_lines import KINDS
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.responses import SPEED, draw_range, draw_response
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.studies.casing_waves import SHOWN
+from hpcrub.studies.contact import trust
+
+
+@figure("modal", what="waves of the casing and blades over the speed", needs="waves")
+def casing_waves(canvas: Canvas) -> None:
+    """Frequencies seen from the rotor over the speed, and growth in permanent contact.
+
+    Waves of the casing split into |f_c ± n f|; families of blades, with the nodal diameters that
+    they fold to, are level lines or bands. Filled marks are the sums n f = f_c + f_b, where casing
+    and blades can excite each other; hollow ones are the differences. To the right of the dotted
+    line the rotor overtakes a wave.
+    """
+    file = canvas.file
+    lines, growth = canvas.panels(1, 2, (14.0, 5.8))[0]
+    top = SHOWN * file.config.speeds.to_hz
+    speed = np.linspace(0.0, top, 300)
+    waves, frequency = file.read("casing/waves"), file.read("casing/frequencies_hz")
+    blades, met = file.read("casing/blades_hz"), file.read("casing/interaction_hz")
+    highest = max(1.25 * float(np.nanmax(blades[:, 0])), 1.1 * frequency.max())
+    for family in range(blades.shape[1]):
+        of_family = blades[:, family]
+        if np.nanmin(of_family, initial=np.inf) < highest:
+            ends = np.nanmin(of_family), 1.003 * np.nanmax(of_family)
+            lines.axhspan(
+                *ends, color=f"{0.35 + 0.3 * family}", label=f"blades, family {family + 1}"
+            )
+    for j, colour in enumerate(shades(len(waves))):
+        n, f = waves[j], frequency[j]
+        lines.plot(speed, np.abs(f - n * speed), color=colour, lw=1.4, label=f"casing, n = {n}")
+        lines.plot(speed, f + n * speed, color=colour, lw=1.4, ls=(0, (5, 2)))
+        for k, face in enumerate((colour, "w")):
+            lines.plot(met[j, :, k], blades[j], "o", mfc=face, mec=colour, ms=8, zorder=4)
+    lines.plot([], [], "o", color="0.3", label=KINDS[0])
+    lines.plot([], [], "o", mfc="w", mec="0.3", label=KINDS[1])
+    lines.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
+    lines.set(ylim=(0.0, highest))
+    lines.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
+    _draw_growth(growth, file)
+    critical = float(file.read("casing/critical_speed_hz").min())
+    for panel in (lines, growth):
+        panel.axvline(critical, color=BLACK, lw=1.2, ls=":")
+        panel.axvspan(file.config.speeds.from_hz, file.config.speeds.to_hz, color="0.93", zorder=0)
+
+
+def _draw_growth(axes: Axes, file: Any) -> None:
+    """Growth of permanent contact over the speeds, without friction and with it."""
+    speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
+    friction = file.config.contact.friction
+    labels = "without friction", f"with a friction of {friction:g}"
+    for rate, label, colour in zip(rates, labels, (BLUE, ORANGE), strict=True):
+        axes.plot(speeds, np.maximum(rate, 0.0), color=colour, label=label)
+    axes.set(xlabel=SPEED, ylabel="growth [1/s]", xlim=(0.0, speeds[-1]), ylim=(0.0, None))
+    axes.set_title("all tips in permanent contact; 0: decays")
+
+
+@figure("contact", what="motion of a casing that vibrates over the speeds", needs="waves")
+def casing_motion(canvas: Canvas) -> None:
+    """Largest radial motion of the casing beside that of the tips, and its share of the energy.
+
+    The tuned disk and the range of the random samples; numbers at the points of the tuned disk are
+    the waves n that move most. Crosses are speeds without a result.
+    """
+    file = canvas.file
+    tips, motion, share = canvas.panels(1, 3, (17.0, 5.2))[0]
+    if file.config.pattern_deviation is None:
+        draw_range(tips, file)
+        draw_range(motion, file, "casing_motion_m")
+    draw_response(tips, file, "tuned", (), BLACK, "tuned disk")
+    draw_response(motion, file, "tuned", (), BLACK, "tuned disk", "casing_motion_m")
+    speeds, waves = file.read("speeds_hz"), file.read("tuned/casing_waves")
+    moved = 1e3 * file.read("tuned/casing_motion_m")
+    for i in range(0, len(speeds), max(1, len(speeds) // 12)):
+        if np.isfinite(moved[i]):
+            motion.annotate(
+                f"{waves[i]:.0f}", (speeds[i], moved[i]), xytext=(0, 7), ha="center",
+                textcoords="offset points", fontsize=10,
+            )  # fmt: skip
+    tips.set(ylabel="largest |u_t| of a tip [mm]", title="tips")
+    motion.set(ylabel="largest radial motion [mm]", title="casing (numbers: waves n)")
+    values = 100 * file.read("tuned/casing_energy_share")
+    share.plot(speeds, values, color=BLACK, marker=MARKERS[0], ms=4, label="tuned disk")
+    samples = 100 * file.read("samples/casing_energy_share", -1)
+    if np.isfinite(samples).any():
+        known = np.isfinite(samples).any(axis=0)
+        middle = np.nanmedian(samples[:, known], axis=0)
+        share.plot(speeds[known], middle, color=BLUE, label="median of the samples")
+    share.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
+    for panel in (tips, motion, share):
+        panel.set(xlabel=SPEED)
+    canvas.note(*trust.short(file))

@@ -1,0 +1,149 @@
+"""The linear picture of a casing that vibrates, as the modal study stores it and words tell it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.model import casing_lines
+from hpcrub.model.casing_lines import KINDS, N_FAMILIES
+from hpcrub.model.casing_modes import CasingModes
+from hpcrub.model.imported import cyclic
+from hpcrub.model.reduction import ReducedModel, mistuned_modes
+from hpcrub.response.casing_stability import growth
+from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Values
+from hpcrub.setup.casing import casing_modes_of
+
+REACH = 10.0  # times the highest speed asked for: interactions up to there are listed
+SHOWN = 1.5  # times the highest speed asked for: words and figures go so far
+N_SPEEDS = 90  # at which permanent contact is judged
+LAYOUT = (
+    Dataset("casing/waves", ("casing_mode",), "1", "waves n around the casing", "i8"),
+    Dataset("casing/frequencies_hz", ("casing_mode",), "Hz", "its natural frequency f_c"),
+    Dataset("casing/critical_speed_hz", ("casing_mode",), "Hz", "speed f_c/n of its travel"),
+    Dataset(
+        "casing/interaction_hz", ("casing_mode", "family", "sum_or_difference"), "Hz",
+        "speeds at which n times the speed is f_c + f_b, or |f_c - f_b|, f_b of a family of blades "
+        "with the nodal diameters that n waves fold to; nan: never, or far above",
+    ),
+    Dataset("casing/blades_hz", ("casing_mode", "family"), "Hz", "this f_b, at the highest speed"),
+    Dataset("casing/speed_hz", ("stability",), "Hz", "speeds at which permanent contact is judged"),
+    Dataset(
+        "casing/growth_per_s", ("friction", "stability"), "1/s",
+        "fastest growth in permanent contact of all tips; without friction, then with it",
+    ),
+    Dataset("casing/growing_waves", ("friction", "stability"), "1", "its n that moves most", "i8"),
+)  # fmt: skip
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of a modal study; none without a casing that vibrates."""
+    return LAYOUT if config.casing.vibrates else ()
+
+
+def sizes(config: Config) -> dict[str, int]:
+    """Length of their dimensions."""
+    casing = config.casing
+    n_pairs = len(casing.modes) if casing.ring.thickness_mm is None else len(casing.ring.waves)
+    kinds = {"family": N_FAMILIES, "sum_or_difference": len(KINDS), "friction": 2}
+    return kinds | {"casing_mode": n_pairs, "stability": N_SPEEDS}
+
+
+def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> np.ndarray:
+    """Speeds at which waves and blades meet, as `casing_lines.interactions` [Hz]."""
+    highest = 2.0 * np.pi * REACH * config.speeds.to_hz
+    found = casing_lines.interactions(reduced, diameters_of(reduced), casing, highest)
+    return found / (2.0 * np.pi)
+
+
+def diameters_of(reduced: ReducedModel) -> np.ndarray:
+    """Nodal diameters of the tuned modes, by the motion of their contact points (m,)."""
+    face = reduced.interface
+    rows = face.normal, face.tangential, face.axial
+    tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])
+    return cyclic.diameters_of(tips, face.blade, face.angle)
+
+
+def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
+    """Waves, interaction speeds and growth; nothing of a casing that does not vibrate."""
+    casing = casing_modes_of(config)
+    if casing is None:
+        return
+    yield "casing/waves", (), casing.n_waves
+    yield "casing/frequencies_hz", (), casing.omega / (2.0 * np.pi)
+    yield "casing/critical_speed_hz", (), casing.critical_speeds / (2.0 * np.pi)
+    yield "casing/interaction_hz", (), interactions(config, reduced, casing)
+    yield "casing/blades_hz", (), _blades(reduced, casing, config.speeds.to_hz)
+    speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
+    tuned = np.zeros(config.disk.n_blades)
+    modes = mistuned_modes(reduced._replace(casing=casing), tuned)
+    found = [
+        [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds]
+        for friction in (0.0, config.contact.friction)
+    ]
+    yield "casing/speed_hz", (), speeds
+    yield "casing/growth_per_s", (), np.array([[at.rate for at in row] for row in found])
+    yield "casing/growing_waves", (), np.array([[at.waves for at in row] for row in found])
+
+
+def _blades(reduced, casing, speed_hz):
+    found = np.full((len(casing.omega), N_FAMILIES), np.nan)
+    diameters, speed = diameters_of(reduced), 2.0 * np.pi * speed_hz
+    for j, n in enumerate(casing.n_waves):
+        folded = casing_lines.folded(int(n), reduced.interface.n_blades)
+        for family in range(N_FAMILIES):
+            blades = casing_lines.family_frequency(reduced, diameters, folded, family)
+            if blades:
+                found[j, family] = blades(speed) / (2.0 * np.pi)
+    return found
+
+
+def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[str]:
+    """The waves of the casing, the speeds at which they meet blades, and which are overtaken.
+
+    found: as `interactions` [Hz].
+    """
+    critical, highest = casing.critical_speeds / (2.0 * np.pi), config.speeds.to_hz
+    for j, n in enumerate(casing.n_waves):
+        text = f"casing, n = {n}: {casing.omega[j] / (2.0 * np.pi):.4g} Hz"
+        if n:
+            text += f", travels at {critical[j]:.4g} Hz"
+        meets = [
+            f"family {family + 1} at {found[j, family, k]:.4g} Hz ({kind})"
+            for family in range(N_FAMILIES)
+            for k, kind in enumerate(KINDS)
+            if found[j, family, k] <= SHOWN * highest
+        ]
+        yield text + (f", meets {', '.join(meets)}" if meets else "")
+    overtaken = casing.n_waves[critical < highest]
+    if len(overtaken):
+        yield (
+            f"casing: from {critical.min():.4g} Hz on the rotor overtakes waves of the casing (n = "
+            f"{', '.join(map(str, overtaken))}); contact feeds these, and motions may grow"
+        )
+    else:
+        yield f"casing: no wave is overtaken up to {critical.min():.4g} Hz"
+
+
+def report(file: ResultFile) -> Iterator[str]:
+    """These lines of a modal study, and from which speed on permanent contact is unstable."""
+    if "casing/waves" not in file:
+        return
+    casing = casing_modes_of(file.config)
+    assert casing is not None  # the file has its waves
+    yield from lines(file.config, casing, file.read("casing/interaction_hz"))
+    speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
+    waves, friction = file.read("casing/growing_waves"), file.config.contact.friction
+    for row, words in enumerate(("without friction", f"with a friction of {friction:g}")):
+        grows = np.flatnonzero(rates[row] > 0.0)
+        if len(grows):
+            most = grows[np.argmax(rates[row, grows])]
+            yield (
+                f"permanent contact of all tips, {words}: grows from {speeds[grows[0]]:.3g} Hz on; "
+                f"up to {speeds[-1]:.3g} Hz at most by {rates[row, most]:.3g} 1/s, at "
+                f"{speeds[most]:.3g} Hz with n = {waves[row, most]}"
+            )
+        else:
+            yield f"permanent contact of all tips, {words}: decays up to {speeds[-1]:.3g} Hz"

@@ -1,0 +1,48 @@
+"""Interaction speeds of casing waves and blades: closed forms, with and without stiffening."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.model.casing_lines import family_frequency, interactions
+from hpcrub.model.casing_modes import CasingModes
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies.casing_waves import diameters_of
+from tests.program import TINY
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return build_problem(Config.from_yaml(TINY)).reduced
+
+
+def casing_of(n, hz):
+    count = len(n)
+    return CasingModes(np.array(n), 2 * np.pi * np.array(hz), *np.ones((3, count)))
+
+
+def test_a_disk_that_does_not_stiffen_meets_waves_as_in_closed_form(reduced):
+    """n Omega = w_c + w_b and |w_c - w_b|; waves n = 14 and 2 fold to the same diameters."""
+    casing = casing_of([0, 2, 4, 14], [300.0, 50.0, 200.0, 700.0])
+    found = interactions(reduced, diameters_of(reduced), casing, 2 * np.pi * 1e4)
+    assert np.isnan(found[0]).all()  # the breathing casing does not travel
+    frequencies = np.sqrt(reduced.tuned_eigenvalues)
+    diameters = diameters_of(reduced)
+    for j, diameter in ((1, 2), (2, 4), (3, 2)):
+        blades = frequencies[diameters == diameter][[0, 2]]  # each diameter twice
+        n, omega = casing.n_waves[j], casing.omega[j]
+        np.testing.assert_allclose(found[j, :, 0], (omega + blades) / n, rtol=1e-9)
+        np.testing.assert_allclose(found[j, :, 1], abs(omega - blades) / n, rtol=1e-9)
+    low = interactions(reduced, diameters, casing, 2 * np.pi * 10.0)
+    assert np.isnan(low[1:, :, 0]).all()
+
+
+def test_where_rotation_stiffens_the_blades_the_frequency_is_that_of_the_speed(reduced):
+    """K + W^2 M: w_b^2 = w_0^2 + W^2, so that n W = w_c + sqrt(w_0^2 + W^2) is a quadratic."""
+    stiff = reduced._replace(stiffening=(reduced.mass, 0.0 * reduced.mass))
+    diameters, n, omega = diameters_of(reduced), 3, 2 * np.pi * 120.0
+    rest = family_frequency(stiff, diameters, 3, 0)(0.0)
+    a, b, c = n**2 - 1.0, -2.0 * n * omega, omega**2 - rest**2
+    speed = (-b + np.sqrt(b * b - 4 * a * c)) / (2 * a)
+    found = interactions(stiff, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
+    assert found[0, 0, 0] == pytest.approx(speed, rel=1e-9)
