@@ -16,7 +16,7 @@ from typing import Any
 
 import numba
 from numba.core import types
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.imputils import lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
@@ -57,14 +57,28 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one function, whose key knows contact laws and observers from elsewhere."""
+    """numba's cache of one function, with files apart for contact laws and observers from elsewhere.
 
-    def _index_key(self, sig: Any, codegen: Any) -> tuple:
-        """Key of numba, and the sources that the name of the folder does not know."""
-        return *super()._index_key(sig, codegen), *sorted(_foreign_sources(sig))
+    The list of what is cached names these classes: a program that does not have them could not read
+    the list. They are known by their sources, which the name of the folder does not know.
+    """
+
+    def _take_files(self, sig: Any) -> None:
+        """Turn to the files of a signature."""
+        base, foreign = self._impl.filename_base, sorted(_foreign_sources(sig))
+        if foreign:
+            base += "-" + hashlib.sha256("".join(foreign).encode()).hexdigest()[:16]
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = IndexDataCacheFile(self._cache_path, base, stamp)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Compiled code of a signature, None where there is none."""
+        self._take_files(sig)
+        return super().load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep compiled code, when the disk lets us; else the next run compiles anew."""
+        self._take_files(sig)
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
 

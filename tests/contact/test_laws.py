@@ -5,7 +5,10 @@ C beyond it all around. Theory: let go, it moves as q = −4C/5 (1 − cos √5 
 on as an oscillation of ω whose amplitude, as energy stays, is √(k/ω²) C = 2C, and comes back.
 """
 
+import os
 import shutil
+import subprocess
+import sys
 
 import numba
 import numpy as np
@@ -102,3 +105,35 @@ def test_the_key_of_compiled_code_holds_the_source_of_a_law_from_elsewhere():
     (spring, nothing) = (jit._foreign_sources((numba.typeof(law),)) for law in (own, rigid))
     assert spring == {(ROOT / "tests/contact/spring_law.py").read_text(encoding="utf-8")}
     assert nothing == set()
+
+
+PROGRAM = """\
+import sys
+from hpcrub.contact.jit import compiled
+if sys.argv[1] == "own":
+    from mine import Own as Kind
+else:
+    from collections import namedtuple
+    Kind = tuple
+
+@compiled
+def first(values):
+    return values[0] + 1.0
+
+assert first(Kind((2.0,))) == 3.0
+"""
+
+
+def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(tmp_path):
+    (tmp_path / "program.py").write_text(PROGRAM)
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "from typing import NamedTuple\n\n\nclass Base(NamedTuple):\n    value: float\n\n\n"
+        "def Own(values):\n    return Base(*values)\n"
+    )
+    home = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    for who in ("own", "other"):
+        command = [sys.executable, str(tmp_path / "program.py"), who]
+        assert subprocess.run(command, env=home, check=False).returncode == 0
+        mine.unlink(missing_ok=True)
+    assert len(list(tmp_path.rglob("*.nbi"))) == 2
