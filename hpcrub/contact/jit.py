@@ -57,7 +57,7 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 class _Cache(FunctionCache):
-    """numba's cache of one function, with files apart for contact laws and observers from elsewhere.
+    """numba's cache of one function; contact laws and observers from elsewhere have own files.
 
     The list of what is cached names these classes: a program that does not have them could not read
     the list. They are known by their sources, which the name of the folder does not know.

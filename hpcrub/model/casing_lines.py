@@ -17,6 +17,7 @@ from hpcrub.model.crossings import folded
 from hpcrub.model.reduction import ReducedModel
 
 N_FAMILIES = 2  # of blade modes whose interactions are listed
+N_SEARCHED = 401  # speeds between which the first meeting is looked for
 KINDS = "sum", "difference"
 SIGNS = 1.0, -1.0  # of ω_b in nΩ = |ω_c ± ω_b|
 
@@ -53,7 +54,7 @@ def interactions(
 
     diameters: (m,) nodal diameters of the tuned modes; highest: speed looked at [rad/s].
     Returns (J, N_FAMILIES, 2), nΩ = ω_c + ω_b and nΩ = |ω_c − ω_b| of every pair and family
-    [rad/s]; NaN where they do not meet up to the highest speed.
+    [rad/s], the lowest of each; NaN where they do not meet up to the highest speed.
     """
     found = np.full((len(casing.omega), N_FAMILIES, len(SIGNS)), np.nan)
     for j, (n, omega) in enumerate(zip(casing.n_waves, casing.omega, strict=True)):
@@ -65,6 +66,8 @@ def interactions(
                 def off(speed, n=n, omega=omega, blades=blades, sign=sign):
                     return n * speed - abs(omega + sign * blades(speed))
 
-                if off(highest) >= 0.0:
-                    found[j, family, k] = brentq(off, 0.0, highest)
+                at = np.linspace(0.0, highest, N_SEARCHED)
+                meets = np.flatnonzero(np.array([off(speed) for speed in at]) >= 0.0)
+                if len(meets) and meets[0] > 0:
+                    found[j, family, k] = brentq(off, at[meets[0] - 1], at[meets[0]])
     return found

@@ -148,8 +148,15 @@ def rubbing(canvas: Canvas) -> FuncAnimation:
     tangential, gap, force = (
         file.read(name, disk)[at] for name in ("tangential_m", "gap_m", "force_n")
     )
+    waves = np.zeros((len(at), len(AROUND)))  # of a casing that vibrates
+    if "casing_radial_m" in file:
+        places, moved = (
+            np.radians(file.read("casing_angle_deg")),
+            file.read("casing_radial_m", disk),
+        )
+        waves = np.array([np.interp(AROUND, places, w, period=2.0 * np.pi) for w in moved[at]])
     bent = BENT / max(np.abs(tangential).max(), TINY)
-    outward = GAP / max(np.abs(_room(file, time[-1], AROUND)).max(), TINY)
+    outward = GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY)
     axes = _axes(canvas, bent, outward)
     casing = axes.add_patch(Polygon(_circle(1.0), closed=True, fc="none", ec=CASING, lw=5))
     bodies = [axes.add_patch(Polygon(_circle(HUB), lw=0.6)) for _ in range(blade.max() + 1)]
@@ -159,9 +166,11 @@ def rubbing(canvas: Canvas) -> FuncAnimation:
 
     def draw(frame: int) -> list[Any]:
         turn = 2.0 * np.pi * speed * time[frame]
-        casing.set_xy(_xy(1.0 + outward * _room(file, time[frame], AROUND), AROUND))
+        wall = 1.0 + outward * (_room(file, time[frame], AROUND) + waves[frame])
+        casing.set_xy(_xy(wall, AROUND))
         turned, rubs = angle + turn, force[frame] > 0.0
         room = _room(file, time[frame], turned)
+        room += np.interp(turned, AROUND, waves[frame], period=2.0 * np.pi)
         tip = 1.0 + outward * (room - np.maximum(gap[frame], 0.0))
         place = turned + bent * tangential[frame]
         for number, body in enumerate(bodies):
@@ -200,7 +209,7 @@ def _points(file: ResultFile) -> tuple[Any, Any]:
 
 
 def _room(file: ResultFile, time: float, angle: Any) -> Any:
-    """Distance of the casing from the circle of the tips at rest, at the speed of the file [m]."""
+    """Distance from the circle of the tips to the casing, both at rest, at the file's speed [m]."""
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
     return clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)

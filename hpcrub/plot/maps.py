@@ -11,8 +11,9 @@ from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.histories import DISKS
-from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE, PINK, edges, say, shades
+from hpcrub.plot.style import BLUE, GREEN, MARKERS, ORANGE, PINK, YELLOW, edges, say, shades
 from hpcrub.results.storage import ResultFile
+from hpcrub.setup.casing import casing_modes_of
 from hpcrub.statistics import coexistence
 from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95
@@ -78,6 +79,7 @@ def interaction_map(canvas: Canvas) -> None:
             curves = file.read("natural_frequencies_at_speed_hz", disk)
         for curve in curves[:, natural < frequencies[-1]].T:
             panel.plot(speeds, curve, color=BLUE, lw=0.7, label="natural frequencies")
+        _draw_casing(panel, file)
         strongest = interactions(speeds, frequencies, spectra[disk])
         if strongest:
             highest = curves[:, : file.config.disk.n_blades].max(axis=1)
@@ -129,6 +131,19 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
         regions.append(Interaction(order, at_best, low, high, float(along[best])))
     regions.sort(key=lambda interaction: -interaction.amplitude)
     return [one for one in regions[:N_INTERACTIONS] if one.amplitude > 0]
+
+
+def _draw_casing(axes: Axes, file: ResultFile) -> None:
+    """Frequencies of a casing that vibrates as the rotor sees them, |f_c ± n f|."""
+    casing = casing_modes_of(file.config)
+    if casing is None:
+        return
+    speeds, top = file.read("speeds_hz"), file.read("frequencies_hz")[-1]
+    for n, f in zip(casing.n_waves, casing.omega / (2.0 * np.pi), strict=True):
+        for seen in (np.abs(f - n * speeds), f + n * speeds):
+            if seen.min() < top:
+                label = "waves of the casing"
+                axes.plot(speeds, seen, color=YELLOW, lw=1.4, ls=(0, (1, 1)), label=label)
 
 
 def _draw_orders(axes: Axes, file: ResultFile) -> None:

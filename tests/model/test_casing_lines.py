@@ -46,3 +46,15 @@ def test_where_rotation_stiffens_the_blades_the_frequency_is_that_of_the_speed(r
     speed = (-b + np.sqrt(b * b - 4 * a * c)) / (2 * a)
     found = interactions(stiff, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
     assert found[0, 0, 0] == pytest.approx(speed, rel=1e-9)
+
+
+def test_blades_that_stiffen_faster_than_the_wave_are_met_twice_and_the_first_counts(reduced):
+    """n W = w_c - sqrt(w_0^2 + s W^2): with s > n^2 only below, and only the lower one is told."""
+    stiff = reduced._replace(stiffening=(4.0 * reduced.mass, 0.0 * reduced.mass))
+    diameters, n, omega = diameters_of(reduced), 1, 2 * np.pi * 120.0
+    rest = family_frequency(stiff, diameters, 1, 0)(0.0)
+    # |w_c - w_b| falls, then rises faster than W: (W - w_c)^2 = w_0^2 + 4 W^2
+    speed = (-2 * omega + np.sqrt(4 * omega**2 + 12 * (omega**2 - rest**2))) / 6
+    found = interactions(stiff, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
+    assert np.isnan(found[0, 0, 0])
+    assert found[0, 0, 1] == pytest.approx(speed, rel=1e-9)
