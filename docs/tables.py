@@ -56,13 +56,17 @@ def keys():
 def datasets():
     """One table for the result file of every study, as its example input makes it.
 
-    And what a coating adds to it.
+    And what a coating, or a casing that vibrates, adds to it.
     """
     parts = []
     for name in PAPER:
         config = example(name)
         bare = studies.run_of(config).datasets()
         parts.append(f"## `{name}`\n\n{_lines(bare)}")
+        vibrates = config.replace({"casing.ring.thickness_mm": 20.0})
+        if added := [line for line in studies.run_of(vibrates).datasets() if line not in bare]:
+            words = "Of a casing that vibrates (`casing.ring`, `casing.modes`) also"
+            parts.append(f"{words}:\n\n{_lines(added)}")
         if name != "branches":  # which no coating fits
             coated = studies.run_of(config.replace({"contact.law": "abradable"})).datasets()
             if added := [line for line in coated if line not in bare]:
