@@ -40,10 +40,15 @@ def reason(error: BaseException) -> str:
 
 
 def refuse_endless(path: str | Path) -> None:
-    """Raise InputError for a name whose content may never end: that of a device or a pipe."""
+    """Raise InputError for a name whose content may never end: that of a device or a pipe.
+
+    Files of the kernel say that they are empty, and may wait for ever: empty files are refused.
+    """
     place = Path(path)
     if place.exists() and not (place.is_file() or place.is_dir()):
         raise InputError(f"{path}: is neither a file nor a folder")
+    if place.is_file() and place.stat().st_size == 0:
+        raise InputError(f"{path}: is empty")
 
 
 @contextlib.contextmanager

@@ -23,10 +23,10 @@ BETWEEN = 1.0  # [%] of a first frequency between the speeds of --stiffness; a w
 def main(argv: list[str] | None = None) -> int:
     """Import a model and print what it is; returns the exit code."""
     options = parser().parse_args(argv)
-    if options.output:
-        model_file.require_free(options.output, options.overwrite)
     with reading(options.source):
         model = import_model(options)
+        if options.output:  # before what takes long
+            model_file.require_free(options.output, options.overwrite)
         family = report(model, options)
         if options.reduce is not None:
             model = reduce(model, options, family)

@@ -42,8 +42,9 @@ class _Loader(yaml.SafeLoader):
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
+                comma = "; a decimal comma? write 44.5" if isinstance(key, int | float) else ""
                 raise yaml.constructor.ConstructorError(
-                    None, None, "a key must be a plain name", key_node.start_mark
+                    None, None, f"a key must be a plain name{comma}", key_node.start_mark
                 )
             if key in seen:
                 raise yaml.constructor.ConstructorError(

@@ -98,6 +98,11 @@ def check_config(file: ResultFile, config: Config) -> None:
         if len(found) == 1 and file.config.mistuning.samples < n_samples:
             program = f"python -m hpcrub merge --samples {n_samples}"
             more = f"; {program} NEW.h5 {file.path} makes room for them"
+        elif len(found) == 1 and file.config.mistuning.samples > n_samples:
+            more = (
+                f"; its first {n_samples} are these: go on with "
+                f"{file.config.mistuning.samples}, or give another output"
+            )
         raise InputError(f"{file.path} has another configuration: {found[0]}{more}")
 
 

@@ -21,6 +21,8 @@ STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 16.0
 MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
 STEPS_PER_REBOUND = 36.0  # from a casing that gives or wears
+FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
+WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
@@ -59,6 +61,7 @@ def orders(config: Config) -> tuple[int, ...]:
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
+    yield from _unit_warnings(config)
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
@@ -97,6 +100,23 @@ def _wave_warnings(config, problem):
             f"overtaken waves: from {critical.min():.4g} Hz on the rotor is faster than waves "
             f"around the casing (n = {', '.join(map(str, overtaken))}); contact feeds them, so "
             "that motions may grow until tips leave the casing, or without bound"
+        )
+
+
+def _unit_warnings(config):
+    """Numbers that no rotor has, as units that were mistaken give."""
+    speed = 2.0 * np.pi * config.speeds.to_hz * config.disk.tip_radius
+    if speed > FASTEST_TIP:
+        yield (
+            f"units: at {config.speeds.to_hz:g} Hz the blade tips run at {speed:,.0f} m/s, faster "
+            f"than any fan ({FASTEST_TIP:g} m/s); speeds are turns per second (rpm/60), "
+            "disk.tip_radius_mm is in mm"
+        )
+    share = config.clearance / config.disk.tip_radius
+    if share > WIDEST_CLEARANCE:
+        yield (
+            f"units: the clearance is {100 * share:.3g} % of the tips' radius, more than any fan "
+            f"has ({100 * WIDEST_CLEARANCE:g} %); casing.clearance_mm is in mm"
         )
 
 

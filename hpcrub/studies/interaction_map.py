@@ -9,6 +9,7 @@ from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY, STEADY
 from hpcrub.response import history
+from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
@@ -17,6 +18,7 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies import worn
 
@@ -36,6 +38,7 @@ LAYOUT = (
 _OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on it"
 AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
 DISKS = "tuned disk", "pattern"
+SPECTRUM_RECORDS = 16  # of a window whose spectrum is computed, at least
 SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
@@ -69,12 +72,23 @@ def cost(config: Config, until_steady: float) -> Cost:
     return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
 
 
+def _longest_interval(config):
+    """Time between two recorded displacements at the lowest speed [s]."""
+    speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
+    return grid.stride / (speed * grid.steps_per_revolution)
+
+
 def problems(config: Config) -> Iterator[str]:
     """Keys that do not fit this study."""
     if config.spectrum.window_s > config.history.duration_s:
         yield (
             f"spectrum.window_s: {config.spectrum.window_s} is more than "
             f"history.duration_s, {config.history.duration_s}"
+        )
+    elif config.spectrum.window_s < (needed := SPECTRUM_RECORDS * _longest_interval(config)):
+        yield (
+            f"spectrum.window_s: {config.spectrum.window_s} s hold fewer than {SPECTRUM_RECORDS} "
+            f"recorded displacements; at least {needed:.2g} s are needed"
         )
     elif config.casing.growth_time > config.history.duration_s - config.spectrum.window_s:
         yield (

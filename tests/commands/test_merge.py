@@ -113,6 +113,8 @@ def test_a_study_goes_on_with_more_samples(folder, capsys):
 def test_a_file_has_no_fewer_samples_than_its_parts(folder):
     with pytest.raises(InputError, match=r"--samples: 4 is too few, .*3-of-3.h5 has 5 a level"):
         merging.merge("whole.h5", THREE, samples=4)
+    with pytest.raises(InputError, match="not enough memory: this study needs 128,000"):
+        merging.merge("whole.h5", THREE, samples=10**12)
     assert not (folder / "whole.h5").exists()
 
 

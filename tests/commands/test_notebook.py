@@ -10,10 +10,12 @@ from hpcrub.commands import keys
 from hpcrub.config.schema import key_table
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.studies import STUDIES
-from tests.program import ROOT
+from tests.program import ENVIRONMENT, ROOT
 
 
-def test_a_study_from_python(folder, capfd):
+def test_a_study_from_python(folder, capfd, monkeypatch):
+    for name, value in ENVIRONMENT.items():  # as root, too
+        monkeypatch.setenv(name, value)
     config = hpcrub.Config(study="modal", casing={"n_bumps": 3}, output="modal.h5")
     path = hpcrub.run(config)
     assert "full model, " in capfd.readouterr().out

@@ -60,6 +60,8 @@ WRONG = [
     ("mistuning: {pattern: 210}", "mistuning.pattern: 210 is not a list of 2 to 200 values"),
     ("mistuning: {by: cantilever_modes}", "mistuning.by: cantilever_modes needs disk.model"),
     ("study: time_response\nspeeds: {from_hz: 30, to_hz: 31}", "31.0 is not speeds.from_hz, 30.0"),
+    ("study: interaction_map\nspectrum: {window_s: 0.001}", "hold fewer than 16 recorded displac"),
+    ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("disk: {model: x.h5}\nlimits: {stress_mpa: 100}", "limits.stress_mpa: a model file"),
     # YAML

@@ -52,7 +52,7 @@ def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
     ("text", "words"),
     [
         (None, "casing.csv: cannot be read (No such file"),
-        ("", "an empty table"),
+        ("", "casing.csv: is empty"),
         ("0,1\n90,0\n180,0\n270,1\n", "a line of numbers instead of the names angle_deg"),
         ("angle,radius\n0,1\n", "angle, radius instead of the names angle_deg, radius_change_mm"),
         ("angle_deg,radius_change_mm\n0,0\n90,x\n", "line 3: 'x' is not a number"),
@@ -68,6 +68,11 @@ def test_a_profile_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, wo
     if text is not None:
         path.write_text(text)
     assert words in refusal(resolved, path)
+
+
+def test_a_file_of_the_kernel_that_would_wait_for_ever_is_refused():
+    with pytest.raises(InputError, match="/proc/kmsg: is empty"):
+        input_files.resolved(Config.from_yaml("casing: {profile_csv: /proc/kmsg}"))
 
 
 @pytest.mark.parametrize(

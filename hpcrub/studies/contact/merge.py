@@ -22,7 +22,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.results import ownership, storage
 from hpcrub.results.layout import PENDING
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import result_files
+from hpcrub.runs import memory, result_files
 from hpcrub.runs.study import Run
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
@@ -61,6 +61,7 @@ def merge(
             )
         storage.refuse_foreign(out)
         run = Run(STUDY, found.config)
+        memory.check(run)
         result_files.lay_out(unfinished, run, found.origin)
         try:
             status = _fill(unfinished, paths, found)

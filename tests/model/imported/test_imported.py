@@ -239,6 +239,13 @@ def test_what_cannot_be_right_is_said_in_one_sentence(changes, words):
     assert words in refusal(use, there)
 
 
+def test_stiffness_of_blades_beyond_all_numbers_is_said_in_one_sentence(disk):
+    model, _ = reduced.reduce_disk(disk, 20, 0.0)
+    with np.errstate(over="ignore"):
+        huge = model._replace(blade_stiffness=1e300 * model.blade_stiffness)
+    assert "of which it must be a part" in refusal(reduced.reduced_model, huge, 0.0)
+
+
 def test_blade_without_contact_nodes_is_named():
     arrays = disk_arrays()
     arrays["contact_blade"] = np.where(arrays["contact_blade"] == 2, 1, arrays["contact_blade"])

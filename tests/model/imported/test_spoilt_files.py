@@ -158,4 +158,4 @@ def test_files_that_are_no_model_are_refused(folder, capsys, fill, words):
 def test_an_empty_file_is_refused(folder, capsys):
     Path("m.h5").touch()
     assert command("model", "m.h5") == 2
-    one_line(capsys, "cannot be read")
+    one_line(capsys, "is empty")

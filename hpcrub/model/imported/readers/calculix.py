@@ -57,8 +57,9 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
                 f"{file}: there is no such file; ccx writes it in a step *FREQUENCY, "
                 "SOLVER=MATRIXSTORAGE"
             )
-    with reading(name):
+    with reading(rows):
         words = rows.read_text("ascii").split()
+    with reading(name):
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
         i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
         place = (i.astype(np.int64) - 1, j.astype(np.int64) - 1)
