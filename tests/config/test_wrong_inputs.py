@@ -61,7 +61,9 @@ WRONG = [
     ("mistuning: {by: cantilever_modes}", "mistuning.by: cantilever_modes needs disk.model"),
     ("study: time_response\nspeeds: {from_hz: 30, to_hz: 31}", "31.0 is not speeds.from_hz, 30.0"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
-    ("disk: {model: x.h5}\nlimits: {stress_mpa: 100}", "limits.stress_mpa: a model file"),
+    ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
+    ("limits: {static_mpa: 9, strength_mpa: 90}", "limits.static_mpa: goes with"),
+    ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "limits.static_mpa: 90 is not"),
     # YAML
     ("", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),
