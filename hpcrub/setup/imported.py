@@ -33,9 +33,7 @@ def resolved(config: Config) -> Config:
     checksum = model_file.checksum(path)
     model = _read(path, checksum)
     if len(model.stress) and config.limits.stress_mpa_per_mm is not None:
-        raise InputError(
-            f"limits.stress_mpa_per_mm: {path} has stresses of its own; leave it out"
-        )
+        raise InputError(f"limits.stress_mpa_per_mm: {path} has stresses of its own; leave it out")
     of_node, direction = model.dof.T
     moves = (of_node == model.contact_node[0]) & np.isin(direction, (1, 2, 3))
     directions = min(3, max(2, int(moves.sum())))
