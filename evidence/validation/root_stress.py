@@ -16,8 +16,9 @@ from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import build_model, build_problem
 
 SPEED_HZ = 33.8
-DISKS = ((2020, 2, 0), (2020, 2, 11), (1, 2, 0), (7, 2, 3), (11, 0, 4), (12, 1, 5), (13, 3, 6))
+DISKS = ((2020, 2, 0), (2020, 2, 22), (1, 2, 0), (7, 2, 3), (11, 0, 4), (12, 1, 5), (13, 3, 6))
 TOPS_HZ = 120.0, 700.0  # modes up to here alone
+FACTOR = 45.3e9  # stress of the clamped blade's first bending mode for a motion of its tip [Pa/m]
 ALLOWED = 1e-6
 
 
@@ -49,10 +50,11 @@ def section(_folder):
         worst = max(worst, abs(stress / whole - 1.0))
         rows.append(
             [f"seed {seed}, ±{100 * half_range:.0f} %, sample {sample}", f"{1e3 * amplitude:.1f}"]
-            + [f"{1e-6 * s:,.0f}" for s in (*some, whole, stress)]
+            + [f"{1e-6 * s:,.0f}" for s in (FACTOR * amplitude, *some, whole, stress)]
             + [f"{abs(stress / whole - 1.0):.1e}"]
         )
-    heading = ["disk", "amplitude [mm]", *(f"modes up to {f:g} Hz" for f in TOPS_HZ)]
+    heading = ["disk", "amplitude [mm]", f"{1e-9 * FACTOR:g} MPa/mm of it"]
+    heading += [f"modes up to {f:g} Hz" for f in TOPS_HZ]
     heading += ["recovered [MPa]", "hpcrub [MPa]", "difference"]
     verdict = report.at_most("largest difference of the stress", worst, ALLOWED)
     return {"disks": table(heading, rows)}, [verdict]

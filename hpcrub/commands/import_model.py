@@ -13,7 +13,7 @@ from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import PARTS, Lists
 from hpcrub.ranks.progress import console
-from hpcrub.results import model_file
+from hpcrub.results import model_file, tables
 
 HALF_RANGE, DAMPING = 0.01, 0.005  # of the sentence on coupling, mistuning and damping
 LEAN = 1e-3  # below, blades stand straight: friction lifts them neither way
@@ -58,6 +58,11 @@ def parser() -> argparse.ArgumentParser:
     _add_common(one)
     one = add("model", help="a model file: check it, reduce it")
     one.add_argument("source", help="model file")
+    one.add_argument(
+        "--stress", metavar="TABLE.csv",
+        help="of a reduced model: a row for each place, its blade from 0, then its stress for a "
+        "unit of each coordinate",
+    )  # fmt: skip
     _add_common(one)
     return top
 
@@ -117,7 +122,10 @@ def _check_numbers(options):
 
 def _arrays(options):
     if options.format == "model":
-        return model_file.read(options.source)
+        arrays = model_file.read(options.source)
+        if options.stress:
+            arrays["stress_blade"], arrays["stress"] = _stresses(options.stress)
+        return arrays
     if options.format == "matrixmarket":
         return matrix_market.read(options.source, options.sectors)
     if bool(options.low) != bool(options.high) or bool(options.low) != bool(options.sectors):
@@ -128,6 +136,15 @@ def _arrays(options):
         return calculix.read(options.source, lists, *others)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
+
+
+def _stresses(path):
+    """Blades and stresses for each coordinate of a table."""
+    _, values = tables.read(path)
+    blade = values[:, 0].astype(np.int64)
+    if (blade != values[:, 0]).any():
+        raise InputError(f"{path}: a row begins with its blade, a whole number from 0")
+    return blade, values[:, 1:]
 
 
 def _speed(text):
@@ -203,6 +220,9 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     elif model.blade_stiffness is None:
         n_modes = model.blade_frequencies.shape[1]
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
+    if len(model.stress):
+        of = len(np.unique(model.stress_blade))
+        yield f"stress: of the vibration at {len(model.stress)} places on {of} blades"
     yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"

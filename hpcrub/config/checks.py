@@ -219,10 +219,11 @@ def _run_problems(c):
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
     limits = c.limits
-    if limits.stress_mpa and c.disk.model is not None and limits.stress_mpa_per_mm is None:
+    known = c.disk.model is None or not c.disk.is_resolved or c.disk.n_stresses
+    if limits.stress_mpa and not known and limits.stress_mpa_per_mm is None:
         yield (
-            "limits.stress_mpa: a model file does not tell stresses; give limits.stress_mpa_per_mm "
-            "of its first family, or limits.amplitude_mm"
+            "limits.stress_mpa: this model file has no stress; import it with --stress, or give "
+            "limits.stress_mpa_per_mm of its first family, or limits.amplitude_mm"
         )
     if (limits.static_mpa is None) != (limits.strength_mpa is None):
         yield "limits.static_mpa, limits.strength_mpa: Goodman's line needs both, and one is given"

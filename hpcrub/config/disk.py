@@ -54,6 +54,8 @@ class Disk(Section):
     n_strips: Whole = Field(1, ge=1, le=100_000)
     """axial places of contact nodes, each with a strip of a coating of its own; of the model file,
     filled in when a run begins"""
+    n_stresses: Whole = Field(0, ge=0)
+    """places at which stresses are known; of the model file, filled in when a run begins"""
     first_family_hz: Number | None = Field(None, gt=0, le=1e6)
     """highest frequency of its first family, filled in when a run begins [Hz]"""
     least_clearance_mm: Number = Field(0.0, ge=-1e4, le=1e4)

@@ -138,7 +138,7 @@ class Config(Section):
     def observes_stress(self) -> bool:
         """Whether stresses are computed: where they are limited, and known of the disk."""
         limits = self.limits
-        known = self.disk.model is None
+        known = self.disk.model is None or self.disk.n_stresses > 0
         return limits.stress_mpa is not None and limits.stress_mpa_per_mm is None and known
 
     @property

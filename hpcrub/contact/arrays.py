@@ -1,8 +1,8 @@
 """The arrays of a bank of lanes: what the kernel reads and modifies.
 
-K modes, L lanes, C contact points, O observed displacements, R stresses; C, O and R are padded to
-multiples of `lanes.TILE`, F is the number of multipliers. The state of the contact law has a class
-of its own in its module under `laws`.
+K modes, L lanes, C contact points, O observed displacements; C and O are padded to multiples of
+`lanes.TILE`, F is the number of multipliers. The state of the contact law has a class of its own in
+its module under `laws`.
 """
 
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ class Scheme(NamedTuple):
 
     normal: np.ndarray  # R (K, C) [1/√kg]
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
-    stress: np.ndarray  # stresses whose largest is recorded (K, R), R = 0 for none [Pa/(m·√kg)]
+    stress: np.ndarray  # those whose largest is recorded, see `tables.vectors` [Pa/(m·√kg)]
     load: np.ndarray  # G (K, F + 1), last column zero
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]

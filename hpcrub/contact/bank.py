@@ -10,7 +10,7 @@ from hpcrub.contact.lanes import TILE, aligned, aligned_zeros, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.contact.tables import by_columns, columns
+from hpcrub.contact.tables import by_columns, columns, vectors
 from hpcrub.model.casing import bump_table
 from hpcrub.model.reduction import Modes
 
@@ -56,7 +56,7 @@ def _allocate_scheme(modes, scene, grid, width, law):
     return Scheme(
         normal=aligned(normal),
         observed=aligned(columns(rows.observed)),
-        stress=aligned(columns(rows.stress) if scene.observes_stress else np.zeros((n_modes, 0))),
+        stress=aligned(vectors(rows.stress[: len(rows.stress) * scene.observes_stress])),
         load=by_columns(load) if len(modes.axial) > 0 else aligned(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),

@@ -23,6 +23,7 @@ from llvmlite import binding
 
 TILE = 12  # vectors of a full tile: with their operands they fill the registers
 TIPS = (0,) * TILE
+PLACES = (0,) * 8  # of a vector that holds stresses of one lane
 LARGE_CACHE = 48 << 10  # [bytes] of the first level, which holds the motion of sixteen lanes
 
 

@@ -4,12 +4,18 @@ import math
 
 import numpy as np
 
-from hpcrub.contact.lanes import TILE, aligned
+from hpcrub.contact.lanes import PLACES, TILE, aligned
 
 
 def columns(rows: np.ndarray) -> np.ndarray:
     """Rows (n, K) as columns of a table, padded with zeros to whole tiles (K, n_padded)."""
     return np.pad(rows.T, ((0, 0), (0, -len(rows) % TILE)))
+
+
+def vectors(rows: np.ndarray) -> np.ndarray:
+    """Rows (n, K) as vectors of `lanes.PLACES` for each mode, three by three, of an even K."""
+    padded = np.pad(rows.T, ((0, rows.shape[1] % 2), (0, -len(rows) % (3 * len(PLACES)))))
+    return padded.reshape(-1, len(PLACES))
 
 
 def by_columns(table: np.ndarray) -> np.ndarray:

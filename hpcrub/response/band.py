@@ -96,7 +96,7 @@ class Band:
             recording, event = self._next_event(now)
             until = min(event, now + self.most_blocks)
             place = now % (2 * self.window) if recording else -1
-            observer = self.record._replace(begin=place, has_stress=self._wants_stress(now))
+            observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
             if self.scene.coating:
                 self._follow_coating(now, until)
@@ -139,22 +139,27 @@ class Band:
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
 
-    def _wants_stress(self, now):
-        """Whether stresses are observed from block ``now`` on; a last window forgets those before.
+    def _watched(self, now):
+        """Lanes whose stresses are observed from block ``now`` on.
 
-        They are observed where a verdict may come at the end of a window, before a coating always.
+        Those of which a verdict may come at the end of their window, before a coating all.
+        A window forgets those before.
         """
-        if not self.scene.observes_stress or self.scene.coating:
-            return self.scene.observes_stress
-        wanted = False
-        for lane, check in enumerate(self.check):
-            if self.speed[lane] is None or check - self.window > now:
-                continue
-            if check - self.window == now:
-                self.record.stress_peak[:, lane] = 0.0
-            may_end = self._is_over(lane) or self.watch[lane].may_end(self._seconds(lane, check))
-            wanted = wanted or may_end
-        return wanted
+        lanes = [
+            i for i, s in enumerate(self.speed) if s is not None and self.scene.observes_stress
+        ]
+        if not self.scene.coating:
+            lanes = [lane for lane in lanes if self._may_end(lane, now)]
+            begun = [lane for lane in lanes if self.check[lane] - self.window == now]
+            self.record.stress_peak[:, begun] = 0.0
+        return np.array(lanes, dtype=np.int64)
+
+    def _may_end(self, lane, now):
+        """Whether a lane is in its last window before a check that may be its last one."""
+        if self.check[lane] - self.window > now:
+            return False
+        seconds = self._seconds(lane, self.check[lane])
+        return self._is_over(lane) or self.watch[lane].may_end(seconds)
 
     def _count_contacts(self, now):
         """Keep the contacts until now of the lanes whose last window before a check begins."""
@@ -250,7 +255,7 @@ class Band:
         out.amplitude[index] = found.amplitude
         out.error[index], out.scatter[index] = found.error, found.scatter
         if self.scene.observes_stress:
-            out.stress[index] = self.record.stress_peak[:, lane].max()
+            out.stress[index] = self.record.stress_peak[0, lane]
         out.half_peak_to_peak[index] = np.ptp(self._signals(lane, last), axis=0).max() / 2.0
         blades = self.scene.interface.of_blades(found.largest)
         out.localisation[index] = localisation(blades)

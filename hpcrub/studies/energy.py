@@ -48,6 +48,10 @@ _COATING = (
     Dataset("tuned/wear_energy_j", ("speed",), "J", "energy that the wear by the tuned disk took"),
     Dataset("wear_energy_j", _SS, "J", "energy that has gone into the wear of the coating"),
 )
+_STRESS = (
+    Dataset("tuned/stress_pa", ("speed",), "Pa", "largest stress of the tuned disk's blades"),
+    Dataset("stress_pa", _SS, "Pa", "largest stress of any blade"),
+)
 
 
 class Chosen(NamedTuple):
@@ -59,7 +63,8 @@ class Chosen(NamedTuple):
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets."""
-    return LAYOUT + (_COATING if config.contact.wears else ())
+    stress = _STRESS if config.observes_stress else ()
+    return LAYOUT + (_COATING if config.contact.wears else ()) + stress
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -112,6 +117,8 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     yield f"{group}point_reason", where, result.point_reason
     if config.contact.wears:
         yield f"{group}wear_energy_j", where, result.wear.energy
+    if config.observes_stress:
+        yield f"{group}stress_pa", where, result.stress
 
 
 def energies(
@@ -188,6 +195,10 @@ def report(file: ResultFile) -> Iterator[str]:
     if "wear_energy_j" in file:
         taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
         yield f"wear takes {np.nanmin(taken):.3g} to {np.nanmax(taken):.3g} J, tuned {tuned:.3g} J"
+    if "stress_pa" in file:
+        largest = 1e-6 * np.array([_largest(stress) for stress in file.read("stress_pa")])
+        tuned = 1e-6 * _largest(file.read("tuned/stress_pa"))
+        yield f"largest stress {largest.min():,.0f} to {largest.max():,.0f} MPa, tuned {tuned:,.0f}"
 
 
 def findings(file: ResultFile) -> Iterator[Finding]:

@@ -86,7 +86,7 @@ def sizes(config: Config) -> dict[str, int]:
         "disk": len(disks(config)),
         "time": history.n_records(speed, duration, time_grid(config)),
         "point": config.disk.n_points,
-        "stress": 2 * config.disk.n_blades,
+        "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
         "casing_angle": N_ANGLES,
         "check": len(_checks(config)),
         "block": len(_block_ends(config)),

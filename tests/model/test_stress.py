@@ -1,5 +1,7 @@
 """Stress at the roots of planar blades: statics, reactions of whole blades, and every step."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -13,7 +15,9 @@ from evidence.truth.disk import (
     reference_scene,
 )
 from evidence.truth.section import largest, root_stress
+from hpcrub.contact.observers import largest_stress
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
+from hpcrub.contact.tables import vectors
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.response.sweep import run_sweep
@@ -90,3 +94,14 @@ def test_the_largest_stress_is_that_of_every_step_of_the_last_window(criteria, s
         end = round(4 * end) / 4  # of the pitches of four bumps
         own = largest(modes, scene, speeds[i], end - 3, end, rows.reshape(24, -1))
         assert found.stress[i] == pytest.approx(own, rel=1e-9)
+
+
+@pytest.mark.parametrize(("n_places", "n_modes"), [(1, 3), (24, 84), (25, 7), (60, 1)])
+def test_the_largest_stress_of_any_number_of_places_and_modes(n_places, n_modes):
+    rng = np.random.default_rng(n_places)
+    rows, q = rng.normal(size=(n_places, n_modes)), rng.normal(size=(n_modes, 2))
+    bank = SimpleNamespace(
+        scheme=SimpleNamespace(stress=vectors(rows)), state=SimpleNamespace(position=q)
+    )
+    found = largest_stress.py_func(bank, 1, np.zeros((1, 8)))
+    assert found == pytest.approx(np.abs(rows @ q[:, 1]).max(), rel=1e-13)

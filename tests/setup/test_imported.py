@@ -8,11 +8,13 @@ from evidence.truth.hexahedra import SMALL, sector_arrays
 from evidence.truth.planar import planar_arrays
 from hpcrub import studies
 from hpcrub.__main__ import main as program
+from hpcrub.commands import import_model
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.disk import build_disk
 from hpcrub.model.imported import assembly, neutral, reduced
+from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup import imported, input_files
@@ -258,3 +260,60 @@ def test_a_contact_node_that_stands_out_meets_the_bumps(folder):
     config = read(SECTOR + "casing: {bump_height_mm: 0.5, clearance_mm: 0.7}")
     width = np.sqrt(np.log(0.5 / 0.4)) * 0.2 * 2 * np.pi / config.casing.n_bumps
     assert resolution.width_of_bump(config) == pytest.approx(width)
+
+
+def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
+    """The reduced planar disk as a model file, its stresses as a user's table."""
+    brief = "steady_state: {first_check_s: 0.01, max_time_s: 0.2, window_revolutions: 1}\n"
+    brief += "limits: {stress_mpa: 100}\n"
+    built_in = Config.from_yaml(f"reduction: {{n_modes: 24}}\n{brief}")
+    own = build_problem(built_in).reduced
+    face, m = own.interface, len(own.mass)
+    dof = np.column_stack([np.full(m, -1), np.zeros(m, int)])
+    dof[:24] = np.column_stack([np.tile(np.arange(12), 2), np.repeat([1, 2], 12)])
+    place = face.radius * np.array([np.cos(face.angle), np.sin(face.angle), 0.0 * face.angle])
+    arrays = {
+        "hpcrub_model": np.array(1), "kind": np.array("reduced"), "frame": np.array("cylindrical"),
+        "nodes": place.T, "dof": dof, "contact_node": np.arange(12),
+        "contact_blade": np.arange(12), "M": own.mass, "K": own.stiffness,
+        "K_blade": own.blade_stiffness,
+    }  # fmt: skip
+    model_file.write("plain.h5", arrays)
+    np.savetxt("stress.csv", np.column_stack([face.stress_blade, face.stress]), delimiter=",")
+    with pytest.raises(InputError, match="this model file has no stress"):
+        read(f"disk: {{model: plain.h5}}\n{brief}")
+    options = "model", "plain.h5", "--stress", "stress.csv", "--output", "known.h5"
+    assert import_model.main(list(options)) == 0
+    with pytest.raises(InputError, match="known.h5 has stresses of its own"):
+        read(f"disk: {{model: known.h5}}\n{brief[:-2]}, stress_mpa_per_mm: 45}}")
+    ours = read(f"disk: {{model: known.h5}}\n{brief}")
+    assert ours.disk.n_stresses == 24
+    found = []
+    for config in (built_in, ours):
+        problem = build_problem(config)
+        modes = modes_of(config, problem, np.linspace(-0.01, 0.01, 12))
+        found.append(run_sweep(modes, problem.scene, [34.0, 34.5]).stress)
+    assert (found[0] > 1e8).all()
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
+
+
+def test_stresses_are_in_the_units_of_their_file():
+    """MPa per mm of a Cartesian node, that lies at an angle of 90 degrees."""
+    arrays = {
+        "hpcrub_model": np.array(1), "kind": np.array("reduced"), "units": np.array("mm t s"),
+        "M": np.eye(2), "K": 1e6 * np.eye(2), "nodes": np.array([[0.0, 200.0, 0.0]]),
+        "dof": np.array([[0, 1], [0, 2]]), "contact_node": np.array([0]),
+        "stress": np.array([[3.0, 5.0]]), "stress_blade": np.array([0]),
+    }  # fmt: skip
+    face = reduced.interface(to_cylindrical(neutral.from_arrays(arrays)))
+    radial, tangential = face.stress[0]
+    np.testing.assert_allclose([radial, tangential], [5e9, -3e9])
+    again = neutral.from_arrays(neutral.to_arrays(neutral.from_arrays(arrays)))
+    np.testing.assert_allclose(again.stress, [[3e9, 5e9]])
+    for spoilt, match in (
+        ({"stress_blade": np.array([0, 0])}, "one stress_blade for each row"),
+        ({"stress_blade": np.array([1])}, "there is no blade 1"),
+        ({"stress": np.ones((1, 3))}, "stress: shape"),
+    ):
+        with pytest.raises(InputError, match=match):
+            neutral.from_arrays(arrays | spoilt)

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.truth import section
 from hpcrub import plot
 from hpcrub.commands import inspect
 from hpcrub.commands import run as cli
@@ -67,6 +68,7 @@ def run(*options, samples=2, sources=("source.h5",)):
     """Exit code of an energy study of so many samples that starts from source.h5."""
     keys = yaml_text.parse(TINY) | {"mistuning": {}, "convergence": {}, "study": "energy"}
     keys |= {"sources": [*sources], "output": "energy.h5", "energy": {"samples": samples}}
+    keys |= {"limits": {"stress_mpa": 100}}
     Path("energy.yaml").write_text(json.dumps(keys))
     return cli.main(["energy.yaml", *options])
 
@@ -91,6 +93,9 @@ def test_energies_are_those_of_the_full_model(folder):
     expected = largest_energies(file.config, np.zeros(12))
     np.testing.assert_allclose(file.read("tuned/energy_j"), expected, rtol=1e-9)
     assert (folder / "energy.png").exists()
+    stress = largest_stress(file.config, deviations[1], 0)
+    assert file.read("stress_pa", 1)[0] == pytest.approx(stress, rel=1e-9)
+    assert any(line.startswith("largest stress ") for line in energy.report(file))
     file.close()
 
     with open_result("energy.h5", mode="r+") as file:
@@ -117,6 +122,17 @@ def largest_energies(config, deviation):
     found = [(1 + d) / 2 * np.einsum("rsi,ij,rsj->rs", u[:, :, n], k, u[:, :, n])
              for d, n, k in blades]  # fmt: skip
     return np.max(found, axis=1).T
+
+
+def largest_stress(config, deviation, speed):
+    """Stress [Pa] of the last window, from the forces that hold the blades at their roots."""
+    problem, (disk, reduced) = build_problem(config), build_model(config)
+    modes, speed_hz = mistuned_modes(reduced, deviation), config.speeds.values_hz[speed]
+    end = run_sweep(modes, problem.scene, [speed_hz]).time[0] * speed_hz
+    rows = section.root_stress(disk, config.disk, reduced.basis @ modes.shapes, deviation)
+    rows = rows.reshape(-1, len(modes.omega))
+    window = end - config.steady_state.window_revolutions, end
+    return section.largest(modes, problem.scene, speed_hz, *window, rows)
 
 
 def test_amplification_of_the_energy_is_largest_over_largest():

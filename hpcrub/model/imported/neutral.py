@@ -23,7 +23,7 @@ AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
 SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
 ROTATIONS = 4, 5, 6  # directions that are angles
 UNIT = 1e-6  # by which the length of a unit vector may be wrong
-NONE, NO_FACES = np.zeros(0, int), np.zeros((0, 4), int)
+NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0, 0))
 _PARTS = "data", "indices", "indptr"  # of a sparse matrix
 
 
@@ -51,6 +51,8 @@ class NeutralModel(NamedTuple):
     surface: np.ndarray = NO_FACES  # (F, 4) nodes of faces to draw
     blade_frequencies: Any = None  # reduced: (N, c) of every blade alone, root held [Hz]
     participation: Any = None  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
+    stress: np.ndarray = NO_STRESS  # reduced: (R, n) at some places [Pa per coordinate]
+    stress_blade: np.ndarray = NONE  # (R,) blade of each place
 
     @property
     def n_blades(self) -> int:
@@ -104,6 +106,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=NO_FACES),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
+        **_stress(left, kind, n, scale * mass / (length * time**2)),
     )
     left.finish()
     check_members(model)
@@ -113,22 +116,20 @@ def from_arrays(arrays: dict) -> NeutralModel:
 def to_arrays(model: NeutralModel) -> dict:
     """Arrays of a model file, by name, in SI units; the inverse of `from_arrays`."""
     arrays = {"hpcrub_model": np.array(VERSION), "units": np.array("m kg s")}
-    for name in ("kind", "frame", "n_sectors"):
-        arrays[name] = np.array(getattr(model, name))
+    arrays |= {name: np.array(getattr(model, name)) for name in ("kind", "frame", "n_sectors")}
     names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
     matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
-    if model.blade_stiffness is not None:
-        matrices["K_blade"] = model.blade_stiffness
+    matrices |= {} if model.blade_stiffness is None else {"K_blade": model.blade_stiffness}
     for name, matrix in matrices.items():
         arrays |= _stored(name, matrix)
-    for name in ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance"):
-        arrays[name] = getattr(model, name)
+    always = ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance")
+    arrays |= {name: getattr(model, name) for name in always}
     if (model.contact_normal[:, 0] != 1.0).any():
         arrays["contact_normal"] = model.contact_normal
     if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
-    optional = ("fixed", "low", "high", "surface")
+    optional = ("stress", "stress_blade", "fixed", "low", "high", "surface")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
@@ -177,6 +178,8 @@ def _check_sector(model):
 
 
 def _check_blades(model):
+    if (wrong := _first_outside(model.stress_blade, model.n_blades)) is not None:
+        raise InputError(f"stress_blade: there is no blade {wrong}, blades run from 0")
     blades, count = np.unique(model.contact_blade, return_counts=True)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
@@ -268,7 +271,6 @@ def _blade_stiffness(left, kind, n, scale, work):
 
 
 def _blade_modes(left, n, scale):
-    """Blade-alone frequencies and participations of a reduced model; nothing without them."""
     if not left.has("blade_frequencies_hz"):
         return {}
     frequencies = left.floats("blade_frequencies_hz", None)
@@ -276,6 +278,15 @@ def _blade_modes(left, n, scale):
     if len(participation) != len(frequencies):
         raise InputError("blade_participation: another number of blades than blade_frequencies_hz")
     return {"blade_frequencies": frequencies, "participation": participation * scale}
+
+
+def _stress(left, kind, n, scale):
+    if not left.has("stress"):
+        return {}
+    stress, blade = left.floats("stress", n), left.integers("stress_blade")
+    if kind != "reduced" or len(blade) != len(stress):
+        raise InputError("stress: goes with a reduced model, with one stress_blade for each row")
+    return {"stress": stress * scale, "stress_blade": blade}
 
 
 def _scaled(matrix, scale, factor):

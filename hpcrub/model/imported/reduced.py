@@ -94,6 +94,8 @@ def interface(model: NeutralModel) -> Interface:
         axial=axial,
         observed=one[rows[:, 1]],
         observed_blade=model.contact_blade,
+        stress=model.stress,
+        stress_blade=model.stress_blade,
     )
 
 
