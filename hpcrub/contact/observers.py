@@ -13,11 +13,11 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, TIPS
-from hpcrub.contact.passes import FEW, MANY, NONE, SOME, correct, settle
+from hpcrub.contact.lanes import BLOCK, TILE, TIPS
+from hpcrub.contact.passes import project, settle, sum_forces
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
@@ -30,46 +30,33 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_observed = scheme.observed.shape[1]
-    if n_active > len(MANY):
-        correct(lanes, scheme, state, n_active)
-        n_active = 0
-    if n_active == 0:
-        seen = settle(lanes, NONE, scheme, state)
-    elif n_active <= len(FEW):
-        seen = settle(lanes, FEW, scheme, state)
-    elif n_active <= len(SOME):
-        seen = settle(lanes, SOME, scheme, state)
-    else:
-        seen = settle(lanes, MANY, scheme, state)
-    v.tile_store(history, v.consecutive(TIPS, row * n_observed), seen)
-    for first in range(TILE, n_observed, TILE):
-        seen, rows = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, first)
-        for k in range(state.position.shape[0]):
-            seen = v.tile_add(seen, scheme.observed, k, rows, v.load(lanes, state.position, k))
-        v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
-    for i in range(n_observed):
-        u = v.load(lanes, history, row * n_observed + i)
-        size = v.larger(u, 0.0 - u)
-        at = block * n_observed + i
-        v.store(peak, at, v.larger(size, v.load(lanes, peak, at)))
+    zero, n_modes = v.splat(lanes, 0.0), state.position.shape[0]
+    for begin in range(0, n_modes, BLOCK):
+        end = min(begin + BLOCK, n_modes)
+        sum_forces(lanes, scheme, state, n_active, begin, end)
+        for first in range(0, n_observed, TILE):
+            rows = v.consecutive(TIPS, row * n_observed + first)
+            seen = v.tile_splat(TIPS, zero) if begin == 0 else v.tile_gather(lanes, history, rows)
+            if first == 0:
+                seen = settle(lanes, scheme, state, n_active, begin, end, seen)
+            else:
+                seen = project(lanes, scheme.observed, state.position, first, begin, end, seen)
+            v.tile_store(history, rows, seen)
+            if end == n_modes:
+                v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
 
 
 @compiled(inner=True)
-def record_stress(lanes: tuple, bank: Bank, now: np.ndarray, peak: np.ndarray) -> None:
-    """Record the stresses of a step whose corrector has been applied (arrays are modified).
+def record_stress(lanes: tuple, bank: Bank, peak: np.ndarray) -> None:
+    """Record the stresses of a step whose corrector has been applied.
 
-    now: (R, L) work space; peak: as in `Record`.
+    peak: of `Record.stress_peak` (modified).
     """
     stress, position = bank.scheme.stress, bank.state.position
-    n_rows = stress.shape[1]
-    for first in range(0, n_rows, TILE):
-        seen, rows = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, first)
-        for k in range(position.shape[0]):
-            seen = v.tile_add(seen, stress, k, rows, v.load(lanes, position, k))
-        v.tile_store(now, rows, seen)
-    for i in range(n_rows):
-        s = v.load(lanes, now, i)
-        v.store(peak, i, v.larger(v.larger(s, 0.0 - s), v.load(lanes, peak, i)))
+    for first in range(0, stress.shape[1], TILE):
+        seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        seen = project(lanes, stress, position, first, 0, position.shape[0], seen)
+        v.tile_rise(peak, v.consecutive(TIPS, first), seen)
 
 
 class Record(NamedTuple):
@@ -77,7 +64,6 @@ class Record(NamedTuple):
 
     history: np.ndarray  # of every ``stride``-th step (B·M·O, L) [m]
     peak: np.ndarray  # (B·O, L) largest |u| of all steps of a block [m]
-    stress: np.ndarray  # (R, L) work space [Pa]
     stress_peak: np.ndarray  # (R, L) largest |stress| of all steps since it was set to zero [Pa]
     casing: np.ndarray  # pairs of a casing that vibrates at the records (B·M·2J, L) [m·√kg]
     has_stress: bool  # whether stresses are observed; they take as long as the rest of a step
@@ -99,7 +85,7 @@ class Record(NamedTuple):
         row = place * (n_steps // record.stride) + step // record.stride
         record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
         if record.has_stress:
-            record_stress(lanes, bank, record.stress, record.stress_peak)
+            record_stress(lanes, bank, record.stress_peak)
         n_pairs = 2 * bank.scheme.turn.shape[0]
         if n_pairs > 0 and (step + 1) % record.stride == 0:
             first = bank.state.position.shape[0] - n_pairs
@@ -111,7 +97,7 @@ class Record(NamedTuple):
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "history", "peak", "stress", "stress_peak", "casing"
+        return "history", "peak", "stress_peak", "casing"
 
     @classmethod
     def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":
@@ -121,7 +107,6 @@ class Record(NamedTuple):
         return cls(
             history=v.aligned_zeros((n_blocks * n_records * n_observed, bank.width)),
             peak=v.aligned_zeros((n_blocks * n_observed, bank.width)),
-            stress=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
             stress_peak=v.aligned_zeros((bank.scheme.stress.shape[1], bank.width)),
             casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.turn.size, bank.width)),
             has_stress=False,
@@ -131,4 +116,4 @@ class Record(NamedTuple):
 
 
 _NO = np.zeros((0, 1))
-NOTHING = Record(_NO, _NO, _NO, _NO, _NO, has_stress=False, begin=-1, stride=1)
+NOTHING = Record(_NO, _NO, _NO, _NO, has_stress=False, begin=-1, stride=1)
