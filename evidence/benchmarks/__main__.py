@@ -9,9 +9,11 @@ from pathlib import Path
 
 from evidence import page
 from evidence.benchmarks import (
+    assembly,
     kernel_speed,
     law_precision,
     sample_cost,
+    shapes,
     spatial_speed,
     work_precision,
 )
@@ -21,6 +23,8 @@ REPORT = Path(__file__).with_name("report.md")
 
 SECTIONS = {
     "kernel": kernel_speed.section,
+    "shapes": shapes.section,
+    "assembly": assembly.section,
     "spatial": spatial_speed.section,
     "laws": law_precision.section,
     "precision": work_precision.section,

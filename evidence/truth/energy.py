@@ -89,7 +89,7 @@ def audit(bank, n_steps, scene=None):
         moved = at_rest[1] + np.concatenate([d[None], at_rest[1][:-1]])
         by_normal = _at_rest(scheme, -(_normal(bank).T @ force), rows + 1)
         normal = np.sum(by_normal * moved, axis=1) / 2.0
-        by_all = _at_rest(scheme, scheme.load @ steps.force, rows + 1)
+        by_all = _at_rest(scheme, scheme.load[:, : len(q)].T @ steps.force, rows + 1)
         all_forces = np.sum(by_all * moved, axis=1) / 2.0
         taken = force * (depth[2:] - depth[:-2]) / 2.0
         tips, external = taken.sum(axis=1), np.zeros_like(normal)

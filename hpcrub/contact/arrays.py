@@ -18,7 +18,7 @@ class Scheme(NamedTuple):
     normal: np.ndarray  # R (K, C) [1/√kg]
     observed: np.ndarray  # displacements that are recorded (K, O) [1/√kg]
     stress: np.ndarray  # those whose largest is recorded, see `tables.vectors` [Pa/(m·√kg)]
-    load: np.ndarray  # G (K, F + 1), last column zero
+    load: np.ndarray  # Gᵀ (F + 1, K), last row zero; K padded by a tile
     decay: np.ndarray  # (K, L) [-]
     gain: np.ndarray  # (K, L) [s²]
     # ω² [rad²/s²]: (K,), or (K, L) where it depends on the speed of rotation of a lane
@@ -39,7 +39,10 @@ class State(NamedTuple):
 
     position: np.ndarray  # q (K, L) [m·√kg]
     increment: np.ndarray  # d (K, L)
-    before: np.ndarray  # d at the end of the step before (K, L), where friction turns
+    before: np.ndarray  # d at the end of the step before (K, L), where friction turns, else (0, L)
+    force: (
+        np.ndarray
+    )  # modal forces of the active points on a block of modes (BLOCK, L), work space
     penetration: np.ndarray  # p (C + 1, L) [m]; the last row stays zero
     multiplier: np.ndarray  # λ (F + 1, L) [N]; the last row stays zero
     depth: np.ndarray  # (C + 1, L) [m], work space of the multiplier solver

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from hpcrub.contact.arrays import Bank, Scheme, State, clear_lane
-from hpcrub.contact.lanes import TILE, aligned, aligned_zeros, lane_arrays
+from hpcrub.contact.lanes import BLOCK, TILE, aligned, aligned_zeros, lane_arrays
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
+from hpcrub.contact.lcp.gauss_seidel import ROOM
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.contact.tables import by_columns, columns, vectors
+from hpcrub.contact.tables import columns, vectors
 from hpcrub.model.casing import bump_table
 from hpcrub.model.reduction import Modes
 
@@ -29,7 +30,7 @@ def allocate(
     """
     law = scene.law or (Solid if len(modes.axial) else Planar)
     scheme = _allocate_scheme(modes, scene, grid, width, law)
-    state = _allocate_state(scheme, width)
+    state = _allocate_state(scheme, width, len(modes.axial) > 0)
     bank = Bank(scheme, state, law.allocate(modes.joined, scene, grid, width))
     for lane, speed in enumerate(speeds_hz):
         h = 1.0 / (speed * grid.steps_per_revolution)
@@ -52,12 +53,13 @@ def _allocate_scheme(modes, scene, grid, width, law):
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     own[0, : len(modes.normal)] = interface.clearance
     n_modes = len(rows.omega)
-    load = np.pad(law.loads(rows, scene), ((0, 0), (0, 1)))
+    # tiles of modes may begin anywhere
+    load = np.pad(law.loads(rows, scene).T, ((0, 1), (0, TILE)))
     return Scheme(
         normal=aligned(normal),
         observed=aligned(columns(rows.observed)),
         stress=aligned(vectors(rows.stress[: len(rows.stress) * scene.observes_stress])),
-        load=by_columns(load) if len(modes.axial) > 0 else aligned(load),
+        load=aligned(load),
         decay=aligned_zeros((n_modes, width)),
         gain=aligned_zeros((n_modes, width)),
         squared=aligned_zeros((n_modes, width)) if len(modes.stiffening) else rows.omega**2,
@@ -89,15 +91,15 @@ def _engine_order_forces(modes, scene, grid):
     return aligned(np.pad(force @ modes.normal, disk_alone))
 
 
-def _allocate_state(scheme, width):
+def _allocate_state(scheme, width, turns):
     n_modes, n_points = scheme.normal.shape
-    n_forces = scheme.load.shape[1]
+    n_forces = len(scheme.load)
     return State(
         **lane_arrays(
-            width, position=n_modes, increment=n_modes, before=n_modes, penetration=n_points + 1,
-            multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
+            width, position=n_modes, increment=n_modes, before=n_modes * turns, force=BLOCK,
+            penetration=n_points + 1, multiplier=n_forces, depth=n_points + 1, ramp=1, report=4,
         ),
-        active=np.full(n_forces + TILE, n_forces - 1),
+        active=np.full(n_forces + ROOM, n_forces - 1),
         n_steps=np.zeros(width, dtype=np.int64),
     )  # fmt: skip
 

@@ -21,6 +21,7 @@ from numba.core.imputils import lower_getattr
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
 from hpcrub.contact import simd  # noqa: F401, teaches numba what `lanes` are
+from hpcrub.contact.machine import shape
 
 STATIC_METHODS = (  # of contact laws, observers and surfaces
     "predict", "forces", "press", "observe",
@@ -42,8 +43,8 @@ def _cache_folder() -> str:
 
 
 def _name():
-    """Name of the cache of this copy of the sources: whatever numba asks for, and all texts."""
-    digest = hashlib.sha256(numba.__version__.encode())
+    """Name of the cache of this copy of the sources: shape of the kernel, and all texts."""
+    digest = hashlib.sha256(f"{numba.__version__} {shape()}".encode())
     package = Path(os.path.abspath(__file__)).parents[1]
     for room in COMPILED_ROOMS:
         for source in sorted((package / room).rglob("*.py")):

@@ -15,33 +15,15 @@ Where vectors are taken lane by lane, a number in place of one stands for all la
 much of this call it ``v``.
 """
 
-import os
 from typing import Any
 
 import numpy as np
-from llvmlite import binding
 
-TILE = 12  # vectors of a full tile: with their operands they fill the registers
+from hpcrub.contact import machine
+
+TILE, WIDTH, BLOCK = machine.shape()
 TIPS = (0,) * TILE
 PLACES = (0,) * 8  # of a vector that holds stresses of one lane
-LARGE_CACHE = 48 << 10  # [bytes] of the first level, which holds the motion of sixteen lanes
-
-
-def _fitting_width() -> int:
-    """Lanes of a bank for this machine: 16 where registers and first-level cache are large, else 8.
-
-    Every choice gives the same bits. Sixteen lanes of 84 modes take 43 KB for motion and
-    coefficients, and tiles of twelve such rows need the 32 long registers of AVX-512.
-    """
-    try:
-        cache = os.sysconf("SC_LEVEL1_DCACHE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not Linux
-        cache = 0
-    has_long = binding.get_host_cpu_features().get("avx512f", False)
-    return 16 if has_long and cache >= LARGE_CACHE else 8
-
-
-WIDTH = _fitting_width()
 
 
 def aligned_zeros(shape: tuple[int, ...]) -> np.ndarray:
@@ -120,15 +102,6 @@ def tile_add(tile: tuple, matrix: np.ndarray, row: int, columns: tuple, vector: 
     return tuple(t + matrix[row, c] * vector for t, c in zip(tile, columns, strict=True))
 
 
-def tile_dot(
-    matrix: np.ndarray, row: int, columns: tuple, tile: tuple, total: np.ndarray
-) -> np.ndarray:
-    """Total + Σ ``matrix[row, columns[i]]``·tile[i] in order: a zero member changes no bit."""
-    for column, t in zip(columns, tile, strict=True):
-        total = total + matrix[row, column] * t
-    return total
-
-
 def tile_gather(lanes: tuple, array: np.ndarray, rows: tuple) -> tuple:
     """The rows of a lane array that the tuple ``rows`` names, as a tile."""
     return tuple(array[row].copy() for row in rows)
@@ -138,6 +111,12 @@ def tile_store(array: np.ndarray, rows: tuple, tile: tuple) -> None:
     """Write a tile to the rows of a lane array that the tuple ``rows`` names (modified)."""
     for row, vector in zip(rows, tile, strict=True):
         array[row] = vector
+
+
+def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
+    """Raise the rows of a lane array that ``rows`` names to the magnitudes of a tile (modified)."""
+    for row, vector in zip(rows, tile, strict=True):
+        array[row] = larger(np.abs(vector), array[row])
 
 
 def tile_relax(

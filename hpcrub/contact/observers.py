@@ -13,8 +13,8 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import PLACES, TILE, TIPS
-from hpcrub.contact.passes import FEW, MANY, NONE, SOME, correct, settle
+from hpcrub.contact.lanes import BLOCK, PLACES, TILE, TIPS
+from hpcrub.contact.passes import project, settle, sum_forces
 
 NO_LANES = np.zeros(0, dtype=np.int64)
 # Steps between looks at a stress that is below this share of its largest so far. On 492 points of
@@ -22,7 +22,7 @@ NO_LANES = np.zeros(0, dtype=np.int64)
 APART, NEAR = 3, 0.8
 
 
-@compiled(inner=True)
+@compiled(inline=True, inner=True)
 def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
@@ -35,28 +35,20 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_observed = scheme.observed.shape[1]
-    if n_active > len(MANY):
-        correct(lanes, scheme, state, n_active)
-        n_active = 0
-    if n_active == 0:
-        seen = settle(lanes, NONE, scheme, state)
-    elif n_active <= len(FEW):
-        seen = settle(lanes, FEW, scheme, state)
-    elif n_active <= len(SOME):
-        seen = settle(lanes, SOME, scheme, state)
-    else:
-        seen = settle(lanes, MANY, scheme, state)
-    v.tile_store(history, v.consecutive(TIPS, row * n_observed), seen)
-    for first in range(TILE, n_observed, TILE):
-        seen, rows = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, first)
-        for k in range(state.position.shape[0]):
-            seen = v.tile_add(seen, scheme.observed, k, rows, v.load(lanes, state.position, k))
-        v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
-    for i in range(n_observed):
-        u = v.load(lanes, history, row * n_observed + i)
-        size = v.larger(u, 0.0 - u)
-        at = block * n_observed + i
-        v.store(peak, at, v.larger(size, v.load(lanes, peak, at)))
+    zero, n_modes = v.splat(lanes, 0.0), state.position.shape[0]
+    for begin in range(0, n_modes, BLOCK):
+        end = min(begin + BLOCK, n_modes)
+        sum_forces(lanes, scheme, state, n_active, begin, end)
+        for first in range(0, n_observed, TILE):
+            rows = v.consecutive(TIPS, row * n_observed + first)
+            seen = v.tile_splat(TIPS, zero) if begin == 0 else v.tile_gather(lanes, history, rows)
+            if first == 0:
+                seen = settle(lanes, scheme, state, n_active, begin, end, seen)
+            else:
+                seen = project(lanes, scheme.observed, state.position, first, begin, end, seen)
+            v.tile_store(history, rows, seen)
+            if end == n_modes:
+                v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
 
 
 @compiled(inner=True)
@@ -139,7 +131,7 @@ class Record(NamedTuple):
     @staticmethod
     def per_lane() -> tuple[str, ...]:
         """Arrays whose last axis are the lanes."""
-        return "history", "peak", "stress", "stress_peak", "casing"
+        return "history", "peak", "stress_peak", "casing"
 
     @classmethod
     def allocate(cls, bank: Bank, n_blocks: int, stride: int) -> "Record":

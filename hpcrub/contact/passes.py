@@ -12,9 +12,9 @@ The corrector of a step is applied on the way through the next predictor, so tha
 and writes the modal state once. The last rows are pairs of modes of a casing that vibrates
 (`model.casing_modes`): ordinary modes whose coordinates turn at the end of a step.
 
-Of disks with many modes and points (`predict_blocks`) all points see a block of modes while its
-motion, coefficients and projections are in the first-level cache. The increments of the step before
-are kept, because friction follows the slip velocity.
+The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. Of a
+block the modal forces Gλ come first, a tile of modes at a time, then the modes with the first tile
+of contact points, then the other points. All sums run in the order of the points or modes.
 """
 
 import numpy as np
@@ -22,14 +22,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, TIPS
-
-# Points whose forces are found or applied in one pass: the fewer, the faster.
-NONE = ()
-FEW = (0,) * 4
-SOME = (0,) * 8
-MANY = (0,) * TILE
-BLOCK = 32  # modes whose motion, coefficients and projections the first-level cache holds
+from hpcrub.contact.lanes import BLOCK, TILE, TIPS
 
 
 @compiled(inline=True, inner=True)
@@ -39,34 +32,52 @@ def first_pair(scheme: Scheme) -> int:
 
 
 @compiled(inline=True, inner=True)
-def open_gap(lanes: tuple, scheme: Scheme, state: State, step: int, first: int) -> tuple:
-    """Penetrations of TILE contact points of a disk that does not move, s b − clearance [m].
+def sum_forces(
+    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int
+) -> None:
+    """Modal forces of the active points, if any, on a block of modes (state.force, modified)."""
+    for first in range(begin, end if n_active > 0 else begin, TILE):
+        modes, total = v.consecutive(TIPS, first), v.tile_splat(TIPS, v.splat(lanes, 0.0))
+        for a in range(n_active):
+            j = state.active[a]
+            total = v.tile_add(total, scheme.load, j, modes, v.load(lanes, state.multiplier, j))
+        v.tile_store(state.force, v.consecutive(TIPS, first - begin), total)
 
-    first: first contact point.
+
+@compiled(inline=True, inner=True)
+def begin_gaps(
+    lanes: tuple, scheme: Scheme, state: State, step: int, first: int, begin: int
+) -> tuple:
+    """Penetrations of a tile of contact points before a block of modes is added [m].
+
+    Before the first mode they are those of a disk that does not move, s b − clearance.
+
+    first: first contact point; begin: first mode of the block.
     """
-    depth = v.tile_splat(TIPS, 0.0 - v.load(lanes, scheme.clearance, 0))
     points = v.consecutive(TIPS, first)
+    if begin > 0:
+        return v.tile_gather(lanes, state.penetration, points)
+    depth = v.tile_splat(TIPS, 0.0 - v.load(lanes, scheme.clearance, 0))
     depth = v.tile_add(depth, scheme.own, 0, points, v.splat(lanes, -1.0))
     return v.tile_add(depth, scheme.bump, step, points, v.load(lanes, state.ramp, 0))
 
 
 @compiled(inline=True, inner=True)
 def advanced(
-    lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int, k: int, columns: tuple,
-    forces: tuple,
-) -> tuple:  # fmt: skip
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
+) -> tuple:
     """Corrector of the step before and predictor of this one, for mode k.
 
-    contacts, columns, forces: of the active points to correct.
+    n_active: active points to correct, whose forces on the block from ``begin`` on are summed.
     Returns position and increment (L,) at the end of this step.
     """
     gain = v.load(lanes, scheme.gain, k)
-    q = v.load(lanes, state.position, k)
-    d = v.load(lanes, state.increment, k)
-    if len(contacts) > 0:
-        kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0)) * gain
-        q = q + kick
-        d = d + kick
+    q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
+    if n_active > 0:
+        kick = v.load(lanes, state.force, k - begin) * gain
+        q, d = q + kick, d + kick
+    if state.before.shape[0] > 0:
+        v.store(state.before, k, d)
     d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
     if scheme.external.shape[0] > 0:
         d = d + scheme.external[step, k] * gain
@@ -75,107 +86,103 @@ def advanced(
 
 @compiled(inline=True, inner=True)
 def turn_pair(
-    lanes: tuple, scheme: Scheme, values: np.ndarray, j: int, c: np.ndarray, s: np.ndarray
+    lanes: tuple, scheme: Scheme, values: np.ndarray, k: int, c: np.ndarray, s: np.ndarray
 ) -> tuple:
-    """Turn a pair c, s of the casing by the angle of a step, and keep it (values are modified)."""
+    """Turn a pair c, s of the casing by the angle of a step, and keep it (values are modified).
+
+    k: row of the first of the pair.
+    """
+    j = (k - first_pair(scheme)) // 2
     cosine, sine = v.splat(lanes, scheme.turn[j, 0]), v.splat(lanes, scheme.turn[j, 1])
     c, s = c * cosine + s * sine, s * cosine - c * sine
-    k = first_pair(scheme) + 2 * j
     v.store(values, k, c)
     v.store(values, k + 1, s)
     return c, s
 
 
 @compiled(inline=True, inner=True)
-def predict(lanes: tuple, contacts: tuple, scheme: Scheme, state: State, step: int) -> np.ndarray:
-    """Corrector of the step before, predictor of this one (state is modified).
+def advance(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
+    depth: tuple,
+) -> tuple:  # fmt: skip
+    """Corrector and predictor of a block of modes, or of pairs (state is modified).
 
-    contacts: as many zeros as there are first active points to correct.
-    Returns (L,); deepest penetration of the first TILE contact points [m].
+    depth: penetrations of the first tile of contact points [m].
+    Returns these with the block added.
     """
-    columns = v.indices(contacts, state.active, 0)
-    forces = v.tile_gather(lanes, state.multiplier, columns)
-    depth, points = open_gap(lanes, scheme, state, step, 0), v.consecutive(TIPS, 0)
-    for k in range(first_pair(scheme)):
-        q, d = advanced(lanes, contacts, scheme, state, step, k, columns, forces)
-        v.store(state.increment, k, d)
-        v.store(state.position, k, q)
-        depth = v.tile_add(depth, scheme.normal, k, points, q)
-    for j in range(scheme.turn.shape[0]):
-        k = first_pair(scheme) + 2 * j
-        c, dc = advanced(lanes, contacts, scheme, state, step, k, columns, forces)
-        s, ds = advanced(lanes, contacts, scheme, state, step, k + 1, columns, forces)
-        c, s = turn_pair(lanes, scheme, state.position, j, c, s)
-        turn_pair(lanes, scheme, state.increment, j, dc, ds)
+    points = v.consecutive(TIPS, 0)
+    if begin < first_pair(scheme):
+        for k in range(begin, end):
+            q, d = advanced(lanes, scheme, state, step, n_active, begin, k)
+            v.store(state.increment, k, d)
+            v.store(state.position, k, q)
+            depth = v.tile_add(depth, scheme.normal, k, points, q)
+        return depth
+    for k in range(begin, end, 2):
+        c, dc = advanced(lanes, scheme, state, step, n_active, begin, k)
+        s, ds = advanced(lanes, scheme, state, step, n_active, begin, k + 1)
+        turn_pair(lanes, scheme, state.increment, k, dc, ds)
+        c, s = turn_pair(lanes, scheme, state.position, k, c, s)
         depth = v.tile_add(depth, scheme.normal, k, points, c)
         depth = v.tile_add(depth, scheme.normal, k + 1, points, s)
-    v.tile_store(state.penetration, points, depth)
-    return v.tile_largest(depth)
-
-
-@compiled(inner=True)
-def predict_more(lanes: tuple, first: int, scheme: Scheme, state: State, step: int) -> np.ndarray:
-    """Penetrations of one more tile of contact points (state is modified).
-
-    first: first contact point of the tile.
-    Returns (L,); deepest of these penetrations [m].
-    """
-    depth, points = open_gap(lanes, scheme, state, step, first), v.consecutive(TIPS, first)
-    for k in range(state.position.shape[0]):
-        depth = v.tile_add(depth, scheme.normal, k, points, v.load(lanes, state.position, k))
-    v.tile_store(state.penetration, points, depth)
-    return v.tile_largest(depth)
-
-
-@compiled(inline=True, inner=True)
-def penetrate(
-    lanes: tuple, scheme: Scheme, state: State, first: int, begin: int, end: int
-) -> tuple:
-    """Add what some rows of the modes do to a tile of penetrations (state is modified).
-
-    first: first contact point of the tile.
-    begin, end: the rows.
-    Returns the penetrations (TILE, L) [m].
-    """
-    points = v.consecutive(TIPS, first)
-    depth = v.tile_gather(lanes, state.penetration, points)
-    for k in range(begin, end):
-        depth = v.tile_add(depth, scheme.normal, k, points, v.load(lanes, state.position, k))
-    v.tile_store(state.penetration, points, depth)
     return depth
 
 
-@compiled(inner=True)
-def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
-    """Corrector by itself, for any number of active points (state is modified)."""
-    if n_active == 0:
-        return
-    for k in range(state.position.shape[0]):
-        kick = v.splat(lanes, 0.0)
-        for first in range(0, n_active, TILE):
-            columns = v.indices(MANY, state.active, first)
-            forces = v.tile_gather(lanes, state.multiplier, columns)
-            kick = v.tile_dot(scheme.load, k, columns, forces, kick)
-        kick = kick * v.load(lanes, scheme.gain, k)
-        v.store(state.position, k, v.load(lanes, state.position, k) + kick)
-        v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
+@compiled(inline=True, inner=True)
+def project(
+    lanes: tuple, matrix: np.ndarray, position: np.ndarray, first: int, begin: int, end: int,
+    tile: tuple,
+) -> tuple:  # fmt: skip
+    """A tile of rows, plus what a block of modes adds to them.
+
+    matrix: (K, n) row per unit modal coordinate; first: of the tile.
+    position: (K, L) modal coordinates.
+    """
+    rows = v.consecutive(TIPS, first)
+    for k in range(begin, end):
+        tile = v.tile_add(tile, matrix, k, rows, v.load(lanes, position, k))
+    return tile
 
 
 @compiled(inline=True, inner=True)
-def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple:
-    """Corrector by itself, for a few active points (state is modified).
+def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
+    """Corrector of the step before, predictor and penetrations of this one (bank is modified).
 
-    contacts: as many zeros as there are first active points to correct.
-    Returns (L,); first TILE observed displacements [m].
+    Returns (L,); deepest penetration of all contact points [m].
     """
-    columns = v.indices(contacts, state.active, 0)
-    forces = v.tile_gather(lanes, state.multiplier, columns)
-    seen, points = v.tile_splat(TIPS, v.splat(lanes, 0.0)), v.consecutive(TIPS, 0)
-    for k in range(state.position.shape[0]):
+    scheme, state = bank.scheme, bank.state
+    n_modes, n_points = scheme.normal.shape
+    deepest, begin = v.splat(lanes, -np.inf), 0
+    while begin < n_modes:
+        end = min(begin + BLOCK, first_pair(scheme) if begin < first_pair(scheme) else n_modes)
+        sum_forces(lanes, scheme, state, n_active, begin, end)
+        depth = begin_gaps(lanes, scheme, state, step, 0, begin)
+        depth = advance(lanes, scheme, state, step, n_active, begin, end, depth)
+        v.tile_store(state.penetration, v.consecutive(TIPS, 0), depth)
+        deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
+        for first in range(TILE, n_points, TILE):
+            depth = begin_gaps(lanes, scheme, state, step, first, begin)
+            depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
+            v.tile_store(state.penetration, v.consecutive(TIPS, first), depth)
+            deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
+        begin = end
+    return deepest
+
+
+@compiled(inline=True, inner=True)
+def settle(
+    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, end: int, seen: tuple
+) -> tuple:
+    """Corrector by itself of a block of modes (state is modified).
+
+    seen: first tile of observed displacements [m].
+    Returns these with the block added.
+    """
+    points = v.consecutive(TIPS, 0)
+    for k in range(begin, end):
         q = v.load(lanes, state.position, k)
-        if len(contacts) > 0:
-            kick = v.tile_dot(scheme.load, k, columns, forces, v.splat(lanes, 0.0))
-            kick = kick * v.load(lanes, scheme.gain, k)
+        if n_active > 0:
+            kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
             q = q + kick
             v.store(state.position, k, q)
             v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
@@ -184,116 +191,10 @@ def settle(lanes: tuple, contacts: tuple, scheme: Scheme, state: State) -> tuple
 
 
 @compiled(inner=True)
-def add_forces(lanes: tuple, slots: tuple, bank: Bank, first: int, begin: int, end: int) -> None:
-    """Modal forces of some active points (state.before, modified).
-
-    slots: as many zeros as there are points.
-    first: place of the first of them in `State.active`; 0 to begin the sum.
-    """
-    scheme, state = bank.scheme, bank.state
-    columns = v.indices(slots, state.active, first)
-    forces = v.tile_gather(lanes, state.multiplier, columns)
-    for k in range(begin, end):
-        total = v.splat(lanes, 0.0)
-        if first > 0:
-            total = v.load(lanes, state.before, k)
-        v.store(state.before, k, v.tile_dot(scheme.load, k, columns, forces, total))
-
-
-@compiled(inner=True)
-def advance_modes(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int, end: int) -> None:
-    """Corrector and predictor of some modes (state is modified).
-
-    On entry ``state.before`` holds the modal forces, if there are any (n_active), on return the
-    increments of the step before.
-    """
-    scheme, state = bank.scheme, bank.state
-    loaded = scheme.external.shape[0] > 0
-    for k in range(begin, end):
-        gain = v.load(lanes, scheme.gain, k)
-        q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
-        if n_active > 0:
-            kick = v.load(lanes, state.before, k) * gain
-            q, d = q + kick, d + kick
-        v.store(state.before, k, d)
-        d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
-        if loaded:
-            d = d + scheme.external[step, k] * gain
-        v.store(state.increment, k, d)
-        v.store(state.position, k, q + d)
-
-
-@compiled(inline=True, inner=True)
-def advance(lanes: tuple, bank: Bank, step: int, n_active: int, begin: int, end: int) -> None:
-    """Corrector and predictor of some modes, for any number of active points (bank is modified)."""
-    for first in range(0, n_active, TILE):
-        if n_active - first <= len(FEW):
-            add_forces(lanes, FEW, bank, first, begin, end)
-        elif n_active - first <= len(SOME):
-            add_forces(lanes, SOME, bank, first, begin, end)
-        else:
-            add_forces(lanes, MANY, bank, first, begin, end)
-    advance_modes(lanes, bank, step, n_active, begin, end)
-
-
-@compiled(inner=True)
-def advance_pairs(lanes: tuple, bank: Bank, step: int, n_active: int) -> None:
-    """Corrector and predictor of the casing, whose coordinates then turn (bank is modified)."""
-    scheme, state = bank.scheme, bank.state
-    begin, end = first_pair(scheme), scheme.normal.shape[0]
-    advance(lanes, bank, step, n_active, begin, end)
-    for j in range(scheme.turn.shape[0]):
-        for values in (state.position, state.increment):
-            c = v.load(lanes, values, begin + 2 * j)
-            turn_pair(lanes, scheme, values, j, c, v.load(lanes, values, begin + 2 * j + 1))
-
-
-@compiled(inline=True, inner=True)
-def predict_all(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-    """The narrowest pass that holds the active points, then the other tiles (state is modified).
-
-    Returns (L,); deepest penetration of all contact points [m].
-    """
-    scheme, state = bank.scheme, bank.state
-    if n_active > len(MANY):
-        correct(lanes, scheme, state, n_active)
-        n_active = 0
-    if n_active == 0:
-        deepest = predict(lanes, NONE, scheme, state, step)
-    elif n_active <= len(FEW):
-        deepest = predict(lanes, FEW, scheme, state, step)
-    elif n_active <= len(SOME):
-        deepest = predict(lanes, SOME, scheme, state, step)
-    else:
-        deepest = predict(lanes, MANY, scheme, state, step)
-    for first in range(TILE, state.penetration.shape[0] - 1, TILE):
-        deepest = v.larger(predict_more(lanes, first, scheme, state, step), deepest)
-    return deepest
-
-
-@compiled(inner=True)
-def predict_blocks(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-    """Corrector of the step before, predictor and penetrations of this one (bank is modified).
-
-    Returns (L,); deepest penetration of all contact points [m].
-    """
-    scheme, state = bank.scheme, bank.state
-    n_modes, n_points = scheme.normal.shape
-    n_disk = first_pair(scheme)
-    deepest = v.splat(lanes, -np.inf)
-    for first in range(0, n_points, TILE):
-        points = v.consecutive(TIPS, first)
-        v.tile_store(state.penetration, points, open_gap(lanes, scheme, state, step, first))
-    for begin in range(0, n_disk, BLOCK):
-        end = min(begin + BLOCK, n_disk)
-        advance(lanes, bank, step, n_active, begin, end)
-        for first in range(0, n_points, TILE):
-            depth = penetrate(lanes, scheme, state, first, begin, end)
-            if end == n_modes:
-                deepest = v.larger(v.tile_largest(depth), deepest)
-    if n_disk < n_modes:
-        advance_pairs(lanes, bank, step, n_active)
-        for first in range(0, n_points, TILE):
-            depth = penetrate(lanes, scheme, state, first, n_disk, n_modes)
-            deepest = v.larger(v.tile_largest(depth), deepest)
-    return deepest
+def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
+    """Corrector by itself of all modes (state is modified)."""
+    nothing = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+    for begin in range(0, state.position.shape[0], BLOCK):
+        end = min(begin + BLOCK, state.position.shape[0])
+        sum_forces(lanes, scheme, state, n_active, begin, end)
+        settle(lanes, scheme, state, n_active, begin, end, nothing)

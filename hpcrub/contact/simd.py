@@ -211,6 +211,16 @@ def _tile_store(context, builder, sig, args):
     return context.get_dummy_value()
 
 
+@_instruction(lanes.tile_rise, lambda array, rows, tile: types.none)
+def _tile_rise(context, builder, sig, args):
+    rows, members = (cgutils.unpack_tuple(builder, tile) for tile in args[1:])
+    for row, member in zip(rows, members, strict=True):
+        size = _larger(builder, member, builder.fsub(ir.Constant(member.type, None), member))
+        old = _load_row(context, builder, sig.args[0], args[0], row, member.type.count)
+        _store_row(context, builder, sig.args[0], args[0], row, _larger(builder, size, old))
+    return context.get_dummy_value()
+
+
 @_instruction(lanes.tile_add, lambda tile, matrix, row, columns, vector: tile)
 def _tile_add(context, builder, sig, args):
     tile, matrix, row, columns, vector = args
@@ -220,17 +230,6 @@ def _tile_add(context, builder, sig, args):
         member = _fma(builder, factor, vector, builder.extract_value(tile, i))
         tile = builder.insert_value(tile, member, i)
     return tile
-
-
-@_instruction(lanes.tile_dot, lambda matrix, row, columns, tile, total: total)
-def _tile_dot(context, builder, sig, args):
-    matrix, row, columns, tile, total = args
-    columns, members = (cgutils.unpack_tuple(builder, values) for values in (columns, tile))
-    for column, member in zip(columns, members, strict=True):
-        kind, width = sig.args[0], sig.return_type.width
-        factor = _scalar_at(context, builder, kind, matrix, row, column, width)
-        total = _fma(builder, factor, member, total)
-    return total
 
 
 @_instruction(

@@ -13,6 +13,7 @@ import numpy as np
 
 from hpcrub.contact import bank, integrate, status
 from hpcrub.contact.arrays import FLAW, SWEEPS, UNSOLVED, Bank, take_lanes
+from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED
 from hpcrub.model.reduction import Modes
@@ -24,7 +25,7 @@ from hpcrub.response.sliding import permanent_contact
 from hpcrub.response.steady import localisation
 from hpcrub.response.wear import Wearing
 
-NARROWEST = 8  # speeds left when the lanes of a sweep that runs dry are no longer halved
+NARROWEST = max(WIDTH // 2, 4)  # speeds left when lanes of a sweep that runs dry are halved no more
 PIECE = 16384  # steps between two polls, if a block is not longer
 
 

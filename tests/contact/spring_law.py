@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE, aligned_zeros, any_lane, larger, load, store
-from hpcrub.contact.passes import predict_all
+from hpcrub.contact.lanes import aligned_zeros, any_lane, larger, load, store
+from hpcrub.contact.passes import predict
 from hpcrub.contact.tables import columns
 
 
@@ -25,7 +25,7 @@ class Spring(NamedTuple):
     @staticmethod
     @compiled(inline=True, inner=True)
     def predict(lanes, bank, step, n_active):
-        return predict_all(lanes, bank, step, n_active)
+        return predict(lanes, bank, step, n_active)
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -38,8 +38,6 @@ class Spring(NamedTuple):
                 store(state.multiplier, i, larger(depth, 0.0) * load(lanes, law.stiffness, i))
                 state.active[n] = i
                 n += 1
-        for a in range(n, n + TILE):
-            state.active[a] = n_points
         return n
 
     @staticmethod

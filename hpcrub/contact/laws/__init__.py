@@ -24,11 +24,11 @@ planar disks, `solid.Solid` that of disks that move in three dimensions, both be
     ``remember(lane, memory)`` gives it to a lane that is filled.
 ``predict(lanes, bank, step, n_active)``
     Static method, compiled: corrector of the step before, predictor and penetrations of this one;
-    returns the deepest penetration. `passes.predict_all` serves most laws.
+    returns the deepest penetration. `passes.predict` serves most laws.
 ``forces(lanes, bank, step, deepest)``
     Static method, compiled: multipliers of a step in which something penetrates. It lists the rows
-    of ``State.multiplier`` that the corrector has to apply in ``State.active``, followed by
-    `lanes.TILE` times the number of the last row, which is always zero; returns how many they are.
+    of ``State.multiplier`` that the corrector has to apply in ``State.active``; returns how many
+    they are.
 
 A law may stand anywhere, in a notebook for example: `response.scene.Scene.law` takes the class.
 """

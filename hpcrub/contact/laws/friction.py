@@ -15,9 +15,10 @@ from typing import Any
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE
-from hpcrub.contact.passes import FEW, MANY, SOME
+from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.status import JAMMING
+
+FEW = (0,) * min(4, TILE)  # points whose slip is found in one pass, where that is enough
 
 
 @compiled(inner=True)
@@ -47,10 +48,8 @@ def turn(lanes: tuple, state: State, law: Any, n_fresh: int, n_active: int) -> N
     for first in range(0, n_fresh, TILE):
         if n_fresh - first <= len(FEW):
             slip(lanes, FEW, state, law, first)
-        elif n_fresh - first <= len(SOME):
-            slip(lanes, SOME, state, law, first)
         else:
-            slip(lanes, MANY, state, law, first)
+            slip(lanes, TIPS, state, law, first)
     for b in range(n_fresh):
         fill_column(lanes, state, law, law.fresh[b], n_active)
 

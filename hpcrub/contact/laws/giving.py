@@ -11,7 +11,6 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE
 from hpcrub.contact.lcp import gauss_seidel
 
 
@@ -58,8 +57,6 @@ def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
         if v.any_lane(force > 0.0):
             state.active[n] = i
             n += 1
-    for a in range(n, n + TILE):
-        state.active[a] = state.penetration.shape[0] - 1
     return n
 
 

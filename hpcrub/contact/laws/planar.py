@@ -15,7 +15,7 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import inverse, lane_arrays
 from hpcrub.contact.laws.surfaces import Coated, find_gains, surface_of
 from hpcrub.contact.lcp import pivoting
-from hpcrub.contact.passes import predict_all
+from hpcrub.contact.passes import predict
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus, row_bound, spread
 from hpcrub.model.reduction import Modes
@@ -33,7 +33,7 @@ class Planar(NamedTuple):
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations; see ``laws``."""
-        deepest = predict_all(lanes, bank, step, n_active)
+        deepest = predict(lanes, bank, step, n_active)
         return bank.law.surface.tick(lanes, bank.law.surface, deepest)
 
     @staticmethod

@@ -1,7 +1,7 @@
 """The contact law of disks that move in three dimensions.
 
 Friction turns with the slip velocity (`friction`), the points of a blade are stiffly coupled
-(`blades`, `groups`), and there are many modes and points (`passes.predict_blocks`). What they meet
+(`blades`, `groups`), and there are many modes and points (`passes.predict`). What they meet
 is one of `surfaces`.
 """
 
@@ -16,7 +16,7 @@ from hpcrub.contact.lanes import TILE
 from hpcrub.contact.laws.blades import solve_blades
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
-from hpcrub.contact.passes import predict_blocks
+from hpcrub.contact.passes import predict
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
 from hpcrub.model.reduction import Modes
@@ -67,8 +67,6 @@ def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     for a in range(n):
         state.active[n + a] = n_points + state.active[a]
         state.active[2 * n + a] = 2 * n_points + state.active[a]
-    for a in range(3 * n, 3 * n + TILE):
-        state.active[a] = 3 * n_points
     return 3 * n
 
 
@@ -107,7 +105,7 @@ class Solid(NamedTuple):
     @compiled(inline=True, inner=True)
     def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         """Corrector, predictor and penetrations; see ``laws``."""
-        deepest = predict_blocks(lanes, bank, step, n_active)
+        deepest = predict(lanes, bank, step, n_active)
         return bank.law.surface.tick(lanes, bank.law.surface, deepest)
 
     @staticmethod

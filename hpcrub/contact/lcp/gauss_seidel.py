@@ -14,10 +14,10 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
-from hpcrub.contact.passes import FEW, MANY, SOME
 
+ROOM = 12
+FOUR, SIX, EIGHT, TWELVE = (0,) * 4, (0,) * 6, (0,) * 8, (0,) * ROOM
 MAX_SWEEPS = 200  # before pivoting; five or so are usual
 # What has once changed by so many tolerances has not converged, however it looks: numbers that
 # overflow end as NaN, which changes no more.
@@ -43,7 +43,7 @@ def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int
         if v.any_lane(threshold < v.load(lanes, state.penetration, i)):
             state.active[n] = i
             n += 1
-    for i in range(n, n + TILE):
+    for i in range(n, n + ROOM):
         state.active[i] = last
     return n
 
@@ -180,12 +180,14 @@ def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: i
     """
     limit = v.larger(deepest, 0.0) * TOLERANCE
     changing = deepest > 0.0
-    if n_active <= len(FEW):
-        stuck, sweeps = solve_few(lanes, FEW, law, state, limit, changing)
-    elif n_active <= len(SOME):
-        stuck, sweeps = solve_few(lanes, SOME, law, state, limit, changing)
-    elif n_active <= len(MANY):
-        stuck, sweeps = solve_few(lanes, MANY, law, state, limit, changing)
+    if n_active <= len(FOUR):
+        stuck, sweeps = solve_few(lanes, FOUR, law, state, limit, changing)
+    elif n_active <= len(SIX):
+        stuck, sweeps = solve_few(lanes, SIX, law, state, limit, changing)
+    elif n_active <= len(EIGHT):
+        stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit, changing)
+    elif n_active <= ROOM:
+        stuck, sweeps = solve_few(lanes, TWELVE, law, state, limit, changing)
     else:
         stuck, sweeps = solve_many(lanes, law, state, n_active, limit, changing)
     v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))

@@ -1,0 +1,115 @@
+"""Instructions of the kernel's inner loops on machines that need not be at hand.
+
+numba makes the planar predictor for the shape that the rule gives a machine, without optimizing;
+LLVM then optimizes it for that machine, and the loops of its assembly are counted. Nothing is run.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from evidence.page import table
+from hpcrub.contact.machine import SMALL_CACHE, Machine, shape_for
+
+MACHINES = {  # registers, numbers of one, triple and processor of LLVM
+    "AVX2 (Zen 3)": (16, 4, "x86_64-unknown-linux-gnu", "znver3"),
+    "AVX-512 (Zen 4)": (32, 8, "x86_64-unknown-linux-gnu", "znver4"),
+    "NEON (Neoverse N1)": (32, 2, "aarch64-unknown-linux-gnu", "neoverse-n1"),
+    "NEON (Apple M1)": (32, 2, "arm64-apple-macosx", "apple-m1"),
+}
+JUMP = re.compile(r"\s+(?:j\w+|b|b\.\w+|cbn?z|tbn?z)\s.*?(\.?L\w+)$")
+FUSED, PRODUCT = re.compile(r"\t(?:vfn?m|fml)"), re.compile(r"\t(?:vmul|fmul)")
+LOAD = re.compile(r"\tld|\tv.*\(.*\).*, %[xyz]mm\d+")
+STORE = re.compile(r"\tst|\tvmov\w+\s+%[xyz]mm\d+, .*\(")
+SPILL = re.compile(r"\tv.*\(%rsp\)|\t(?:ld|st).*\bq\d.*\[sp")
+
+
+def unoptimized():
+    """LLVM's intermediate representation of the planar predictor, all functions in one."""
+    import numba
+
+    from evidence.benchmarks.kernel_speed import planar
+    from hpcrub.contact import passes
+    from hpcrub.contact.bank import allocate
+    from hpcrub.contact.lanes import WIDTH
+    from hpcrub.response.revolution import cut_revolution
+
+    modes, scene = planar()
+    bank = allocate(modes, scene, cut_revolution(34.0, scene), WIDTH)
+    passes.predict.compile(
+        (numba.typeof((0,) * WIDTH), numba.typeof(bank), numba.int64, numba.int64)
+    )
+    (compiled,) = passes.predict.overloads.values()
+    return compiled.library.get_llvm_str()
+
+
+def assembly(text, triple, processor):
+    """Assembly of a program in LLVM's intermediate representation, optimized for a machine."""
+    from llvmlite import binding
+
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    target = binding.Target.from_triple(triple).create_target_machine(processor, "", opt=3)
+    lines = (line for line in text.splitlines() if not line.startswith("target "))
+    module = binding.parse_assembly("\n".join(lines))
+    module.triple, module.data_layout = triple, str(target.target_data)
+    options = binding.create_pipeline_tuning_options(speed_level=3)
+    builder = binding.create_pass_builder(target, options)
+    builder.getModulePassManager().run(module, builder)
+    return target.emit_assembly(module)
+
+
+def inner_loops(text):
+    """Instructions of every loop without a loop inside it."""
+    lines, labels, loops = text.splitlines(), {}, []
+    for i, line in enumerate(lines):
+        if line.endswith(":"):
+            labels[line[:-1]] = i
+        elif (jump := JUMP.match(line)) and jump.group(1) in labels:
+            loops.append((labels[jump.group(1)], i + 1))
+    inner = {a for a in loops if not any(a[0] <= b[0] and b[1] <= a[1] and a != b for b in loops)}
+    for begin, end in sorted(inner):
+        yield [line for line in lines[begin:end] if re.match(r"\t[a-z]", line)]
+
+
+def count(pattern, loop):
+    """Lines of a loop that a pattern matches."""
+    return sum(bool(pattern.match(line)) for line in loop)
+
+
+def rows(name):
+    """A row of the table for each loop of the predictor of a disk."""
+    registers, vector, triple, processor = MACHINES[name]
+    shape = shape_for(Machine(registers, vector, SMALL_CACHE))
+    loops = [loop for loop in inner_loops(assembly(unoptimized(), triple, processor))
+             if count(FUSED, loop) >= shape.tile * shape.lanes // vector]  # fmt: skip
+    sums = [loop for loop in loops if not count(PRODUCT, loop)]
+    modes = min((loop for loop in loops if count(PRODUCT, loop)), key=len)
+    for part, loop in zip(("modal forces", "modes, first points", "other points"),
+                          (sums[0], modes, sums[-1]), strict=True):  # fmt: skip
+        counts = [count(pattern, loop) for pattern in (FUSED, LOAD, STORE, SPILL)]
+        yield [name, f"{shape.tile} × {shape.lanes}", part, len(loop), *counts]
+
+
+def section():
+    """Part of the page: the counts of all machines, each in a process of its shape."""
+    found = []
+    for name, (registers, vector, *_) in MACHINES.items():
+        shape = shape_for(Machine(registers, vector, SMALL_CACHE))
+        code = "import json; from evidence.benchmarks.assembly import rows;"
+        code += f"print(json.dumps(list(rows({name!r}))))"
+        with tempfile.TemporaryDirectory() as folder:
+            environment = {"HPCRUB_SHAPE": "x".join(map(str, shape)), "XDG_CACHE_HOME": folder}
+            done = subprocess.run(
+                [sys.executable, "-W", "ignore", "-c", code], check=True, text=True,
+                stdout=subprocess.PIPE, cwd=Path(__file__).parents[2],
+                env=os.environ | environment | {"NUMBA_OPT": "0"},
+            )  # fmt: skip
+        found += json.loads(done.stdout)
+    heads = ["machine", "tile × lanes", "loop", "instructions", "fused multiply-adds", "loads",
+             "stores", "spills"]  # fmt: skip
+    return {"loops": table(heads, found)}

@@ -1,0 +1,86 @@
+"""Lanes, tiles and blocks that fit the registers and the first-level cache of this machine.
+
+The blocks of a matrix product follow from the same numbers (BLIS: Low, Igual, Smith,
+Quintana-Ortí, ACM Transactions on Mathematical Software 43, 2016). Every choice gives the same
+bits. Tests and benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile,
+lanes and block, as in "6x8x60".
+"""
+
+import os
+import platform
+from typing import NamedTuple
+
+import numba
+from llvmlite import binding
+
+NUMBER = 8  # [bytes]
+TILES = 12, 6, 4, 2, 1  # vectors that a tile may have
+LANES = 4, 8, 16  # that a bank may have
+FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
+MODES = 84  # of the reference disk, whose motion and coefficients should fit the cache
+ROWS = 4  # that a mode has of numbers per lane: position, increment, decay and gain
+SMALL_CACHE = 32 << 10  # [bytes] where a system does not tell
+
+
+class Machine(NamedTuple):
+    """What the shape of a kernel follows from."""
+
+    registers: int  # vector registers
+    vector: int  # numbers of one
+    cache: int  # first-level data cache [bytes]
+
+
+class Shape(NamedTuple):
+    """Shape of a kernel."""
+
+    tile: int  # rows of a matrix whose sums stay in registers
+    lanes: int
+    block: int  # modes that stay in the first-level cache: a multiple of 12
+
+
+def this_machine() -> Machine:
+    """The machine that numba compiles for, which its own environment variables may change."""
+    if numba.config.CPU_FEATURES is not None:  # type: ignore[attr-defined]
+        words = numba.config.CPU_FEATURES.split(",")  # type: ignore[attr-defined]
+        has = {word[1:] for word in words if word.startswith("+")}
+    else:
+        has = {name for name, there in binding.get_host_cpu_features().items() if there}
+    try:
+        cache = os.sysconf("SC_LEVEL1_DCACHE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not Linux
+        cache = 0
+    if "avx512f" in has:
+        registers, vector = 32, 8
+    elif platform.machine().lower() in ("arm64", "aarch64"):
+        registers, vector = 32, 2
+    else:
+        registers, vector = 16, 4 if "avx" in has else 2
+    return Machine(registers, vector, cache if cache > 0 else SMALL_CACHE)
+
+
+def shape_for(machine: Machine) -> Shape:
+    """The shape of the kernel for a machine.
+
+    The sums of a tile stay in registers, beside a row of the modes and one factor. Of the numbers
+    of lanes that leave room for such a tile and keep the modes in the first-level cache, the
+    largest is taken. A block of modes fills half of this cache.
+    """
+    shapes = []
+    for lanes in LANES:
+        row = -(-lanes // machine.vector)
+        tile = max(tile for tile in TILES if tile == 1 or (tile + 1) * row < machine.registers)
+        shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache)))
+    fitting = [s for s in shapes if s.tile >= FEWEST and s.block >= MODES // 2]
+    return fitting[-1] if fitting else shapes[0]
+
+
+def block_of(lanes: int, cache: int) -> int:
+    """Modes whose motion and coefficients fill half of a cache [bytes]: a multiple of 12."""
+    return max(cache // 2 // (ROWS * NUMBER * lanes) // 12, 1) * 12
+
+
+def shape() -> Shape:
+    """The shape of the kernel here: by the rule, or as the environment says."""
+    if forced := os.environ.get("HPCRUB_SHAPE"):
+        return Shape(*map(int, forced.split("x")))
+    return shape_for(this_machine())

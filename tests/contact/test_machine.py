@@ -1,0 +1,101 @@
+"""Lanes, tiles and blocks: what fits a machine, and that no choice of them changes a bit."""
+
+import hashlib
+import itertools
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hpcrub.contact.bank import allocate
+from hpcrub.contact.integrate import run
+from hpcrub.contact.machine import LANES, ROWS, TILES, Machine, Shape, shape_for
+from hpcrub.contact.observers import Record
+from hpcrub.model.casing_modes import ring_modes
+from hpcrub.model.reduction import Modes
+from hpcrub.response.revolution import Grid
+from tests.contact.test_casing_waves import STEEL
+from tests.contact.test_spatial import made_up
+from tests.program import ROOT
+
+SPEEDS = np.linspace(29.0, 31.0, 4)
+N_STEPS = 10
+AVX512, AVX2, SSE2, NEON = (32, 8), (16, 4), (16, 2), (32, 2)
+KIB = 1 << 10
+
+
+@pytest.mark.parametrize(
+    ("registers", "cache", "shape"),
+    [
+        (AVX512, 48 * KIB, Shape(12, 16, 48)),
+        (AVX512, 32 * KIB, Shape(12, 8, 60)),
+        (AVX2, 32 * KIB, Shape(6, 8, 60)),
+        (NEON, 64 * KIB, Shape(6, 8, 120)),
+        (SSE2, 32 * KIB, Shape(6, 4, 120)),
+    ],
+)
+def test_the_shape_of_usual_machines(registers, cache, shape):
+    assert shape_for(Machine(*registers, cache)) == shape
+
+
+@pytest.mark.parametrize("registers", [8, 16, 32])
+@pytest.mark.parametrize("vector", [1, 2, 4, 8])
+@pytest.mark.parametrize("cache", [4 * KIB, 16 * KIB, 32 * KIB, 192 * KIB])
+def test_any_shape_fits_registers_and_cache(registers, vector, cache):
+    shape = shape_for(Machine(registers, vector, cache))
+    row = max(shape.lanes // vector, 1)
+    fits = shape.tile * row + row + 1 <= registers
+    assert fits or (shape.tile, shape.lanes) == (1, LANES[0])
+    assert shape.block % shape.tile == shape.block % 2 == 0  # pairs are not cut
+    assert shape.block == 12 or shape.block * ROWS * 8 * shape.lanes <= cache / 2
+
+
+def digest(widths=(4, 16), kinds=("planar", "solid")):
+    """Digest of the motions of disks in a casing that vibrates, of some widths and kinds."""
+    solid, scene = made_up()
+    names = "normal", "tangential"
+    planar = Modes.planar(solid.omega[:30], *(getattr(solid, name)[:, :30] for name in names))
+    pairs = ring_modes(STEEL, np.arange(2, 5), 0.01).seen_from(scene.interface.angle)
+    scene = scene._replace(ramp_time=1e-4, clearance=1.0e-3)
+    seen = hashlib.sha256()
+    disks = {"planar": planar, "solid": solid}
+    for kind, width in itertools.product(kinds, widths):
+        modes = disks[kind]._replace(pairs=pairs)
+        bank = allocate(modes, scene, Grid(240, 1, 1), width, SPEEDS)
+        bank = bank._replace(scheme=bank.scheme._replace(bump=bank.scheme.bump[:N_STEPS]))
+        record = Record.allocate(bank, 1, 1)
+        run(bank, 1, record)
+        assert (bank.state.multiplier > 0.0).any(axis=0)[: len(SPEEDS)].all()  # all rub
+        n = len(modes.observed)
+        history = record.history.reshape(N_STEPS, -1, width)[:, :n]
+        for array in (history, record.peak[:n], bank.state.position, bank.state.increment):
+            seen.update(np.ascontiguousarray(array[..., : len(SPEEDS)]).tobytes())
+    return seen.hexdigest()
+
+
+def digests(call, *shapes, **environment):
+    """Digests of other processes, one for each shape."""
+    code = f"from tests.contact.test_machine import digest; print({call})"
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True,
+            env=os.environ | environment | {"HPCRUB_SHAPE": shape, "PYTHONPATH": str(ROOT)},
+        )
+        for shape in shapes
+    ]  # fmt: skip
+    return [process.communicate()[0].strip() for process in started]
+
+
+def test_no_shape_changes_a_bit():
+    shapes = [f"{tile}x8x{block}" for tile, block in zip(TILES, (12, 24, 60, 36, 12), strict=True)]
+    first, *others = digests("digest()", *shapes, NUMBA_DISABLE_JIT="1")
+    assert len(first) == 64
+    assert others == [first] * len(others)
+
+
+def test_no_shape_changes_a_bit_of_compiled_code():
+    """Of one more shape: compiling takes long."""
+    (other,) = digests("digest([4], ['planar'])", "4x4x24")
+    assert other == digest([4], ["planar"])
