@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from evidence import page
+from evidence import page, progress
 from evidence.benchmarks import (
     assembly,
     kernel_speed,
@@ -41,7 +41,7 @@ def main(argv=None):
     chosen = parser.parse_args(argv).section or list(SECTIONS)
     if unknown := set(chosen) - set(SECTIONS):
         parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
-    for name in chosen:
+    for name in progress.followed(chosen, "sections", names=chosen):
         parts = {f"{name}_{part}": text for part, text in SECTIONS[name]().items()}
         parts[f"{name}_machine"] = f"Measured with {page.machine()}."
         print("\n".join(parts.values()), flush=True)

@@ -15,6 +15,7 @@ import numpy as np
 
 from evidence.benchmarks import cases
 from evidence.page import table
+from evidence.progress import followed
 from hpcrub.contact.status import NOT_STEADY
 from hpcrub.errors import InputError
 from hpcrub.response import sweep
@@ -77,7 +78,8 @@ def measure():
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         pool.map(run_one, [(DEFAULT, 0)] * 2)  # compile
         both = itertools.starmap(Setting, itertools.product(SCHEMES, STEPS))
-        for setting in (*filter(is_stable, both), NUDGED):
+        settings = [*filter(is_stable, both), NUDGED]
+        for setting in followed(settings, "settings", names=[s.label for s in settings]):
             tasks = [(setting, sample) for sample in range(-N_TUNED, N_SAMPLES)]
             answers = pool.map(run_one, tasks, chunksize=1)
             samples = answers[N_TUNED:]
@@ -87,7 +89,6 @@ def measure():
                 "seconds": float(np.mean([a[1] for a in samples])),
                 "not_steady": float(np.mean([np.mean(a[2] == NOT_STEADY) for a in samples])),
             }
-            print(f"  {setting.label}: {out[setting]['seconds']:.3f} s a sample", flush=True)
     return out
 
 

@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from evidence import page
+from evidence import page, progress
 from evidence.faults import disks, signals
 from evidence.faults.job import Skip
 
@@ -38,6 +38,9 @@ def main(argv=None):
         concurrent.futures.ProcessPoolExecutor(AT_ONCE) as pool,
     ):
         futures = [pool.submit(row, *names, Path(folder)) for names in chosen]
+        ended = concurrent.futures.as_completed(futures)
+        for _ in progress.followed(ended, "faults", len(futures)):
+            pass
         found = [future.result() for future in futures]
     problems = [problem for _, some in found for problem in some]
     tables = []

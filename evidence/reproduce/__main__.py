@@ -7,11 +7,9 @@ longer; every step tells what is left of it.
 import argparse
 import subprocess
 import sys
-import time
 
-from evidence import page, program
+from evidence import page, program, progress
 from evidence.reproduce import plan, report
-from hpcrub.ranks.progress import duration
 
 
 def main(argv=None):
@@ -23,7 +21,8 @@ def main(argv=None):
     options = parser.parse_args(argv)
     folder = page.ROOT / "results" / f"reproduction_{options.scale:g}"
     if not options.report_only:
-        for step in plan.STEPS:
+        names = [step.name for step in plan.STEPS]
+        for step in progress.followed(plan.STEPS, "studies", names=names):
             code = run(step, folder, options)
             if code:
                 print(f"{step.name} ended with code {code}; the same command goes on from here")
@@ -34,15 +33,12 @@ def main(argv=None):
 
 def run(step, folder, options):
     """Run one step, or the rest of it; returns the exit code."""
-    began = time.monotonic()
-    print(f"--- {step.name}", flush=True)
     ranks = options.ranks if options.ranks > 1 else 0
     words = plan.arguments(step, folder, options.scale)
     try:
         program.run(ranks, page.ROOT / "main.py", *words, "--resume")
     except subprocess.CalledProcessError as ended:
         return ended.returncode
-    print(f"--- {step.name}: {duration(time.monotonic() - began)}", flush=True)
     return 0
 
 

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from evidence import page
+from evidence import page, progress
 from evidence.scaling import costs, program, report
 from hpcrub.config.schema import Config
 
@@ -23,12 +23,11 @@ def measure(cases, n_samples, n_each, all_ranks):
     of ranks of whole studies.
     """
     costs.measure(cases[0], 1)  # compiles
-    print("costs of samples", flush=True)
     by_bumps = sorted(cases, key=lambda case: case.casing.n_bumps)
-    found = {"costs": {c.casing.n_bumps: costs.measure(c, n_samples) for c in by_bumps}}
+    measured = progress.followed(by_bumps, "costs of samples, cases")
+    found = {"costs": {c.casing.n_bumps: costs.measure(c, n_samples) for c in measured}}
     print("messages", flush=True)
     found["receive"], found["send"] = program.messages()
-    print("the program on ranks of this machine", flush=True)
     found["studied"] = cases[0].casing.n_bumps
     return found | {"studies": program.whole_studies(cases[0], n_each, all_ranks)}
 
@@ -43,7 +42,6 @@ def main(argv=None):
         print("\n".join(report.write(found, (2, 8)).values()))
         return 0
     found = measure(costs.paper(), SAMPLES, EACH, RANKS)
-    print("simulation", flush=True)
     parts = report.write(found, report.RANKS)
     page.replace(page.DOCS / "scaling.md", **parts, machine=f"Measured with {page.machine()}.")
     return 0

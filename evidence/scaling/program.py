@@ -6,6 +6,8 @@ from pathlib import Path
 
 from evidence.page import ROOT
 from evidence.program import run
+from evidence.progress import followed
+from hpcrub.config.text import counted
 
 # tasks that cost nothing: what is left is rank 0's work for each, its book of the study included
 MESSAGES = """\
@@ -51,7 +53,8 @@ def whole_studies(config, n_each, all_ranks):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.yaml"
         path.write_text(few.to_yaml())
-        for n_ranks in all_ranks:
+        names = [counted(n, "rank") for n in all_ranks]
+        for n_ranks in followed(all_ranks, "whole studies", names=names):
             run(n_ranks, ROOT / "main.py", path.name, "--output", "study.h5", "--overwrite",
                 "--no-figures", folder=folder, capture_output=True)  # fmt: skip
             log = Path(folder) / "study.runs.jsonl"

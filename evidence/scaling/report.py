@@ -4,8 +4,9 @@ import os
 
 import numpy as np
 
-from evidence import page
+from evidence import page, progress
 from evidence.scaling import program, simulate
+from hpcrub.config.text import counted
 
 RANKS = (10, 100, 1000, 10_000)
 SAMPLES = 20_000  # of each case: 4 levels of 5000
@@ -24,7 +25,8 @@ def machine(found):
 def simulations(found, all_ranks):
     """{(variant, ranks): Result} of all cases one after another, in the order of the ranks."""
     table = {}
-    for n_ranks in all_ranks:
+    names = [counted(n, "rank") for n in all_ranks]
+    for n_ranks in progress.followed(all_ranks, "simulation", names=names):
         for name, cut in VARIANTS.items():
             table[name, n_ranks] = _cases(found, n_ranks, SAMPLES, cut)
     table["more samples", all_ranks[-1]] = _cases(found, all_ranks[-1], MORE * SAMPLES, True)

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from evidence import page
+from evidence import page, progress
 from evidence.stress import plausibility
 from evidence.stress.checks import EVERY, examine
 from evidence.stress.corners import CORNERS, cases
@@ -32,7 +32,8 @@ def main(argv=None):
                         help="few cases and scenes, without the page (30 s)")  # fmt: skip
     fast = parser.parse_args(argv).fast
     began = time.monotonic()
-    for case in itertools.islice(cases(), EVERY + 1):
+    first = list(itertools.islice(cases(), EVERY + 1))
+    for case in progress.followed(first, "compiling"):
         examine(case)  # whatever there is to compile: no case's time is spent on it
     findings, faults = run_cases(list(cases(FAST if fast else 1.0)))
     counts = plausibility.FAST_SCENES if fast else plausibility.SCENES
@@ -52,7 +53,7 @@ def run_cases(todo):
     findings, faults = [], []
     with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
         waiting = [(case, pool.apply_async(examine, (case,))) for case in todo]
-        for case, answer in waiting:
+        for case, answer in progress.followed(waiting, "cases"):
             where = f"{case.corner}, case {case.number}"
             try:
                 # earlier cases are done, so that its turn came before the clock starts

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evidence import page
+from evidence import page, progress
 from hpcrub import studies
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, STEADY
@@ -304,7 +304,8 @@ def scenes(n: int, seed: int, kind: str = "random") -> list[Outcome]:
     draw = {"random": any_scene, "narrow bumps": narrow_bumps, "noise": noisy}[kind]
     short = filter(is_short, (draw(rng) for _ in itertools.count()))
     with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
-        return pool.map(compare, itertools.islice(short, n), chunksize=1)
+        found = pool.imap(compare, list(itertools.islice(short, n)))
+        return list(progress.followed(found, f"scenes, {kind}", n))
 
 
 def any_scene(rng: random.Random) -> dict[str, Any]:

@@ -7,10 +7,9 @@ one of them is not kept.
 import argparse
 import sys
 import tempfile
-import time
 from pathlib import Path
 
-from evidence import page
+from evidence import page, progress
 from evidence.validation import (
     bouncing_bar,
     cantilever,
@@ -65,12 +64,10 @@ def run(cases, figures):
     figures: folder that their figures are written to.
     """
     parts, failed = {}, 0
-    for name, case in cases.items():
-        start = time.perf_counter()
+    for name, case in progress.followed(cases.items(), "validation", names=list(cases)):
         found, verdicts = case.section(figures)
         found["thresholds"] = report.verdict_table(verdicts)
         parts |= {f"{name}_{part}": text for part, text in found.items()}
-        print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
         for v in verdicts:
             word = "passed" if v.passed else "FAILED"
             print(f"  {word}: {v.what}: {v.value:.3g} ({v.allowed})", flush=True)
