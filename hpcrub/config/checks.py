@@ -40,8 +40,13 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
 
 def _disk_problems(c):
     d = c.disk
+    for name in () if d.model_sha256 else d.FACTS:
+        if (value := getattr(d, name)) != type(d).model_fields[name].default:
+            yield f"disk.{name}: {show(value)} is what a model file tells; leave it out"
     if d.model is not None:
         return
+    if d.model_sha256:
+        yield "disk.model_sha256: goes with disk.model, which is not given"
     if c.mistuning.by != "blade_stiffness":
         yield f"mistuning.by: {c.mistuning.by} needs disk.model"
     if d.hub_radius_mm >= d.tip_radius_mm:

@@ -62,6 +62,10 @@ class Disk(Section):
     """of a contact node, beside the casing's own; of the model file, filled in when a run begins
     [mm]"""
 
+    FACTS: ClassVar = (  # what only a model file that has been looked at tells
+        *("n_contact_nodes", "n_directions", "n_strips"),
+        *("first_family_hz", "least_clearance_mm"),
+    )
     tip_radius: ClassVar = si("tip_radius_mm", "m", per=1000)
     hub_radius: ClassVar = si("hub_radius_mm", "m", per=1000)
     inner_radius: ClassVar = si("inner_radius_mm", "m", per=1000)

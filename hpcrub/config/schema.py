@@ -262,4 +262,4 @@ def _mapping(text):
     data = yaml_text.parse(text)
     if not isinstance(data, dict):
         raise InputError("no keys found; a line such as 'study: contact' is expected")
-    return config_text.without_gone(data)
+    return data

@@ -5,6 +5,7 @@ was meant nor its unit.
 """
 
 import difflib
+import re
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -14,22 +15,9 @@ from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
 
 KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
+DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-# what to write in place of keys that hpcrub 0.1 had; old result files may have them as null
-FORMER = {
-    "sweep": "called runs now",
-    "clearance_polynomial_mm": "gone; give points of the curve as casing.clearance_hz_mm",
-    "kinematics": "gone, as it was half of the second order; leave the key out",
-    "basis": "gone, as it changed results by 2e-5; leave the key out",
-    "search": "gone, as it could miss a narrow peak; leave the key out",
-    "levels": "a part holds all levels now; cut the samples with --part K/N",
-    "patterns_file": "now mistuning.pattern",
-    "patterns_unit": "now mistuning.pattern_unit",
-    "pattern_gpa": "now mistuning.pattern with mistuning.pattern_unit: gpa",
-    "pattern_percent": "now mistuning.pattern with mistuning.pattern_unit: percent",
-    "blade_frequencies_hz": "now mistuning.pattern with mistuning.pattern_unit: hz",
-}
 
 
 class Key(NamedTuple):
@@ -78,12 +66,6 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             flat[f"{prefix}{key}"] = value
     return flat
-
-
-def without_gone(data: dict[str, Any]) -> dict[str, Any]:
-    """An input less the keys that are gone and said nothing, as in old result files."""
-    kept = {key: value for key, value in data.items() if key not in FORMER or value is not None}
-    return {k: without_gone(v) if isinstance(v, dict) else v for k, v in kept.items()}
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
@@ -161,8 +143,6 @@ def _unknown_key(model, path):
     known = _children(model)[section]
     everywhere = {leaf.rsplit(".", 1)[-1]: leaf for leaf in _leaves(model)}
     prefix = section + "." if section else ""
-    if wrong in FORMER:
-        return f"{prefix}{wrong}: {FORMER[wrong]}"
     near = difflib.get_close_matches(wrong, known, n=1, cutoff=0.5)
     far = difflib.get_close_matches(wrong, everywhere, n=1, cutoff=0.7)
     alike = difflib.SequenceMatcher(None, wrong, near[0]).ratio() if near else 0
@@ -196,6 +176,8 @@ def _wrong_value(model, detail):
         node = _first_variant(node)["items"]
     verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
     near = difflib.get_close_matches(str(value), node.get("enum", ()), n=1)
+    if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
+        near = [value.replace(",", ".")]
     hint = f"; did you mean {near[0]}?" if near else ""
     return f"{path}: {show(value)} {verb} {_allowed(node)}{about}{hint}"
 

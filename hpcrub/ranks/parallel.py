@@ -19,10 +19,12 @@ import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from hpcrub.config.text import one_line
 from hpcrub.errors import HpcrubError, InputError, Interrupted, WriteError
 from hpcrub.ranks.dispatch import FROM_ROOT, PAUSE, Dispatcher, Worker
 from hpcrub.ranks.schedule import Assignments, Tasks
 
+MOST_CHARACTERS = 5000  # of an error line
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 # (number of ranks, this rank) as the launchers tell it: Open MPI, MPICH and Intel MPI, srun
@@ -166,7 +168,9 @@ def _world(size):
 def _print_error(error, rank):
     if rank == 0:
         kind = "stopped" if isinstance(error, Interrupted) else "error"
-        print(f"hpcrub: {kind}: {error}", file=sys.stderr, flush=True)
+        text = one_line(str(error))  # which may hold anything that stands in a user's file
+        text = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}..."
+        print(f"hpcrub: {kind}: {text}", file=sys.stderr, flush=True)
 
 
 class Team:

@@ -123,6 +123,12 @@ def _profile(path):
     if (angle < 0.0).any() or (angle > 360.0).any():
         raise InputError(f"casing.profile_csv: {path}: angles from 0 to 360 degrees are allowed")
     if 0.0 in angle:
+        ends = [change[angle == at] for at in (0.0, 360.0)]
+        if ends[1].size and not np.isin(ends[1], ends[0]).all():
+            raise InputError(
+                f"casing.profile_csv: {path}: {ends[1][0]:g} mm at 360 degrees is not the "
+                f"{ends[0][0]:g} mm at 0 degrees, the same point"
+            )
         table = table[angle < 360.0]  # the first point again
     table[:, 0] %= 360.0
     table = table[np.argsort(table[:, 0], kind="stable")]

@@ -28,6 +28,8 @@ WRONG = [
     ("output: 3", "output: 3 is not a file name"),
     ('output: "a/.."', "output: 'a/..' is not a file name"),
     ('output: "a\\nb"', "output: 'a\\nb' is not a file name"),
+    ("disk: {least_clearance_mm: 3}", "disk.least_clearance_mm: 3.0 is what a model file tells"),
+    ("disk: {model: a.h5, n_strips: 2}", "disk.n_strips: 2 is what a model file tells"),
     ("disk: 3", "disk: 3 is not a section with keys such as n_blades"),
     ("casing: {harmonics: [{ordr: 2}]}", "casing.harmonics.ordr: unknown key; did you mean"),
     ("casing: {profile_deg: [0, 1, 2, 3], profile_mm: [0, 0, 0, 0, 0]}",
@@ -140,11 +142,8 @@ WRONG = [
      "casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"),
     ("study: branches\ncontact: {law: abradable}", "does not fit study: branches, in which"),
     ("disk: {model: any.h5}\ncontact: {law: abradable}", "large the tip of a blade is; give its a"),
-    # what older inputs said
-    ("reduction: {basis: per_sample}", "reduction.basis: gone, as it changed results by 2e-5"),
-    ("sweep: [{casing.n_bumps: 3}]", "sweep: called runs now"),
-    ("part: {levels: [0]}", "part.levels: a part holds all levels now"),
-    (f"mistuning: {{pattern_gpa: {TWELVE}}}", "pattern_gpa: now mistuning.pattern with"),
+    ("speeds:\n  from_hz: 44,5", "up to 100,000 (lowest speed of rotation [Hz]); "
+     "did you mean 44.5?"),
 ]  # fmt: skip
 
 

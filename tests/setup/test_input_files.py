@@ -60,6 +60,7 @@ def test_a_profile_of_every_tenth_of_a_degree_can_be_kept(tmp_path):
         ("angle_deg,radius_change_mm\n0,0\n90,nan\n", "line 3: 'nan' is not a number"),
         ("angle_deg,radius_change_mm\n0,0\n90,0\n", "has 2 points; 4 to 3,600 are allowed"),
         (PROFILE + "90,1\n", "two points at 90 degrees"),
+        (PROFILE + "360,1\n", "360 degrees"),
         (PROFILE + "361,1\n", "angles from 0 to 360 degrees"),
     ],
 )

@@ -23,9 +23,10 @@ from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.layout import MOST_LINES, SCALES, amplitude_in_words, kinds, layout
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
-PHYSICS = (  # sections of the input
-    *("disk.", "material.", "reduction.", "casing.", "contact.", "forcing."),
-    *("speeds.", "time.", "steady_state."),
+# keys and sections in which a study that goes on from a contact study may differ from that
+APART = (
+    *("study", "sources", "mistuning.", "convergence.", "limits.", "part."),
+    *("linear.", "history.", "spectrum.", "energy.", "branches."),
 )
 
 
@@ -149,6 +150,6 @@ def require_complete(file: ResultFile, config: Config) -> None:
     n_pending = int(np.count_nonzero(file.status == PENDING))
     if n_pending and not file.config.convergence.stop_when_converged:
         raise InputError(f"sources: {path} still lacks {n_pending} samples; --resume its study")
-    other = [d for d in differences(file.config, config) if d.startswith(PHYSICS)]
+    other = [d for d in differences(file.config, config) if not d.startswith(APART)]
     if other:
         raise InputError(f"sources: {path} has {'; '.join(other)}")

@@ -10,7 +10,8 @@ import scipy.io
 import scipy.sparse as sp
 
 from evidence.truth.hexahedra import SMALL, sector_arrays
-from hpcrub.model.imported.readers import matrix_market
+from hpcrub.errors import InputError
+from hpcrub.model.imported.readers import calculix, matrix_market
 from hpcrub.results import model_file
 from tests.model.imported.test_readers import command, write_matrix_market
 
@@ -153,6 +154,27 @@ def test_files_that_are_no_model_are_refused(folder, capsys, fill, words):
         fill(file)
     assert command("model", "m.h5") == 2
     one_line(capsys, words)
+
+
+def test_what_a_file_says_is_told_as_one_line_of_plain_text(folder, capsys):
+    """Control characters reached the terminal, and a million characters were echoed."""
+    arrays = sector_arrays() | {"frame": np.array("\x1b[2J" + 10**6 * "a")}
+    model_file.write("m.h5", arrays)
+    assert command("model", "m.h5") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.isprintable()
+    assert len(line) < 10_000
+
+
+@pytest.mark.parametrize("ending", ["sti", "dof"])
+def test_a_matrix_or_its_rows_that_never_end_are_refused(folder, ending):
+    Path("d.dof").write_text("1.1\n")
+    Path("d.sti").write_text("1 1 1.0\n")
+    assert calculix.job_matrix("d.inp", "sti").dof.tolist() == [[1, 1]]
+    Path(f"d.{ending}").unlink()
+    os.mkfifo(f"d.{ending}")
+    with pytest.raises(InputError, match=f"d.{ending}: is neither a file nor a folder"):
+        calculix.job_matrix("d.inp", "sti")
 
 
 def test_an_empty_file_is_refused(folder, capsys):
