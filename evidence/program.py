@@ -19,9 +19,6 @@ ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    # seconds that a stopped mpirun leaves its ranks to say so; its 1 is short on a busy machine
-    "OMPI_MCA_odls_base_sigkill_timeout": "60",
-    "PRTE_MCA_odls_base_sigkill_timeout": "60",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
