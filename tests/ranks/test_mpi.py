@@ -20,8 +20,9 @@ N_SAMPLES = 12  # on each of two levels, and three runs of the tuned disk
 SWEPT = 7  # sweeps of a rank after which it waits to be stopped: not all, on three ranks either
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}, tuned_runs: 3")
 STUDY += "contact: {law: abradable}\n"  # whose wear must be the same, too
-SPATIAL = (
-    BLISK
+RING = "ring: {thickness_mm: 30, width_mm: 20, waves: [0, 2, 3, 4]}"
+SPATIAL = (  # in a casing that vibrates
+    BLISK.replace("growth_time_s", f"{RING}, growth_time_s")
     + """\
 contact: {law: abradable, coating: {yield_mpa: 0.5, tip_area_mm2: 400}}
 mistuning: {half_range_percent: [2, 4], samples: 4, tuned_runs: 3}
