@@ -27,6 +27,8 @@ def family_frequency(
 ) -> Callable[[float], float] | None:
     """Angular frequency [rad/s] of a family of the tuned disk over the speed of rotation [rad/s].
 
+    The frequency is NaN where rotation has taken all stiffness, far beyond the speeds of a model.
+
     diameters: (m,) nodal diameters of the tuned modes; diameter: of these modes; family: from 0.
     Returns None where the model has no such modes.
     """
@@ -42,7 +44,8 @@ def family_frequency(
 
     def frequency(speed: float) -> float:
         stiffness = at_rest + sum(K * speed**p for K, p in zip(slopes, (2, 4), strict=False))
-        return float(np.sqrt(np.linalg.eigvalsh(stiffness)[place]))
+        squared = np.linalg.eigvalsh(stiffness)[place]
+        return float(np.sqrt(squared)) if squared > 0.0 else np.nan
 
     return frequency
 
@@ -67,7 +70,8 @@ def interactions(
                     return n * speed - abs(omega + sign * blades(speed))
 
                 at = np.linspace(0.0, highest, N_SEARCHED)
-                meets = np.flatnonzero(np.array([off(speed) for speed in at]) >= 0.0)
-                if len(meets) and meets[0] > 0:
-                    found[j, family, k] = brentq(off, at[meets[0] - 1], at[meets[0]])
+                gaps = np.array([off(speed) for speed in at])
+                meets = np.flatnonzero((gaps[:-1] < 0.0) & (gaps[1:] >= 0.0))
+                if len(meets):
+                    found[j, family, k] = brentq(off, at[meets[0]], at[meets[0] + 1])
     return found

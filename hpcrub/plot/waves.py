@@ -9,6 +9,8 @@ from hpcrub.model.casing_lines import KINDS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_range, draw_response
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.results.layout import DONE
+from hpcrub.studies.casing_motion import PERMANENT
 from hpcrub.studies.casing_waves import SHOWN
 from hpcrub.studies.contact import trust
 
@@ -47,22 +49,21 @@ def casing_waves(canvas: Canvas) -> None:
     lines.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
     lines.set(ylim=(0.0, highest))
     lines.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
-    _draw_growth(growth, file)
+    speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
+    _draw_growth(growth, speeds, rates, file.config.contact.friction)
+    growth.set(xlabel=SPEED, xlim=(0.0, top), title="all tips in permanent contact")
     critical = float(file.read("casing/critical_speed_hz").min())
     for panel in (lines, growth):
         panel.axvline(critical, color=BLACK, lw=1.2, ls=":")
         panel.axvspan(file.config.speeds.from_hz, file.config.speeds.to_hz, color="0.93", zorder=0)
 
 
-def _draw_growth(axes: Axes, file: Any) -> None:
+def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: float) -> None:
     """Growth of permanent contact over the speeds, without friction and with it."""
-    speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
-    friction = file.config.contact.friction
     labels = "without friction", f"with a friction of {friction:g}"
-    for rate, label, colour in zip(rates, labels, (BLUE, ORANGE), strict=True):
-        axes.plot(speeds, np.maximum(rate, 0.0), color=colour, label=label)
-    axes.set(xlabel=SPEED, ylabel="growth [1/s]", xlim=(0.0, speeds[-1]), ylim=(0.0, None))
-    axes.set_title("all tips in permanent contact; 0: decays")
+    for rate, label, style in zip(rates, labels, ("--", "-"), strict=True):
+        axes.plot(speeds, np.maximum(rate, 0.0), color=ORANGE, ls=style, label=label)
+    axes.set(ylabel="growth [1/s]; 0: decays", ylim=(0.0, None))
 
 
 @figure("contact", what="motion of a casing that vibrates over the speeds", needs="waves")
@@ -70,10 +71,12 @@ def casing_motion(canvas: Canvas) -> None:
     """Largest radial motion of the casing beside that of the tips, and its share of the energy.
 
     The tuned disk and the range of the random samples; numbers at the points of the tuned disk are
-    the waves n that move most. Crosses are speeds without a result.
+    the waves n that move most. Crosses are speeds without a result. The last panel shows where the
+    linear disk and casing grow in permanent contact, beside what the motions in time did: how many
+    of the disks ran away, and how fast the tuned one.
     """
     file = canvas.file
-    tips, motion, share = canvas.panels(1, 3, (17.0, 5.2))[0]
+    (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
     if file.config.pattern_deviation is None:
         draw_range(tips, file)
         draw_range(motion, file, "casing_motion_m")
@@ -97,6 +100,29 @@ def casing_motion(canvas: Canvas) -> None:
         middle = np.nanmedian(samples[:, known], axis=0)
         share.plot(speeds[known], middle, color=BLUE, label="median of the samples")
     share.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
-    for panel in (tips, motion, share):
+    _draw_runaway(grows, file)
+    for panel in (tips, motion, share, grows):
         panel.set(xlabel=SPEED)
     canvas.note(*trust.short(file))
+
+
+def _draw_runaway(axes: Axes, file: Any) -> None:
+    """Growth of permanent contact, growth of what ran away in time, and the share of disks."""
+    speeds, away = file.read("speeds_hz"), "casing_growth_per_s"
+    tuned = file.read(f"tuned/{away}")
+    _draw_growth(axes, speeds, file.read(PERMANENT.name), file.config.contact.friction)
+    axes.plot(speeds, tuned, "x", color=BLACK, ms=8, label="tuned disk in time, where it runs away")
+    axes.set_title("lines: all tips in permanent contact, linear")
+    done = file.status[-1] == DONE
+    if not done.any():
+        return
+    share = 100.0 * np.isfinite(file.read(f"samples/{away}", -1)[done]).mean(axis=0)
+    right = axes.twinx()
+    right.bar(
+        speeds, share, width=0.8 * np.diff(speeds, append=2 * speeds[-1] - speeds[-2])[0],
+        color="0.6", alpha=0.4, lw=0,
+    )  # fmt: skip
+    right.set(ylabel="disks that run away [%]", ylim=(0.0, 100.0))
+    axes.fill_between(
+        [], [], color="0.6", alpha=0.4, lw=0, label="share of the mistuned disks that run away"
+    )

@@ -4,8 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hpcrub.config.schema import Config
 from hpcrub.contact.status import RUNAWAY
+from hpcrub.model.reduction import Modes
 from hpcrub.response.casing_motion import CasingMotion
+from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 
@@ -17,6 +20,11 @@ _NUMBERS = {
     "casing_growth_per_s": ("1/s", "rate at which a casing runs away; NaN: it does not"),
 }
 NAMES = tuple(_NUMBERS)
+PERMANENT = Dataset(
+    "tuned/permanent_growth_per_s", ("friction", "speed"), "1/s",
+    "fastest growth of the linear disk and casing with all tips in permanent contact, without "
+    "friction and with it; below 0: decays",
+)  # fmt: skip
 
 
 def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
@@ -27,6 +35,21 @@ def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
 def values(casing: CasingMotion) -> dict[str, np.ndarray]:
     """Arrays of some speeds by their names in a group of the file."""
     return dict(zip(NAMES, casing, strict=True))
+
+
+def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
+    """Growth of the linear disk and casing in permanent contact [1/s].
+
+    modes: of the tuned disk. Returns (2, S): without friction and with it, at all speeds; NaN where
+    the casing does not vibrate.
+    """
+    speeds, frictions = config.speeds.values_hz, (0.0, config.contact.friction)
+    if not config.casing.vibrates:
+        return np.full((2, len(speeds)), np.nan)
+    return np.array([
+        [growth(modes.at(speed), config.damping, friction, speed).rate for speed in speeds]
+        for friction in frictions
+    ])  # fmt: skip
 
 
 def lines(file: ResultFile) -> Iterator[str]:

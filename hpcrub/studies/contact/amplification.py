@@ -180,6 +180,7 @@ def write_tuned(
     speeds, modes = config.speeds.values_hz, modes_of_tuned(config, problem, 0)
     runs = [run.result for run in found if run.result]
     values = point_values(runs[0]) | half_step_values(found[0], speeds)
+    values["permanent_growth_per_s"] = casing_motion.permanent_growth(config, modes)
     values["frequencies_hz"] = modes.omega / (2.0 * np.pi)
     values["peak_amplitude_m"], values["peak_speed_hz"] = peak(runs[0], speeds)
     values["peak_stress_pa"] = peak_stress(runs[0])

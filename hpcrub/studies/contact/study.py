@@ -38,6 +38,7 @@ def sizes(config: Config) -> dict[str, int]:
         "percentile": len(config.convergence.percentiles),
         "run": config.mistuning.tuned_runs,
         "line": MOST_LINES,
+        "friction": 2,
         "block": len(config.samples) // config.convergence.step,
     } | worn.SIZES
 
