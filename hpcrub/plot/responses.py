@@ -114,13 +114,14 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     n, low, high = len(amplitude), percentiles[0], percentiles[-1]
     few = n * min(low, 100 - high) < 100
     ends = [0, 50, 100] if few else [low, 50, high]
-    band = np.nanpercentile(amplitude[:, known], ends, axis=0)
+    band = np.full((3, len(speeds)), np.nan)
+    band[:, known] = np.nanpercentile(amplitude[:, known], ends, axis=0)
     words = f"range of {counted(n, 'sample')}" if few else f"percentiles {low:g} to {high:g}"
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
     axes.fill_between(
-        speeds[known], band[0], band[2], color=BLUE, alpha=0.25, lw=0, label=f"{level}, {words}"
+        speeds, band[0], band[2], color=BLUE, alpha=0.25, lw=0, label=f"{level}, {words}"
     )
-    axes.plot(speeds[known], band[1], color=BLUE, lw=1.6, label=f"{level}, median")
+    axes.plot(speeds, band[1], ".-", ms=3, color=BLUE, lw=1.6, label=f"{level}, median")
 
 
 def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk]) -> None:

@@ -51,7 +51,8 @@ def casing_waves(canvas: Canvas) -> None:
     lines.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
     speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
     _draw_growth(growth, speeds, rates, file.config.contact.friction)
-    growth.set(xlabel=SPEED, xlim=(0.0, top), title="all tips in permanent contact")
+    growth.set(xlabel=SPEED, xlim=(0.0, top), ylim=(0.0, None))
+    growth.set_title("all tips in permanent contact")
     critical = float(file.read("casing/critical_speed_hz").min())
     for panel in (lines, growth):
         panel.axvline(critical, color=BLACK, lw=1.2, ls=":")
@@ -63,7 +64,7 @@ def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: fl
     labels = "without friction", f"with a friction of {friction:g}"
     for rate, label, style in zip(rates, labels, ("--", "-"), strict=True):
         axes.plot(speeds, np.maximum(rate, 0.0), color=ORANGE, ls=style, label=label)
-    axes.set(ylabel="growth [1/s]; 0: decays", ylim=(0.0, None))
+    axes.set_ylabel("growth [1/s]; 0: decays")
 
 
 @figure("contact", what="motion of a casing that vibrates over the speeds", needs="waves")
@@ -97,8 +98,9 @@ def casing_motion(canvas: Canvas) -> None:
     samples = 100 * file.read("samples/casing_energy_share", -1)
     if np.isfinite(samples).any():
         known = np.isfinite(samples).any(axis=0)
-        middle = np.nanmedian(samples[:, known], axis=0)
-        share.plot(speeds[known], middle, color=BLUE, label="median of the samples")
+        middle = np.full(len(speeds), np.nan)
+        middle[known] = np.nanmedian(samples[:, known], axis=0)
+        share.plot(speeds, middle, ".-", ms=3, color=BLUE, label="median of the samples")
     share.set(ylabel="energy of the casing [%]", ylim=(0.0, None), title="at the end of a run")
     _draw_runaway(grows, file)
     for panel in (tips, motion, share, grows):
@@ -112,7 +114,7 @@ def _draw_runaway(axes: Axes, file: Any) -> None:
     tuned = file.read(f"tuned/{away}")
     _draw_growth(axes, speeds, file.read(PERMANENT.name), file.config.contact.friction)
     axes.plot(speeds, tuned, "x", color=BLACK, ms=8, label="tuned disk in time, where it runs away")
-    axes.set_title("lines: all tips in permanent contact, linear")
+    axes.set(ylim=(0.0, None), title="lines: all tips in permanent contact, linear")
     done = file.status[-1] == DONE
     if not done.any():
         return

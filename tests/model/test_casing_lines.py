@@ -58,3 +58,14 @@ def test_blades_that_stiffen_faster_than_the_wave_are_met_twice_and_the_first_co
     found = interactions(stiff, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
     assert np.isnan(found[0, 0, 0])
     assert found[0, 0, 1] == pytest.approx(speed, rel=1e-9)
+
+
+def test_where_rotation_has_taken_all_stiffness_nothing_is_met(reduced):
+    """K - 100 W^2 M: w_b^2 = w_0^2 - 100 W^2 ends at W = w_0/10, before n W = w_c + w_b."""
+    soft = reduced._replace(stiffening=(-100.0 * reduced.mass, 0.0 * reduced.mass))
+    diameters, n, omega = diameters_of(reduced), 2, 2 * np.pi * 120.0
+    rest = family_frequency(soft, diameters, 2, 0)(0.0)
+    assert n * rest / 10 < omega  # a sum would need a faster rotor
+    found = interactions(soft, diameters, casing_of([n], [120.0]), 2 * np.pi * 1e3)
+    assert np.isnan(family_frequency(soft, diameters, 2, 0)(rest / 9))
+    assert np.isnan(found[0, 0, 0])
