@@ -172,9 +172,9 @@ class Surface:
 
 def _at_rest(scheme, values, n):
     """Modal quantities (m, K, L) after n (m,) steps, those of the casing's pairs in its frame."""
-    n_pairs = len(scheme.turn)
-    disk, pairs = np.split(values, [values.shape[1] - 2 * n_pairs], axis=1)
-    turned = (scheme.turn[:, 0] - 1j * scheme.turn[:, 1]) ** n[:, None]
+    disk, pairs = np.split(values, [values.shape[1] - scheme.casing], axis=1)
+    cosine, sine = scheme.turn[::2, 0], scheme.turn[1::2, 0]
+    turned = (cosine - 1j * sine) ** n[:, None]
     y = (pairs[:, ::2] - 1j * pairs[:, 1::2]) * turned[:, :, None]
     pairs = np.stack([y.real, -y.imag], axis=2).reshape(pairs.shape)
     return np.concatenate([disk, pairs], axis=1)

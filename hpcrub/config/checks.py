@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hpcrub.config import resolution
+from hpcrub.config import aero, resolution
 from hpcrub.config.text import show
 
 MAX_SPEEDS = 100_000
@@ -22,6 +22,8 @@ def problems(config: Any) -> Iterator[str]:
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
     yield from of_casing or _steep_problems(config)
     yield from _ring_problems(config.casing)
+    if config.disk.is_resolved:
+        yield from aero.problems(config.aero, config.disk.n_blades)
     yield from _contact_problems(config)
     yield from _run_problems(config)
     yield from _pattern_problems(config)

@@ -12,6 +12,7 @@ from hpcrub.config import checks as config_checks
 from hpcrub.config import resolution, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
+from hpcrub.config.aero import Aero
 from hpcrub.config.casing import Casing
 from hpcrub.config.disk import Disk, Material, Reduction
 from hpcrub.config.sections import (
@@ -60,6 +61,7 @@ class Config(Section):
     material: Material = Material()
     reduction: Reduction = Reduction()
     casing: Casing = Casing()
+    aero: Aero = Aero()
     contact: Contact = Contact()
     forcing: Forcing = Forcing()
     speeds: Speeds = Speeds()

@@ -28,9 +28,10 @@ class Scheme(NamedTuple):
     step: np.ndarray  # h (L,) [s]; zero for an idle lane
     bump: np.ndarray  # (P, C) [m]
     external: np.ndarray  # (P, K) modal forces that act anyway [N/√kg]; (0, K) for none
-    # cosine and sine of the angle by which each of J pairs of modes turns in a step (J, 2); the
-    # pairs are the last 2J rows, J = 0 before a casing that does not vibrate
+    # cosine and sine of the angle by which each pair of rows turns in a step (n, L): complex modes
+    # of a disk in air, then pairs of a casing that vibrates; the pairs are the last n rows
     turn: np.ndarray
+    casing: int  # rows of the casing among these
     ramp_time: float  # [s]
 
 
@@ -59,7 +60,7 @@ SWEEPS, STUCK, UNSOLVED, FLAW = range(4)  # rows of `State.report`
 
 # Members that have one column (or one number) per lane; laws and records name their own
 PER_LANE = {
-    Scheme: ("decay", "gain", "clearance", "step"),
+    Scheme: ("decay", "gain", "clearance", "step", "turn"),
     State: tuple(name for name in State._fields if name != "active"),
 }
 

@@ -68,15 +68,20 @@ def _allocate_scheme(modes, scene, grid, width, law):
         step=np.zeros(width),
         bump=aligned(columns(bump.T)),
         external=_engine_order_forces(modes, scene, grid),
-        turn=_turns(pairs, grid),
+        turn=_turns(modes, grid, width),
+        casing=2 * len(pairs.omega),
         ramp_time=scene.ramp_time,
     )
 
 
-def _turns(pairs, grid):
-    """Cosine and sine of the angles by which the pairs of the casing turn in a step (J, 2)."""
-    angle = pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+def _turns(modes, grid, width):
+    """Cosine and sine of the angles by which pairs turn in a step; of complex modes not yet."""
+    angle = modes.pairs.n_waves * (2.0 * np.pi / grid.steps_per_revolution)
+    of_casing = np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
+    n_turned = modes.n_rows - len(modes.real)
+    turn = aligned_zeros((n_turned, width))
+    turn[n_turned - len(of_casing) :] = of_casing[:, None]
+    return turn
 
 
 def _engine_order_forces(modes, scene, grid):
@@ -87,8 +92,8 @@ def _engine_order_forces(modes, scene, grid):
     turned = np.arange(grid.steps_per_block) * (2.0 * np.pi / grid.steps_per_revolution)
     load = scene.load * interface.share
     force = load * np.cos(scene.load_order * (interface.angle + turned[:, None]))
-    disk_alone = ((0, 0), (0, modes.n_rows - len(modes.omega)))
-    return aligned(np.pad(force @ modes.normal, disk_alone))
+    disk_alone = ((0, 0), (0, 2 * len(modes.pairs.omega)))
+    return aligned(np.pad(force @ modes.in_air.forces[0], disk_alone))
 
 
 def _allocate_state(scheme, width, turns):
@@ -121,12 +126,35 @@ def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None
     """
     empty_lane(bank, lane)
     scheme, ratios = bank.scheme, modes.damping_ratios(scene.damping_ratio)
-    modes = modes.joined
+    waves, n_real, modes = modes.waves, len(modes.real), modes.joined
     scheme.decay[:, lane], scheme.gain[:, lane] = coefficients(scene.scheme, modes.omega, ratios, h)
+    if waves:
+        modes = _fill_waves(bank, lane, modes, n_real, waves.eigenvalue, h)
     if scheme.squared.ndim == 2:
         scheme.squared[:, lane] = modes.omega**2
     scheme.step[lane], scheme.clearance[0, lane] = h, scene.clearance
     bank.law.fill(bank, lane, modes, scene)
+
+
+def _fill_waves(bank, lane, rows, first, eigenvalue, h):
+    """Give a lane its complex modes in the rows from ``first`` on (bank is modified).
+
+    The gain is that of a real mode of the same frequency and damping, which keeps the response to a
+    constant force; a force kicks z by it along e^{λh}. Returns the rows, `normal` being the motion
+    of the points by a kick.
+    """
+    scheme, size, angle = bank.scheme, np.abs(eigenvalue), eigenvalue.imag * h
+    gain = coefficients("exact_modal", size, -eigenvalue.real / size, h)[1]
+    gain, decay = gain * eigenvalue.imag / np.sin(angle), np.exp(eigenvalue.real * h)
+    n, cosine, sine = 2 * len(angle), np.cos(angle), -np.sin(angle)
+    scheme.gain[first : first + n, lane] = np.repeat(gain, 2)
+    scheme.decay[first : first + n, lane] = np.repeat(decay, 2)
+    scheme.turn[0:n:2, lane], scheme.turn[1:n:2, lane] = cosine, sine
+    re, im = (rows.normal[:, first + part : first + n : 2] for part in (0, 1))
+    normal = rows.normal.copy()
+    normal[:, first : first + n : 2] = cosine * re - sine * im
+    normal[:, first + 1 : first + n : 2] = sine * re + cosine * im
+    return rows._replace(normal=normal)
 
 
 def set_motion(

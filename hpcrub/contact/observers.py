@@ -13,8 +13,8 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BLOCK, PLACES, TILE, TIPS
-from hpcrub.contact.passes import project, settle, sum_forces
+from hpcrub.contact.lanes import PLACES, TILE, TIPS
+from hpcrub.contact.passes import end_of_block, project, settle, sum_forces
 
 NO_LANES = np.zeros(0, dtype=np.int64)
 # Steps between looks at a stress that is below this share of its largest so far. On 492 points of
@@ -35,9 +35,9 @@ def record_displacements(
     """
     scheme, state = bank.scheme, bank.state
     n_observed = scheme.observed.shape[1]
-    zero, n_modes = v.splat(lanes, 0.0), state.position.shape[0]
-    for begin in range(0, n_modes, BLOCK):
-        end = min(begin + BLOCK, n_modes)
+    zero, n_modes, begin = v.splat(lanes, 0.0), state.position.shape[0], 0
+    while begin < n_modes:
+        end = end_of_block(scheme, begin)
         sum_forces(lanes, scheme, state, n_active, begin, end)
         for first in range(0, n_observed, TILE):
             rows = v.consecutive(TIPS, row * n_observed + first)
@@ -49,6 +49,7 @@ def record_displacements(
             v.tile_store(history, rows, seen)
             if end == n_modes:
                 v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
+        begin = end
 
 
 @compiled(inner=True)
@@ -120,7 +121,7 @@ class Record(NamedTuple):
                 now = largest_stress(bank, lane, record.work)
                 record.stress[0, lane] = now
                 record.stress_peak[0, lane] = max(peak, now)
-        n_pairs = 2 * bank.scheme.turn.shape[0]
+        n_pairs = bank.scheme.casing
         if n_pairs > 0 and (step + 1) % record.stride == 0:
             first = bank.state.position.shape[0] - n_pairs
             for i in range(n_pairs):
@@ -145,7 +146,7 @@ class Record(NamedTuple):
             work=v.aligned_zeros((1, len(PLACES))),
             stress=v.aligned_zeros((1, bank.width)),
             stress_peak=v.aligned_zeros((1, bank.width)),
-            casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.turn.size, bank.width)),
+            casing=v.aligned_zeros((n_blocks * n_records * bank.scheme.casing, bank.width)),
             begin=0,
             stride=stride,
         )

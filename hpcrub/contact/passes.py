@@ -9,8 +9,9 @@ With d = q_n − q_{n−1} all schemes are the same lines (``docs/theory.md`` de
 decay and gain are numbers per mode and lane (`recurrence.coefficients`); R holds the normal
 displacement of every contact point per unit modal coordinate, G the modal forces of multipliers.
 The corrector of a step is applied on the way through the next predictor, so that each step reads
-and writes the modal state once. The last rows are pairs of modes of a casing that vibrates
-(`model.casing_modes`): ordinary modes whose coordinates turn at the end of a step.
+and writes the modal state once. The last rows are pairs: Re z and Im z of complex modes of a disk
+in air (`model.aero`), z ← e^{λh} (z + h Gλ), and pairs of modes of a casing that vibrates
+(`model.casing_modes`), ordinary modes whose coordinates turn at the end of a step.
 
 The modes are taken in blocks, whose motion and coefficients stay in the first-level cache. Of a
 block the modal forces Gλ come first, a tile of modes at a time, then the modes with the first tile
@@ -27,8 +28,28 @@ from hpcrub.contact.lanes import BLOCK, TILE, TIPS
 
 @compiled(inline=True, inner=True)
 def first_pair(scheme: Scheme) -> int:
-    """Row of the first pair of the casing: the number of modes of the disk."""
-    return scheme.normal.shape[0] - 2 * scheme.turn.shape[0]
+    """Row of the first pair: the number of real modes of the disk."""
+    return scheme.normal.shape[0] - scheme.turn.shape[0]
+
+
+@compiled(inline=True, inner=True)
+def end_of_block(scheme: Scheme, begin: int) -> int:
+    """End of the block of rows that begins there: real modes, complex ones or the casing's."""
+    n_modes = scheme.normal.shape[0]
+    end = n_modes
+    if begin < first_pair(scheme):
+        end = first_pair(scheme)
+    elif begin < n_modes - scheme.casing:
+        end = n_modes - scheme.casing
+    return min(begin + BLOCK, end)
+
+
+@compiled(inline=True, inner=True)
+def turned(lanes: tuple, scheme: Scheme, k: int, c: np.ndarray, s: np.ndarray) -> tuple:
+    """A pair of rows after the turn of a step; k: the first of them."""
+    j = k - first_pair(scheme)
+    cosine, sine = v.load(lanes, scheme.turn, j), v.load(lanes, scheme.turn, j + 1)
+    return c * cosine + s * sine, s * cosine - c * sine
 
 
 @compiled(inline=True, inner=True)
@@ -42,6 +63,13 @@ def sum_forces(
             j = state.active[a]
             total = v.tile_add(total, scheme.load, j, modes, v.load(lanes, state.multiplier, j))
         v.tile_store(state.force, v.consecutive(TIPS, first - begin), total)
+    if n_active > 0 and first_pair(scheme) <= begin < scheme.normal.shape[0] - scheme.casing:
+        for k in range(begin, end, 2):  # of complex modes: along e^{λh}
+            at = k - begin
+            re, im = v.load(lanes, state.force, at), v.load(lanes, state.force, at + 1)
+            re, im = turned(lanes, scheme, k, re, im)
+            v.store(state.force, at, re)
+            v.store(state.force, at + 1, im)
 
 
 @compiled(inline=True, inner=True)
@@ -85,6 +113,44 @@ def advanced(
 
 
 @compiled(inline=True, inner=True)
+def corrected(
+    lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, k: int
+) -> np.ndarray:
+    """Position of row k of a complex mode after the corrector (state.before is modified)."""
+    q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
+    if n_active > 0:
+        kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
+        q, d = q + kick, d + kick
+    if state.before.shape[0] > 0:
+        v.store(state.before, k, d)
+    return q
+
+
+@compiled(inline=True, inner=True)
+def advance_wave(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
+) -> tuple:
+    """Corrector and predictor of a complex mode in rows k and k + 1 (state is modified).
+
+    Returns its Re z and Im z (L,) at the end of this step.
+    """
+    gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
+    a = corrected(lanes, scheme, state, n_active, begin, k)
+    b = corrected(lanes, scheme, state, n_active, begin, k + 1)
+    re, im = turned(lanes, scheme, k, decay * a, decay * b)
+    if scheme.external.shape[0] > 0:
+        x = scheme.external[step, k] * gain
+        y = scheme.external[step, k + 1] * gain
+        x, y = turned(lanes, scheme, k, x, y)
+        re, im = re + x, im + y
+    v.store(state.increment, k, re - a)
+    v.store(state.increment, k + 1, im - b)
+    v.store(state.position, k, re)
+    v.store(state.position, k + 1, im)
+    return re, im
+
+
+@compiled(inline=True, inner=True)
 def turn_pair(
     lanes: tuple, scheme: Scheme, values: np.ndarray, k: int, c: np.ndarray, s: np.ndarray
 ) -> tuple:
@@ -92,9 +158,7 @@ def turn_pair(
 
     k: row of the first of the pair.
     """
-    j = (k - first_pair(scheme)) // 2
-    cosine, sine = v.splat(lanes, scheme.turn[j, 0]), v.splat(lanes, scheme.turn[j, 1])
-    c, s = c * cosine + s * sine, s * cosine - c * sine
+    c, s = turned(lanes, scheme, k, c, s)
     v.store(values, k, c)
     v.store(values, k + 1, s)
     return c, s
@@ -105,7 +169,7 @@ def advance(
     lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
     depth: tuple,
 ) -> tuple:  # fmt: skip
-    """Corrector and predictor of a block of modes, or of pairs (state is modified).
+    """Corrector and predictor of a block of modes, or of pairs of rows (state is modified).
 
     depth: penetrations of the first tile of contact points [m].
     Returns these with the block added.
@@ -117,6 +181,12 @@ def advance(
             v.store(state.increment, k, d)
             v.store(state.position, k, q)
             depth = v.tile_add(depth, scheme.normal, k, points, q)
+        return depth
+    if begin < scheme.normal.shape[0] - scheme.casing:
+        for k in range(begin, end, 2):
+            re, im = advance_wave(lanes, scheme, state, step, n_active, begin, k)
+            depth = v.tile_add(depth, scheme.normal, k, points, re)
+            depth = v.tile_add(depth, scheme.normal, k + 1, points, im)
         return depth
     for k in range(begin, end, 2):
         c, dc = advanced(lanes, scheme, state, step, n_active, begin, k)
@@ -154,7 +224,7 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
     n_modes, n_points = scheme.normal.shape
     deepest, begin = v.splat(lanes, -np.inf), 0
     while begin < n_modes:
-        end = min(begin + BLOCK, first_pair(scheme) if begin < first_pair(scheme) else n_modes)
+        end = end_of_block(scheme, begin)
         sum_forces(lanes, scheme, state, n_active, begin, end)
         depth = begin_gaps(lanes, scheme, state, step, 0, begin)
         depth = advance(lanes, scheme, state, step, n_active, begin, end, depth)
@@ -194,7 +264,9 @@ def settle(
 def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
     """Corrector by itself of all modes (state is modified)."""
     nothing = v.tile_splat(TIPS, v.splat(lanes, 0.0))
-    for begin in range(0, state.position.shape[0], BLOCK):
-        end = min(begin + BLOCK, state.position.shape[0])
+    begin = 0
+    while begin < state.position.shape[0]:
+        end = end_of_block(scheme, begin)
         sum_forces(lanes, scheme, state, n_active, begin, end)
         settle(lanes, scheme, state, n_active, begin, end, nothing)
+        begin = end

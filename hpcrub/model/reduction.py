@@ -7,6 +7,7 @@ import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve, eigh
 
 from hpcrub.model import families
+from hpcrub.model.aero import Air, Waves, complex_modes
 from hpcrub.model.casing_modes import NO_PAIRS, CasingModes, Pairs
 from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.disk import Disk
@@ -27,6 +28,7 @@ class ReducedModel(NamedTuple):
     speed: float = 0.0  # of rotation at which the stiffness is that given [rad/s]
     stiffening: tuple = ()  # K1, K2 of K + (W^2 - speed^2) K1 + (W^4 - speed^4) K2, each (m, m)
     casing: CasingModes | None = None  # None: the casing does not vibrate
+    air: Air | None = None  # between the blades; None: it does not couple them
 
 
 class Modes(NamedTuple):
@@ -42,15 +44,57 @@ class Modes(NamedTuple):
     stiffening: np.ndarray = np.zeros((0, 0))  # (0 or 2, K) slopes of omega^2 by W^2 and W^4
     stress: np.ndarray = np.zeros((0, 0))  # (R, K) at the places of the interface [Pa/(m sqrt(kg))]
     pairs: Pairs = NO_PAIRS  # of the casing, which are no modes of the disk
+    waves: Waves | None = None  # complex modes in the place of some of these; None: all are real
+    # modal forces of unit forces on the contact points along normal, tangential and axial, each
+    # (C, K), where they are not the displacements above, else ()
+    load: tuple[np.ndarray, ...] = ()
 
     @property
     def n_rows(self) -> int:
-        """Number of modal coordinates: K of the disk, then two for each pair of the casing."""
-        return len(self.omega) + 2 * len(self.pairs.omega)
+        """Number of rows of a motion: K, one more for each complex mode, two for each pair."""
+        more = len(self.waves.rows) if self.waves else 0
+        return len(self.omega) + more + 2 * len(self.pairs.omega)
+
+    @property
+    def real(self) -> np.ndarray:
+        """Modes that are not replaced by complex ones, int; they come first in a motion."""
+        every = np.arange(len(self.omega))
+        return np.delete(every, self.waves.rows) if self.waves else every
+
+    @property
+    def forces(self) -> tuple[np.ndarray, ...]:
+        """Modal forces of unit forces on the points: normal, tangential, axial, each (C, K)."""
+        return self.load or (self.normal, self.tangential, self.axial)
+
+    @property
+    def in_air(self) -> "Modes":
+        """The real modes, then Re and Im of the complex ones as if they were modes, too."""
+        waves, real = self.waves, self.real
+        if waves is None:
+            return self
+
+        def rows(side, name):
+            displacement = getattr(self, name)
+            return np.hstack([displacement[:, real], side(displacement)])
+
+        names = "normal", "tangential", "axial", "observed", "stress"
+        moved = {name: rows(waves.motion, name) for name in names if getattr(self, name).size}
+        more = ((0, 0), (0, 2 * len(waves.rows)))
+        return self._replace(
+            **moved,
+            omega=np.concatenate([self.omega[real], np.repeat(np.abs(waves.eigenvalue), 2)]),
+            stiffening=np.pad(self.stiffening[:, real], more)
+            if len(self.stiffening)
+            else self.stiffening,
+            load=tuple(rows(waves.force, name) for name in names[:3]),
+            waves=None,
+        )
 
     @property
     def joined(self) -> "Modes":
-        """The disk, and after its modes the pairs of the casing as if they were modes of it."""
+        """All rows of a motion: `in_air`, then the pairs of the casing as if they were modes."""
+        if self.waves:
+            return self.in_air.joined
         pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
         if not len(pairs.omega):
             return self
@@ -64,12 +108,38 @@ class Modes(NamedTuple):
             stress=np.pad(self.stress, more),
             stiffening=np.pad(stiffening, more) if len(stiffening) else stiffening,
             pairs=NO_PAIRS,
+            load=self.load
+            and (
+                np.hstack([self.load[0], pairs.normal]),
+                np.hstack([self.load[1], pairs.tangential]),
+                np.pad(self.load[2], more),
+            ),
         )
 
+    def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Modal coordinates of the disk (..., K) and of the casing (..., 2J) of rows (..., n)."""
+        disk, casing = np.split(rows, [self.n_rows - 2 * len(self.pairs.omega)], axis=-1)
+        if self.waves is None:
+            return disk, casing
+        real = self.real
+        position = np.empty((*rows.shape[:-1], len(self.omega)))
+        position[..., real] = disk[..., : len(real)]
+        position[..., self.waves.rows] = self.waves.coordinates(disk[..., len(real) :])
+        return position, casing
+
+    def at_rest(self, position: np.ndarray) -> np.ndarray:
+        """Rows of a motion (n_rows,) of a disk that is held at modal coordinates (K,)."""
+        still = np.zeros(2 * len(self.pairs.omega))
+        if self.waves is None:
+            return np.concatenate([position, still])
+        part = position[self.waves.rows]
+        return np.concatenate([position[self.real], self.waves.parts(part, 0.0 * part), still])
+
     def damping_ratios(self, damping: float | Damping) -> np.ndarray:
-        """Damping ratios of all coordinates (K + 2J,) [-]; damping: of the disk."""
-        of_disk = np.broadcast_to(ratios(damping, self.omega), self.omega.shape)
-        return np.concatenate([of_disk, np.repeat(self.pairs.damping_ratio, 2)])
+        """Damping ratios of all rows of a motion [-]; damping: of the real modes."""
+        of_disk = np.broadcast_to(ratios(damping, self.omega), self.omega.shape)[self.real]
+        in_air = np.repeat(self.waves.damping_ratio, 2) if self.waves else np.zeros(0)
+        return np.concatenate([of_disk, in_air, np.repeat(self.pairs.damping_ratio, 2)])
 
     def omega_at(self, speed: npt.ArrayLike) -> np.ndarray:
         """Angular eigenfrequencies (..., K) [rad/s] at speeds of rotation (...) [rad/s].
@@ -79,15 +149,28 @@ class Modes(NamedTuple):
         """
         if not len(self.stiffening):
             return self.omega
-        powers = np.array([2, 4])
-        speeds = np.asarray(speed, dtype=float)[..., None]
-        change = (speeds**powers - self.speed**powers) @ self.stiffening
+        change = self._change(speed) @ self.stiffening
         return np.sqrt(np.maximum(self.omega**2 + change, 0.0))
+
+    def eigenvalues_at(self, speed: npt.ArrayLike) -> np.ndarray:
+        """Those of the complex modes (..., N) [1/s] at speeds of rotation (...) [rad/s]."""
+        assert self.waves is not None
+        if not len(self.stiffening):
+            return np.broadcast_to(self.waves.eigenvalue, (*np.shape(speed), len(self.waves.rows)))
+        return self.waves.eigenvalue + self._change(speed) @ self.waves.slopes
+
+    def _change(self, speed):
+        """W² and W⁴ at speeds (...) beyond those of `speed` (..., 2)."""
+        powers = np.array([2, 4])
+        return np.asarray(speed, dtype=float)[..., None] ** powers - self.speed**powers
 
     def at(self, speed_hz: float) -> "Modes":
         """The same modes with the frequencies of a speed of rotation [Hz], see `omega_at`."""
         speed = 2 * np.pi * speed_hz
-        return self._replace(omega=self.omega_at(speed), speed=speed)
+        waves = self.waves
+        if waves:
+            waves = waves._replace(eigenvalue=self.eigenvalues_at(speed))
+        return self._replace(omega=self.omega_at(speed), speed=speed, waves=waves)
 
     @classmethod
     def planar(cls, omega: np.ndarray, normal: np.ndarray, tangential: np.ndarray) -> "Modes":
@@ -166,6 +249,8 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
     stiffer = 1.0 + np.asarray(deviation)[interface.stress_blade]
     stress = interface.stress if len(interface.stress) else np.zeros((0, len(shapes)))
     slopes = [np.einsum("ik,ik->k", shapes, k @ shapes) for k in reduced.stiffening]
+    stiffening = np.array(slopes).reshape(-1, len(eigenvalues))
+    air = reduced.air
     return Modes(
         omega=np.sqrt(np.maximum(eigenvalues, 0)),
         normal=interface.normal @ shapes,
@@ -174,9 +259,10 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
         observed=interface.observed @ shapes,
         shapes=shapes,
         speed=reduced.speed,
-        stiffening=np.array(slopes).reshape(-1, len(eigenvalues)),
+        stiffening=stiffening,
         stress=stiffer[:, None] * (stress @ shapes),
         pairs=reduced.casing.seen_from(interface.angle) if reduced.casing else NO_PAIRS,
+        waves=complex_modes(air, vectors, eigenvalues, stiffening) if air else None,
     )
 
 

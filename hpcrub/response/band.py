@@ -206,7 +206,7 @@ class Band:
         """End a lane whose casing runs away (out is modified), and return True if it does."""
         if self.runaway[lane] is None:
             return False
-        if not self.runaway[lane].see(self.bank.state.position[len(self.modes.omega) :, lane]):
+        if not self.runaway[lane].see(self.bank.state.position[-self.bank.scheme.casing :, lane]):
             return False
         index = self.speed[lane]
         growth = self.runaway[lane].growth(self.speeds_hz[index])
@@ -264,7 +264,9 @@ class Band:
             records = self.record.casing[:, lane].reshape(2 * self.window, -1, 2 * len(pairs.omega))
             moved = largest(pairs, records[last].reshape(-1, 2 * len(pairs.omega)))
             out.casing.largest[index], out.casing.waves[index] = moved
-            out.casing.share[index] = share_of_energy(self.bank, lane)
+            out.casing.share[index] = share_of_energy(
+                self.modes.at(self.speeds_hz[index]), self.bank, lane
+            )
 
     def _reverses(self, lane, now):
         """Whether a tip of a planar disk moves faster than the disk turns in the last two windows.

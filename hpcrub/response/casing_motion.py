@@ -6,6 +6,7 @@ import numpy as np
 
 from hpcrub.contact.arrays import Bank
 from hpcrub.model.casing_modes import Pairs
+from hpcrub.model.reduction import Modes
 
 LARGEST = 0.1  # of the tips' radius: small displacements say nothing of a casing that moves further
 ANGLES_PER_WAVE = 16
@@ -54,13 +55,18 @@ def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
     return float(np.abs(radial(pairs, coordinates, angle)).max()), int(pairs.n_waves[most])
 
 
-def share_of_energy(bank: Bank, lane: int) -> float:
-    """Energy of the casing over that of disk and casing together, of a lane now [-]."""
-    scheme, state = bank.scheme, bank.state
-    squared = scheme.squared if scheme.squared.ndim == 1 else scheme.squared[:, lane]
-    velocity = state.increment[:, lane] / scheme.step[lane]
-    energy = velocity**2 + squared * state.position[:, lane] ** 2
-    return float(energy[len(energy) - 2 * len(scheme.turn) :].sum() / energy.sum())
+def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
+    """Energy of the casing over that of disk and casing together, of a lane now [-].
+
+    modes: at the speed of the lane.
+    """
+    velocity = bank.state.increment[:, lane] / bank.scheme.step[lane]
+    omega = modes.omega, np.repeat(modes.pairs.omega, 2)
+    moving = zip(
+        modes.of_rows(velocity), omega, modes.of_rows(bank.state.position[:, lane]), strict=True
+    )
+    disk, casing = (v**2 + w**2 * q**2 for v, w, q in moving)
+    return float(casing.sum() / np.concatenate([disk, casing]).sum())
 
 
 class Runaway:

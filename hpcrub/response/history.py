@@ -215,7 +215,8 @@ def _piece(bank, modes, scene, grid, n_speeds):
     force = force[:, :, :n_speeds] / grid.stride
     normal, tangential, axial = bank.law.forces_on_points(force, scene)
     time = steps * bank.scheme.step[:n_speeds]
-    position, casing = np.split(position[:, :, :n_speeds], [len(modes.omega)], axis=1)
+    parts = modes.of_rows(np.moveaxis(position[:, :, :n_speeds], 1, 2))
+    position, casing = (np.moveaxis(part, 2, 1) for part in parts)
     observed = observed.reshape(n_records, n_columns, width)[:, :n_observed, :n_speeds]
     peak = peak[:n_observed, :n_speeds]
     lanes = range(n_speeds) if scene.coating else ()

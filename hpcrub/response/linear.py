@@ -9,7 +9,9 @@ Re(u exp(j w t)) with
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
 
-Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / |n_d|.
+Where the stiffness depends on the speed, omega_k is that of the speed Omega = w / |n_d|. A complex
+mode z' = lambda z + l f of a disk in air, seen as Re(r z), adds r l p / 2(jw - lambda), and the
+same of the conjugates of r, l and lambda.
 """
 
 import numpy as np
@@ -45,10 +47,9 @@ def engine_order_response(
     Source: Joachim, Nyssen, Batailly (2020), equation (5).
     """
     w = 2 * np.pi * abs(engine_order) * np.asarray(speed_hz, dtype=float)
-    load = _modal_load(modes, amplitude, engine_order, interface)
-    return (
-        load / _Oscillators(modes, damping_ratio, abs(engine_order)).stiffness(w)
-    ) @ modes.observed.T
+    oscillators = _Oscillators(modes, damping_ratio, abs(engine_order))
+    load = oscillators.load(_modal_load(modes, amplitude, engine_order, interface))
+    return (load / oscillators.stiffness(w)) @ oscillators.observed.T
 
 
 def linear_peak(
@@ -66,22 +67,26 @@ def linear_peak(
       n_d, each omega being that of the speed at which the load meets it. Where it never does,
       because the stiffness grows faster with the speed, frequencies are those of `Modes.speed`.
 
-    Returns amplitude, to 1e-6 of itself [m]; speed_hz, where it is reached [Hz].
+    Returns amplitude, to 1e-6 of itself [m], infinite where a mode flutters in air; speed_hz, where
+    it is reached [Hz].
     Raises ValueError: without damping or with engine order zero: there is no peak then.
     Source: Joachim, Nyssen, Batailly (2020), section 2.3.2.
     """
     if not (np.all(ratios(damping_ratio, modes.omega) > 0) and engine_order != 0):
         raise ValueError("a linear peak needs damping_ratio > 0 and an engine_order that is not 0")
+    if modes.waves and not (modes.waves.damping_ratio > 0.0).all():
+        return np.inf, np.nan
     load = _modal_load(modes, amplitude, engine_order, interface)
     engine_order = abs(engine_order)
     if not np.isfinite(_resonances(modes, engine_order)[:n_family]).all():
         modes = modes._replace(stiffening=modes.stiffening[:0])
     oscillators = _Oscillators(modes, damping_ratio, engine_order)
+    load = oscillators.load(load)
     w = _search_mesh(_resonances(modes, engine_order), oscillators.xi, n_family)
-    u = np.abs((load / oscillators.stiffness(w)) @ modes.observed.T)
+    u = np.abs((load / oscillators.stiffness(w)) @ oscillators.observed.T)
 
     speed, row = _mesh_maxima(u)
-    residues = modes.observed[row] * load
+    residues = oscillators.observed[row] * load
     low, high = w[np.maximum(speed - 1, 0)], w[np.minimum(speed + 1, len(w) - 1)]
     w, u = _refine(residues, oscillators, w[speed], low, high)
     best = np.argmax(u)
@@ -89,38 +94,83 @@ def linear_peak(
 
 
 class _Oscillators:
-    """The modes under a load of an engine order, whose frequency w says the speed."""
+    """The modes under a load of an engine order, whose frequency w says the speed.
+
+    The terms of a response are those of the real modes, of the complex ones, of their conjugates.
+    """
 
     def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
         self.modes, self.engine_order = modes, engine_order
-        self.xi = ratios(damping_ratio, modes.omega)
+        self.xi = np.broadcast_to(ratios(damping_ratio, modes.omega), modes.omega.shape)
+        self.real, self.observed, waves = modes.real, modes.observed, modes.waves
+        if waves:
+            self.xi = self.xi.copy()
+            self.xi[waves.rows] = waves.damping_ratio
+            seen = self.observed[:, waves.rows] @ waves.right
+            self.observed = np.hstack([self.observed[:, self.real], seen, seen.conj()])
+
+    def load(self, modal: np.ndarray) -> np.ndarray:
+        """What the modal forces (K,) are on every term (T,)."""
+        waves = self.modes.waves
+        if waves is None:
+            return modal
+        left = waves.left[:, len(waves.rows) :]
+        part = modal[waves.rows]
+        return np.concatenate([modal[self.real], left @ part, left.conj() @ part])
 
     def stiffness(self, w: np.ndarray) -> np.ndarray:
-        """omega^2 - w^2 + 2 j xi omega w of every mode, (len(w), K)."""
+        """omega^2 - w^2 + 2 j xi omega w of every mode, 2(jw - lambda) of complex ones (n, T)."""
         omega = self.modes.omega_at(w / self.engine_order)
         stiffness = np.empty((len(w), omega.shape[-1]), dtype=complex)
         np.subtract(omega**2, w[:, None] ** 2, out=stiffness.real)
         np.multiply(2 * self.xi * omega, w[:, None], out=stiffness.imag)
-        return stiffness
+        if self.modes.waves is None:
+            return stiffness
+        poles = self.modes.eigenvalues_at(w / self.engine_order)
+        both = np.hstack([poles, poles.conj()])
+        return np.hstack([stiffness[:, self.real], 2.0 * (1j * w[:, None] - both)])
 
     def slopes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
         """First and second derivative of `stiffness` by w."""
         omega, w = self.modes.omega_at(w / self.engine_order), w[:, None]
-        d1 = 2 * (1j * self.xi * omega - w)
-        if not len(self.modes.stiffening):
-            return d1, -2.0
-        by_square, by_fourth = self.modes.stiffening
+        d1, d2 = 2 * (1j * self.xi * omega - w), np.full((1, 1), -2.0)
         n, speed = self.engine_order, w / self.engine_order
-        square1 = (2 * speed * by_square + 4 * speed**3 * by_fourth) / n  # d(omega^2)/dw
-        square2 = (2 * by_square + 12 * speed**2 * by_fourth) / n**2
-        omega1 = square1 / (2 * omega)
-        omega2 = (square2 / 2 - omega1**2) / omega
-        d1 = d1 + square1 + 2j * self.xi * w * omega1
-        return d1, square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
+        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴ by W
+        if len(self.modes.stiffening):
+            by_square, by_fourth = self.modes.stiffening
+            square1 = (rise[0] * by_square + rise[1] * by_fourth) / n  # d(omega^2)/dw
+            square2 = (bend[0] * by_square + bend[1] * by_fourth) / n**2
+            omega1 = square1 / (2 * omega)
+            omega2 = (square2 / 2 - omega1**2) / omega
+            d1 = d1 + square1 + 2j * self.xi * w * omega1
+            d2 = square2 - 2 + 2j * self.xi * (2 * omega1 + w * omega2)
+        waves = self.modes.waves
+        if waves is None:
+            return d1, d2
+        d1, d2 = (np.broadcast_to(d, d1.shape)[:, self.real] for d in (d1, d2))
+        none = np.zeros(len(waves.rows))
+        by = waves.slopes if len(waves.slopes) else np.array([none, none])
+        poles1, poles2 = (
+            (part[0] * by[0] + part[1] * by[1]) / n**k for k, part in ((1, rise), (2, bend))
+        )
+        poles1, poles2 = (np.hstack([part, part.conj()]) for part in (poles1, poles2))
+        return np.hstack([d1, 2.0 * (1j - poles1)]), np.hstack([d2, -2.0 * poles2])
 
 
 def _resonances(modes, engine_order):
-    """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
+    """Frequencies at which the load meets every mode (K,), those of complex modes in their place.
+
+    The air shifts these at all speeds by the same share.
+    """
+    found = _of_real_modes(modes, engine_order)
+    if modes.waves:
+        rows, found = modes.waves.rows, found.copy()
+        found[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
+    return found
+
+
+def _of_real_modes(modes, engine_order):
+    """Frequencies w = omega(w / n_d) at which the load meets every real mode; NaN where never.
 
     omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
     """

@@ -13,6 +13,7 @@ from hpcrub.results import model_file, tables
 from hpcrub.setup import imported
 
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
+WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
 CLEARANCE_COLUMNS = "speed_hz", "clearance_mm"
 DIGITS = 6  # of degrees and millimetres that are kept
 
@@ -40,6 +41,8 @@ def with_tables(config: Config) -> Config:
         rows = _table("casing.modes_csv", config.casing.modes_csv, names).tolist()
         modes = [dict(zip(names, row, strict=True)) for row in rows]
         config = config.replace({"casing.modes": modes})
+    if not config.aero.is_known:
+        config = config.replace({"aero.waves": _waves(config.aero.waves_csv)})
     mistuning = config.mistuning
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
         config = config.replace(_patterns(config))
@@ -114,6 +117,21 @@ def _table(key, path, names):
         return np.round(tables.columns(path, names), DIGITS)
     except InputError as error:
         raise InputError(f"{key}: {error}") from None
+
+
+def _waves(path):
+    """Waves of a family from a table, the way they travel from the sign of their diameters."""
+    rows = _table("aero.waves_csv", path, WAVE_COLUMNS)
+    ways = {1.0: "forward", -1.0: "backward", 0.0: "neither"}
+    return [
+        {
+            "diameters": abs(h),
+            "travels": "neither" if 2 * abs(h) == len(rows) else ways[float(np.sign(h))],
+            "damping_ratio": damping,
+            "frequency_shift": shift,
+        }
+        for h, damping, shift in rows.tolist()
+    ]
 
 
 def _profile(path):

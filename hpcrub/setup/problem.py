@@ -15,6 +15,7 @@ from hpcrub.model.reduction import ReducedModel, craig_bampton
 from hpcrub.response.scene import RECORD_INTERVAL, Scene
 from hpcrub.response.steady import SteadyCriteria
 from hpcrub.setup import imported
+from hpcrub.setup.aero import air_of
 from hpcrub.setup.casing import casing_modes_of
 
 SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit
@@ -67,7 +68,8 @@ def build_problem(config: Config) -> Problem:
     reduced = build_model(config).reduced
     # the motion of the full model is not needed any more, and would go to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config))
+    casing, air = casing_modes_of(config), air_of(config, reduced)
+    reduced = reduced._replace(basis=no_basis, casing=casing, air=air)
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
     stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))

@@ -85,9 +85,9 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     else:
         if name != "rest":
             size = config.branches.perturbation
-            motion.position[:, : len(modes.omega)] = deflection(
-                modes, scene.interface.n_blades, config.mistuning.seed, task, size
-            )
+            n_blades, seed = scene.interface.n_blades, config.mistuning.seed
+            start = deflection(modes, n_blades, seed, task, size)
+            motion.position[:] = modes.at_rest(start)
         result = run_sweep(modes, scene, speeds, poll, motion=motion)
     amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
     result = result.continued(reason)

@@ -54,16 +54,8 @@ def sizes(config: Config) -> dict[str, int]:
 def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> np.ndarray:
     """Speeds at which waves and blades meet, as `casing_lines.interactions` [Hz]."""
     highest = 2.0 * np.pi * REACH * config.speeds.to_hz
-    found = casing_lines.interactions(reduced, diameters_of(reduced), casing, highest)
+    found = casing_lines.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
     return found / (2.0 * np.pi)
-
-
-def diameters_of(reduced: ReducedModel) -> np.ndarray:
-    """Nodal diameters of the tuned modes, by the motion of their contact points (m,)."""
-    face = reduced.interface
-    rows = face.normal, face.tangential, face.axial
-    tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])
-    return cyclic.diameters_of(tips, face.blade, face.angle)
 
 
 def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
@@ -90,7 +82,7 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
 
 def _blades(reduced, casing, speed_hz):
     found = np.full((len(casing.omega), N_FAMILIES), np.nan)
-    diameters, speed = diameters_of(reduced), 2.0 * np.pi * speed_hz
+    diameters, speed = cyclic.tuned_diameters(reduced), 2.0 * np.pi * speed_hz
     for j, n in enumerate(casing.n_waves):
         folded = casing_lines.folded(int(n), reduced.interface.n_blades)
         for family in range(N_FAMILIES):

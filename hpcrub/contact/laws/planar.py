@@ -59,13 +59,14 @@ class Planar(NamedTuple):
     @classmethod
     def loads(cls, modes: Modes, scene: Any) -> np.ndarray:
         """Modal forces of unit multipliers (K, C), normal force and friction in one."""
-        return -(columns(modes.normal) + scene.friction * columns(modes.tangential))
+        normal, tangential, _ = modes.forces
+        return -(columns(normal) + scene.friction * columns(tangential))
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its Delassus operator and a new surface (bank is modified)."""
-        gain, normal = bank.scheme.gain[:, lane], modes.normal.T
-        by_normal = delassus(normal, normal, gain)
-        W = by_normal + scene.friction * delassus(normal, modes.tangential.T, gain)
+        gain, (normal, tangential, _) = bank.scheme.gain[:, lane], modes.forces
+        by_normal = delassus(modes.normal.T, normal.T, gain)
+        W = by_normal + scene.friction * delassus(modes.normal.T, tangential.T, gain)
         self.surface.fill(lane, scene, bank.scheme.step[lane], by_normal)
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W)
         if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches

@@ -163,13 +163,12 @@ class Solid(NamedTuple):
     @classmethod
     def loads(cls, modes: Modes, scene: Any) -> np.ndarray:
         """Modal forces of unit multipliers (K, 3C): normal, along the casing, axial."""
-        return -np.hstack([columns(rows) for rows in (modes.normal, modes.tangential, modes.axial)])
+        return -np.hstack([columns(rows) for rows in modes.forces])
 
     def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
         """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
         gain, friction = bank.scheme.gain[:, lane], scene.friction
-        forces = modes.normal, modes.tangential, modes.axial
-        W = np.stack([delassus(modes.normal.T, by.T, gain) for by in forces])
+        W = np.stack([delassus(modes.normal.T, by.T, gain) for by in modes.forces])
         self.surface.fill(lane, scene, bank.scheme.step[lane], W[0])
         bank.state.report[FLAW, lane] = flaw = pivoting.flaw(W[0] + friction * W[1])
         if flaw not in (NONE, UNPROVEN):  # no forces, and no result once a point touches

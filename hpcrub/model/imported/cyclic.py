@@ -20,6 +20,7 @@ from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.reduced import interface
 from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.reduction import ReducedModel
 
 MODES_PER_DIAMETER = 3
 MODES_OF_DISK = 4  # for each blade
@@ -164,17 +165,41 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Nodal diameters of every mode from displacements of all contact points.
 
+    shapes, blade, angle: as of `of_blades`. Returns (K,) int.
+    """
+    like, angles = of_blades(shapes, blade, angle)
+    return nodal_diameters(like, angles, len(angles))
+
+
+def of_blades(
+    shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements of like points of all blades, and the angles of the blades.
+
     shapes: (p, C, K) p displacements of each of C points in K modes.
     blade: (C,) int, number of each point's blade. The first points of all blades are taken to be
         alike.
     angle: (C,) [rad].
-    Returns (K,) int.
+    Returns (q, N, K) and (N,) [rad].
     """
     count = np.bincount(blade)
     parts = np.split(np.argsort(blade, kind="stable"), np.cumsum(count)[:-1])
     points = np.array([part[: count.min()] for part in parts])  # (N, alike)
     like = shapes[:, points].transpose(0, 2, 1, 3).reshape(-1, *points.T.shape[1:], shapes.shape[2])
-    return nodal_diameters(like, angle[points[:, 0]], len(count))
+    return like, angle[points[:, 0]]
+
+
+def tuned_tips(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
+    """Motion of like contact points of all blades in the tuned modes, as `of_blades`."""
+    face = reduced.interface
+    rows = [part for part in (face.normal, face.tangential, face.axial) if len(part)]
+    return of_blades(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
+
+
+def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
+    """Nodal diameters of the tuned modes, by the motion of their contact points (m,) int."""
+    blades, angle = tuned_tips(reduced)
+    return nodal_diameters(blades, angle, len(angle))
 
 
 def error_between(model: NeutralModel, speeds: np.ndarray) -> float:

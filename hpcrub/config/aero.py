@@ -1,0 +1,98 @@
+"""Section `aero` of the input: what the air does to every wave of a family of blades."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from hpcrub.config.types import FileName, Number, Section, Whole
+
+Ratio = Annotated[Number, Field(gt=-0.5, lt=0.5)]
+Shift = Annotated[Number, Field(gt=-0.5, lt=0.5)]
+
+
+class AeroWave(Section):
+    """A wave of the tuned family, by its nodal diameters and the way it travels over the disk."""
+
+    diameters: Whole = Field(0, ge=0, le=500)
+    """nodal diameters [-]"""
+    travels: Literal["forward", "backward", "neither"] = "neither"
+    """seen from the rotor: forward with the rotation, backward against it, neither with 0 diameters
+    or with half as many as blades"""
+    damping_ratio: Ratio = 0.005
+    """damping ratio, of structure and air together; negative: the wave grows [-]"""
+    frequency_shift: Shift = 0.0
+    """change of its frequency by the air, relative [-]"""
+
+
+class Influence(Section):
+    """What the motion of one blade does to another, as a part of damping and frequency."""
+
+    blades: Annotated[int, Field(ge=-500, le=500)] = 0
+    """how many blades ahead in the direction of rotation the blade is that moves [-]"""
+    damping_ratio: Ratio = 0.0
+    """part in the damping ratio; of the blade itself the mean of all waves [-]"""
+    frequency_shift: Shift = 0.0
+    """part in the relative change of frequency [-]"""
+
+
+class Aero(Section):
+    """Air between the blades of one family, in place of the damping ratio of its modes."""
+
+    family: Annotated[Whole, Field(ge=1, le=20)] = 1
+    """family of blade modes whose waves these are [-]"""
+    waves: Annotated[tuple[AeroWave, ...], Field(max_length=1000)] = ()
+    """all waves of the family, as many as blades; filled in from waves_csv when a run begins"""
+    waves_csv: FileName | None = None
+    """file of these waves; columns diameters (positive: forward, negative: backward),
+    damping_ratio, frequency_shift"""
+    influence: Annotated[tuple[Influence, ...], Field(max_length=1000)] = ()
+    """influence coefficients, in place of waves"""
+
+    @property
+    def exists(self) -> bool:
+        """Whether air couples the blades."""
+        return bool(self.waves or self.waves_csv or self.influence)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the waves are here: not before their file has been read."""
+        return self.waves_csv is None or bool(self.waves)
+
+    def table(self, n_blades: int) -> np.ndarray:
+        """Damping ratio and frequency shift of wave r = 0 … N−1, with the rotation (2, N)."""
+        table = np.full((2, n_blades), np.nan)
+        for wave in self.waves:
+            r = -wave.diameters if wave.travels == "backward" else wave.diameters
+            table[:, r % n_blades] = wave.damping_ratio, wave.frequency_shift
+        return table
+
+
+def problems(aero: Aero, n_blades: int) -> Iterator[str]:
+    """What is wrong with the section of a disk of N blades."""
+    if aero.influence and (aero.waves or aero.waves_csv):
+        yield "aero.influence: cannot be combined with aero.waves; leave one out"
+    ahead = [one.blades % n_blades for one in aero.influence]
+    for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
+        yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"
+    known = [(wave.diameters, wave.travels) for wave in aero.waves]
+    for h, travels in known:
+        alone = 2 * h % n_blades == 0
+        if 2 * h > n_blades:
+            yield f"aero.waves: {h} nodal diameters; {n_blades} blades have {n_blades // 2} at most"
+        elif alone and travels != "neither":
+            yield f"aero.waves: {h} nodal diameters travel neither way, not {travels}"
+        elif travels == "neither" and not alone:
+            yield f"aero.waves: {h} nodal diameters travel forward or backward; say which"
+        elif known.count((h, travels)) > 1:
+            yield f"aero.waves: {h} nodal diameters, travels: {travels}, is given twice"
+    missing = np.flatnonzero(np.isnan(aero.table(n_blades)[0]))
+    if known and len(missing):
+        r = int(missing[0])
+        h, way = min(r, n_blades - r), "forward" if 2 * r < n_blades else "backward"
+        way = "neither" if 2 * h % n_blades == 0 else way
+        yield (
+            f"aero.waves: {len(known)} waves given, {n_blades} blades have {n_blades}; {h} nodal "
+            f"diameters, travels: {way}, is missing"
+        )

@@ -1,0 +1,192 @@
+"""Air between the blades: damping of every wave of a family of blades, and complex modes.
+
+The air answers the motion of one blade with forces on its neighbours. A tuned family then has a
+damping ratio ζ_r and a frequency shift δ_r for every wave r = 0 … N−1, in which blade j moves as
+e^{i(ωt − 2πrj/N)}: wave r travels with the rotation, wave N − r against it. With the waves ψ_r of
+the tuned disk and the eigenvalues λ_r = ω_r (−ζ_r + i (1 + δ_r)) that they are to have,
+
+    D = Σ_r d_r Mψ_r ψ_rᴴM,    d_r = −(λ_r + λ̄_{N−r}),
+    K = Σ_r k_r Mψ_r ψ_rᴴM,    k_r = λ_r λ̄_{N−r},
+
+are real, and are damping and stiffness with exactly these eigenvalues: the conjugate of the motion
+of wave N − r has the shape of wave r. Where the two directions differ K is not symmetric; this part
+feeds one direction and brakes the other. Mistuning changes the stiffness of the structure alone,
+so that the sum of all eigenvalues' real parts, half the trace of D, stays.
+
+Of a mistuned disk the N modes of the family become N complex ones (`Waves`); all others stay.
+
+Crawley, in AGARD-AG-298 vol. 1 (1987), has influence coefficients and waves; Kaza and Kielb, AIAA
+J. 20 (1982), what mistuning does.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+CYCLIC = 1e-3  # by which a tuned disk's waves may miss to repeat themselves from blade to blade
+
+
+class Curve(NamedTuple):
+    """What is given of a family: N values, wave r with the rotation, N − r against it."""
+
+    family: int  # from 0
+    damping_ratio: np.ndarray  # ζ_r (N,), of structure and air together [-]
+    frequency_shift: np.ndarray  # δ_r (N,) [-]
+
+
+class Air(NamedTuple):
+    """Air forces on a family of the tuned disk."""
+
+    columns: np.ndarray  # tuned modes of the family (N,) int
+    waves: np.ndarray  # ψ_r on these modes, in columns, orthonormal (N, N) complex
+    eigenvalues: np.ndarray  # λ_r (N,) [1/s]
+    damping: np.ndarray  # d_r (N,) complex [1/s]
+    stiffness: np.ndarray  # k_r − ω_r² (N,) complex [rad²/s²]
+
+
+class Waves(NamedTuple):
+    """Complex modes z' = λ z + l f of a disk in air, in the place of N of its real modes."""
+
+    rows: np.ndarray  # these modes (N,) int
+    eigenvalue: np.ndarray  # λ, of increasing frequency (N,) [1/s]
+    right: np.ndarray  # their coordinates q = Re(right z) (N, N)
+    left: np.ndarray  # z of positions and velocities, z = left [q, q'] (N, 2N)
+    slopes: np.ndarray  # of λ by W² and W⁴, W the speed of rotation (0 or 2, N)
+    damping: np.ndarray  # D on these modes (N, N) [1/s]
+    stiffness: np.ndarray  # what K has beyond their ω² (N, N) [rad²/s²]
+
+    def motion(self, displacement: np.ndarray) -> np.ndarray:
+        """Rows (..., K) per unit modal coordinate as rows (..., 2N) per Re z and Im z."""
+        part = displacement[..., self.rows] @ self.right
+        return _interleaved(part.real, -part.imag)
+
+    def force(self, displacement: np.ndarray) -> np.ndarray:
+        """What unit forces along rows (..., K) add to Re z' and Im z' (..., 2N)."""
+        part = displacement[..., self.rows] @ self.left[:, len(self.rows) :].T
+        return _interleaved(part.real, part.imag)
+
+    def coordinates(self, parts: np.ndarray) -> np.ndarray:
+        """Real modal coordinates (..., N) of Re z and Im z in turn (..., 2N)."""
+        z = parts[..., 0::2] + 1j * parts[..., 1::2]
+        return (z @ self.right.T).real
+
+    def parts(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Re z and Im z in turn (..., 2N) of real modal coordinates and velocities (..., N)."""
+        z = np.concatenate([position, velocity], axis=-1) @ self.left.T
+        return _interleaved(z.real, z.imag)
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """−Re λ/|λ| of every complex mode (N,); below zero it flutters."""
+        return -self.eigenvalue.real / np.abs(self.eigenvalue)
+
+
+def of_influence(
+    n_blades: int, distance: np.ndarray, damping: np.ndarray, shift: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Damping ratios and frequency shifts of all waves from influence coefficients.
+
+    distance: to the blade that moves, positive in the direction of rotation (k,) int; damping,
+    shift: what its motion adds to a blade's own, δ + iζ (k,).
+    Returns ζ_r and δ_r (N,), the sums of (δ + iζ)_k e^{−2πi r k/N}.
+    """
+    r = np.arange(n_blades)[:, None]
+    waves = np.exp(-2j * np.pi * r * distance / n_blades) @ (shift + 1j * damping)
+    return waves.imag, waves.real
+
+
+def eigenvalues(omega: np.ndarray, curve: Curve) -> np.ndarray:
+    """λ_r that waves of frequencies (N,) [rad/s] are to have (N,) [1/s]."""
+    return omega * (-curve.damping_ratio + 1j * (1.0 + curve.frequency_shift))
+
+
+def coefficients(wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """d_r [1/s] and k_r [rad²/s²] of waves with these eigenvalues λ_r (N,)."""
+    opposite = np.roll(wanted[::-1], 1).conj()  # λ̄ of N − r
+    return -(wanted + opposite), wanted * opposite
+
+
+def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndarray:
+    """Tuned modes of a family, from 0, by their nodal diameters (m,): (N,) int.
+
+    Raises ValueError where the model has no such family.
+    """
+    found: list[int] = []
+    for h in range(n_blades // 2 + 1):
+        each = 1 if 2 * h % n_blades == 0 else 2
+        mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
+        if len(mine) < each:
+            raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")
+        found += mine.tolist()
+    return np.sort(found)
+
+
+def air_of(
+    curve: Curve, tuned_eigenvalues: np.ndarray, diameters: np.ndarray, blades: np.ndarray
+) -> Air:
+    """Air forces on the tuned disk.
+
+    tuned_eigenvalues, diameters: of the tuned modes (m,) [rad²/s²], [-].
+    blades: displacements (p, N, m) of p like points of all blades, in the direction of rotation.
+    Raises ValueError where the model has no such family, or does not repeat itself.
+    """
+    n_blades = blades.shape[1]
+    columns = family_columns(diameters, curve.family, n_blades)
+    here = blades[:, :, columns]
+    following = np.roll(here, -1, axis=1)
+    shift = np.linalg.lstsq(here.reshape(-1, n_blades), following.reshape(-1, n_blades))[0]
+    turns, waves = np.linalg.eig(shift)  # of the following blade: e^{−2πi r/N}
+    r = -np.angle(turns) * n_blades / (2.0 * np.pi)
+    order = np.argsort(np.round(r) % n_blades)
+    if np.abs(r - np.round(r)).max() > CYCLIC * n_blades or len(set(np.round(r) % n_blades)) < len(
+        r
+    ):
+        raise ValueError("the tuned disk does not repeat itself from blade to blade")
+    waves = waves[:, order] / np.linalg.norm(waves[:, order], axis=0)
+    squared = np.einsum("kr,k,kr->r", waves.conj(), tuned_eigenvalues[columns], waves).real
+    wanted = eigenvalues(np.sqrt(squared), curve)
+    damping, stiffness = coefficients(wanted)
+    return Air(columns, waves, wanted, damping, stiffness - squared)
+
+
+def complex_modes(
+    air: Air, vectors: np.ndarray, squared: np.ndarray, stiffening: np.ndarray
+) -> Waves:
+    """Complex modes of a mistuned disk in the subspace of the family.
+
+    vectors: its real modes on those of the tuned disk (m, K); squared: their ω² (K,) [rad²/s²];
+    stiffening: slopes of these by W² and W⁴ (0 or 2, K).
+    """
+    n = len(air.columns)
+    part = vectors[air.columns]
+    rows = np.sort(np.argsort((part**2).sum(axis=0))[-n:])
+    seen = part[:, rows].T @ air.waves
+    damping = ((seen * air.damping) @ seen.conj().T).real
+    stiffness = ((seen * air.stiffness) @ seen.conj().T).real
+    values, right, left = eigen(damping, stiffness + np.diag(squared[rows]))
+    slopes = -np.einsum("nk,sk,kn->sn", left[:, n:], stiffening[:, rows], right / 2.0)
+    return Waves(rows, values, right, left, slopes, damping, stiffness)
+
+
+def eigen(damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Complex modes of q'' + D q' + K q = f, matrices (N, N), none of them overdamped.
+
+    Returns λ of positive frequency (N,), right (N, N) and left (N, 2N), as of `Waves`.
+    """
+    n = len(damping)
+    scale = np.sqrt(np.abs(stiffness).max())  # of time: balances the blocks
+    state = np.block([
+        [np.zeros((n, n)), np.eye(n)], [-stiffness / scale**2, -damping / scale],
+    ])  # fmt: skip
+    values, vectors = np.linalg.eig(state)
+    left = np.linalg.inv(vectors)
+    left[:, n:] /= scale
+    forward = np.flatnonzero(values.imag > 0.0)
+    forward = forward[np.argsort(values[forward].imag)]
+    return scale * values[forward], 2.0 * vectors[:n, forward], left[forward]
+
+
+def _interleaved(first, second):
+    """Columns of two arrays (..., N) in turn (..., 2N)."""
+    both = np.stack([first, second], axis=-1)
+    return both.reshape(*first.shape[:-1], 2 * first.shape[-1])
