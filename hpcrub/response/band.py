@@ -27,6 +27,7 @@ from hpcrub.response.wear import Wearing
 
 NARROWEST = max(WIDTH // 2, 4)  # speeds left when lanes of a sweep that runs dry are halved no more
 PIECE = 16384  # steps between two polls, if a block is not longer
+NEVER = 1e-9  # [1/s], decay of a motion that grows by itself
 
 
 def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
@@ -54,7 +55,8 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     """What says of a motion at a speed [Hz] when it is followed no longer; modes: at this speed."""
-    decay = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
+    slowest = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
+    decay = max(slowest, NEVER)  # what grows in air never settles by itself
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow
     rule = kind(scene.steady, decay, scene.steady.window_revolutions / speed_hz)
     return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule

@@ -15,6 +15,7 @@ from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
 from hpcrub.response.scene import can_touch
 from hpcrub.response.sliding import critical_friction, growth_rate
+from hpcrub.setup.disks import deviation
 from hpcrub.setup.problem import Problem
 
 STEPS_PER_BUMP_WIDTH = 12.0
@@ -24,6 +25,7 @@ STEPS_PER_REBOUND = 36.0  # from a casing that gives or wears
 FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
+LOOKED_AT = 100  # mistuned disks of which flutter without contact is told before a run
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
 HARMONICS = 7
@@ -62,6 +64,7 @@ def orders(config: Config) -> tuple[int, ...]:
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
     yield from _unit_warnings(config)
+    yield from _air_warnings(config, problem)
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
@@ -86,6 +89,22 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _friction_warnings(config, problem)
     yield from _rebound_warnings(config, problem)
     yield from _wave_warnings(config, problem)
+
+
+def _air_warnings(config, problem):
+    """Modes that the air feeds, of the tuned disk and of the first mistuned ones."""
+    if problem.reduced.air is None:
+        return
+    n_level, n = len(config.levels) - 1, min(LOOKED_AT, len(config.samples))
+    drawn = [np.zeros(config.disk.n_blades), *(deviation(config, n_level, k) for k in range(n))]
+    waves = [mistuned_modes(problem.reduced, blades).waves for blades in drawn]
+    least, *others = [found.damping_ratio.min() for found in waves if found]
+    fluttering = np.count_nonzero(np.array(others) <= 0.0)
+    if least <= 0.0 or fluttering:
+        yield (
+            "flutter without contact: the least stable wave of the tuned disk has a damping ratio "
+            f"of {least:.3g}, and {fluttering} of the first {n} mistuned disks flutter: aero.waves"
+        )
 
 
 def _wave_warnings(config, problem):

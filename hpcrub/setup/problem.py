@@ -36,7 +36,15 @@ class Problem(NamedTuple):
 
 
 def build_model(config: Config) -> Model:
-    """Model of a configuration. Raises InputError for an impossible geometry or model file."""
+    """Model of a configuration, with the air between its blades.
+
+    Raises InputError for an impossible geometry or model file.
+    """
+    model = _build(config)
+    return model._replace(reduced=model.reduced._replace(air=air_of(config, model.reduced)))
+
+
+def _build(config):
     if config.disk.model is not None:
         return Model(*imported.build(config))
     try:
@@ -68,8 +76,7 @@ def build_problem(config: Config) -> Problem:
     reduced = build_model(config).reduced
     # the motion of the full model is not needed any more, and would go to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
-    casing, air = casing_modes_of(config), air_of(config, reduced)
-    reduced = reduced._replace(basis=no_basis, casing=casing, air=air)
+    reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config))
     # K = K0 + sum_i d_i K_i <= (1 + max d) K0, hence omega <= omega_tuned sqrt(1 + max d)
     pattern = config.pattern_deviation
     stiffest = max(0.0, config.mistuning.largest if pattern is None else np.max(pattern))

@@ -21,6 +21,7 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
+from hpcrub.studies import air
 
 ROUNDING = 1e-9  # of the radial displacement: no tangential amplitude below
 CHUNK = 50  # samples of a level that make a task
@@ -48,7 +49,7 @@ def sizes(config: Config) -> dict[str, int]:
         "level": len(config.mistuning.half_range),
         "n_diameters": len(config.linear.n_diameters),
         "sample": config.mistuning.samples,
-    }
+    } | air.sizes(config)
 
 
 def constants(config: Config) -> dict[str, Any]:
@@ -92,6 +93,10 @@ def _peaks(config, model, blade_deviation, radial=False):
     modes = modes_of(config, model, blade_deviation)
     if radial:
         modes = modes._replace(observed=modes.normal)
+    return _peaks_of(config, model, modes)
+
+
+def _peaks_of(config, model, modes):
     return np.array([
         linear_peak(
             modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
@@ -106,19 +111,30 @@ def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Val
     model, tuned = problem
     level, chunk = divmod(task, _chunks(config))
     samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
-    amplification = np.empty((len(tuned), len(samples)))
+    amplification, waves = np.empty((len(tuned), len(samples))), []
     for i, sample in enumerate(samples):
-        peaks = _peaks(config, model, deviation(config, level, sample))
-        amplification[:, i] = peaks[:, 0] / tuned[:, 0]
+        modes = modes_of(config, model, deviation(config, level, sample))
+        waves += [modes.waves] if modes.waves else []
+        amplification[:, i] = _over(_peaks_of(config, model, modes)[:, 0], tuned[:, 0])
         poll()
+    if waves:
+        yield from air.values(waves, level, samples.start)
     if task == 0:
+        yield from air.values_of_tuned(config, model.reduced)
         yield "tuned/amplitude_m", (), tuned[:, 0]
         yield "tuned/speed_hz", (), tuned[:, 1]
     yield "amplification", (level, slice(None), slice(samples.start, samples.stop)), amplification
 
 
+def _over(peaks, tuned):
+    """Amplifications; NaN where the sample or the tuned disk flutters, and has no response."""
+    known = np.isfinite(peaks) & np.isfinite(tuned)
+    return np.where(known, peaks, np.nan) / np.where(known, tuned, np.nan)
+
+
 def report(file: ResultFile) -> Iterator[str]:
-    """Percentiles at every level and load."""
+    """Percentiles at every level and load, and what the air does."""
+    yield from air.report(file)
     names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
     yield f"percentiles {names} of the linear amplification, interval of the last"
     for d, n_diameters in enumerate(file.read("n_diameters")):
@@ -131,6 +147,7 @@ def report(file: ResultFile) -> Iterator[str]:
             text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
             low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
             text += f"  [{interval_in_words(low, high)}]"
+            text += air.left_out(file, level)
             yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
 
@@ -145,7 +162,7 @@ STUDY = Study(
     sections=("linear",),
     loads=lambda config: config.linear.n_diameters,
     what="linear amplification, percentiles over σ and n_d",
-    layout=lambda config: LAYOUT,
+    layout=lambda config: LAYOUT + air.layout(config),
     scales={"level": "half_range"},
     sizes=sizes,
     constants=constants,

@@ -18,7 +18,8 @@ def names(file: ResultFile, group: str) -> list[str]:
 def read_tuned(file: ResultFile) -> dict[str, Any] | None:
     """Results of the tuned disk by name, None when they are not complete."""
     values = {name: file.read(f"tuned/{name}") for name in names(file, "tuned")}
-    return values if np.isfinite(values["linear_amplitude_m"]) else None
+    # infinite where the tuned disk flutters in air
+    return None if np.isnan(values["linear_amplitude_m"]) else values
 
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:

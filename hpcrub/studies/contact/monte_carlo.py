@@ -198,6 +198,7 @@ class MonteCarlo(Job):
         amplitude, speed = disk.peak(result, self.speeds_hz)
         depth, at = disk.deepest(result, self.speeds_hz)
         linear = disk.linear_amplitude(self.config, self.problem, modes)
+        stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
             "peak_amplitude_m": amplitude,
             "peak_speed_hz": speed,
@@ -206,8 +207,8 @@ class MonteCarlo(Job):
             "deepest_speed_hz": at,
             "amplification": amplitude / self.reference.contact,
             "linear_amplitude_m": linear,
-            "linear_amplification": linear / self.reference.linear,
-            "status": DONE if np.isfinite([amplitude, linear]).all() else FAILED,
+            "linear_amplification": linear / self.reference.linear if stable else np.nan,
+            "status": DONE if np.isfinite(amplitude) and not np.isnan(linear) else FAILED,
         }
 
     # rank 0

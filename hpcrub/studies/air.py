@@ -1,0 +1,122 @@
+"""What a linear study says of disks in air: damping of every wave, and which disks flutter."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
+from hpcrub.model.aero import Air, Waves
+from hpcrub.model.reduction import ReducedModel, mistuned_modes
+from hpcrub.results.layout import Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs.study import Values
+from hpcrub.setup.aero import curve_of
+from hpcrub.statistics.pairs import share_interval
+
+MOST_SHOWN = 200  # disks of a level whose complex modes are kept
+_WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
+LAYOUT = (
+    Dataset("aero/diameters", _WAVE, "1", "nodal diameters, below 0: against the rotation", "i8"),
+    Dataset("aero/given_damping_ratio", _WAVE, "1", "damping ratio of every wave, as given"),
+    Dataset("aero/tuned_damping_ratio", _WAVE, "1", "damping ratio of the tuned disk's wave"),
+    Dataset("aero/tuned_decay_per_s", _WAVE, "1/s", "rate at which it decays; below 0: grows"),
+    Dataset("aero/tuned_frequency_hz", _WAVE, "Hz", "frequency of the tuned disk's wave"),
+    Dataset("aero/decay_per_s", _SHOWN, "1/s", "of the complex modes of the first samples"),
+    Dataset("aero/frequency_hz", _SHOWN, "Hz", "frequencies of these"),
+    Dataset(
+        "aero/least_damping_ratio", ("level", "sample"), "1",
+        "damping ratio of the least stable complex mode of a sample; below 0: it flutters",
+    ),
+)  # fmt: skip
+
+
+def layout(config: Config) -> tuple[Dataset, ...]:
+    """Datasets of a linear study in air; none without."""
+    return LAYOUT if config.aero.exists else ()
+
+
+def sizes(config: Config) -> dict[str, int]:
+    """Length of their dimensions."""
+    shown = min(MOST_SHOWN, config.mistuning.samples)
+    return {"wave": config.disk.n_blades, "disk": shown} if config.aero.exists else {}
+
+
+def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
+    """Waves of the tuned disk, as given and as the complex modes have them; nothing without air."""
+    if reduced.air is None:
+        return
+    n_blades = config.disk.n_blades
+    found = tuned_eigenvalues(reduced, reduced.air)
+    r = np.arange(n_blades)
+    yield "aero/diameters", (), np.where(2 * r <= n_blades, r, r - n_blades)
+    yield "aero/given_damping_ratio", (), curve_of(config).damping_ratio
+    yield "aero/tuned_damping_ratio", (), -found.real / np.abs(found)
+    yield "aero/tuned_decay_per_s", (), -found.real
+    yield "aero/tuned_frequency_hz", (), found.imag / (2.0 * np.pi)
+
+
+def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
+    """Eigenvalues of the tuned disk's complex modes, wave by wave, told by their shapes (N,)."""
+    modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades))
+    waves = modes.waves
+    assert waves is not None  # there is air
+    shapes = modes.shapes[:, waves.rows] @ waves.right
+    wanted = reduced.tuned_modes[:, air.columns] @ air.waves
+    alike = np.abs(wanted.conj().T @ reduced.mass @ shapes)
+    return waves.eigenvalue[np.argmax(alike / np.linalg.norm(alike, axis=0), axis=1)]
+
+
+def values(waves: list[Waves], level: int, first: int) -> Iterator[Values]:
+    """Complex modes of some samples in a row, from the first one on."""
+    found = np.array([each.eigenvalue for each in waves])
+    least = np.array([each.damping_ratio.min() for each in waves])
+    yield "aero/least_damping_ratio", (level, slice(first, first + len(waves))), least
+    shown = found[: max(0, MOST_SHOWN - first)]
+    if len(shown):
+        where = level, slice(first, first + len(shown))
+        yield "aero/decay_per_s", where, -shown.real
+        yield "aero/frequency_hz", where, shown.imag / (2.0 * np.pi)
+
+
+def report(file: ResultFile) -> Iterator[str]:
+    """Least stable wave of the tuned disk, and of mistuned ones at every level."""
+    if not file.config.aero.exists:
+        return
+    ratio, diameters = file.read("aero/tuned_damping_ratio"), file.read("aero/diameters")
+    least = int(np.argmin(ratio))
+    yield (
+        f"air: the tuned disk's least stable wave has {wave_in_words(diameters[least], ratio)} and "
+        f"a damping ratio of {ratio[least]:.3g}; the mean of all is {ratio.mean():.3g}"
+        + (", and below 0 no mistuning helps" if ratio.mean() < 0.0 else "")
+    )
+    for sigma, found in zip(file.read("sigma"), file.read("aero/least_damping_ratio"), strict=True):
+        known = found[np.isfinite(found)]
+        if len(known):
+            yield f"air, sigma = {100 * sigma:.2f} %: {spread_in_words(known)}"
+
+
+def left_out(file: ResultFile, level: int) -> str:
+    """How many disks of a level have no linear response, because they flutter, in words."""
+    if not file.config.aero.exists:
+        return ""
+    lost = int(np.count_nonzero(file.read("aero/least_damping_ratio", level) <= 0.0))
+    return f", without {counted(lost, 'disk')} that flutter" if lost else ""
+
+
+def wave_in_words(diameters: int, ratio: np.ndarray) -> str:
+    """Nodal diameters of a wave and the way it travels; ratio: as many as waves."""
+    way = "" if 2 * diameters % len(ratio) == 0 else " forward" if diameters > 0 else " backward"
+    return f"{abs(diameters)} nodal diameters{way}"
+
+
+def spread_in_words(least: np.ndarray) -> str:
+    """Damping ratio of the least stable mode of some disks (n,), and which share flutters."""
+    low, middle, high = np.percentile(least, [1, 50, 99])
+    n_flutter = int(np.count_nonzero(least <= 0.0))
+    ends = [100.0 * end for end in share_interval(n_flutter, len(least))]
+    return (
+        f"least stable mode {low:.3g} / {middle:.3g} / {high:.3g} (percentiles 1/50/99 of the "
+        f"damping ratio); {n_flutter} of {len(least)} disks flutter without contact "
+        f"({ends[0]:.3g} to {ends[1]:.3g} %)"
+    )
