@@ -95,6 +95,19 @@ def of_influence(
     return waves.imag, waves.real
 
 
+def largest_amplification(damping_ratio: np.ndarray, diameters: int) -> float:
+    """Whitehead's limit of the linear amplification, for waves of different damping [-].
+
+    damping_ratio: of all waves (N,), above zero; diameters: of the load, forward. The power of the
+    load, which is in wave n, equals that of the damping, Σ_r c_r |v_r|² = 2 c_n V Re v_n, if a
+    tuned blade moves by 2V; so that v_n − V and the other v_r lie on an ellipsoid, and a blade's
+    velocity is their sum: A ≤ ½ [1 + √(ζ_n Σ_r 1/ζ_r)], and (1 + √N)/2 of equal waves.
+    Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), of equal waves.
+    """
+    own = damping_ratio[diameters % len(damping_ratio)]
+    return float(0.5 * (1.0 + np.sqrt(own * (1.0 / damping_ratio).sum())))
+
+
 def eigenvalues(omega: np.ndarray, curve: Curve) -> np.ndarray:
     """λ_r that waves of frequencies (N,) [rad/s] are to have (N,) [1/s]."""
     return omega * (-curve.damping_ratio + 1j * (1.0 + curve.frequency_shift))

@@ -227,6 +227,8 @@ def linear(canvas: Canvas) -> None:
         at = file.config.convergence.percentiles
         _explain(panel, [LINEAR], at)
         draw_curves(panel, sigma, values, at, LINEAR)
+        if file.config.aero.exists:
+            draw_limit(panel, file, diameters[d])
         panel.set_title(f"$n_d$ = {diameters[d]}")
     canvas.title(f"Linear amplification, {_in_words(values)} per level")
     for panel in axes[-columns:]:

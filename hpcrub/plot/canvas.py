@@ -35,6 +35,7 @@ NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "": ("", lambda config: True),
     "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
     "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
+    "air": ("a disk in air (aero.waves)", lambda c: c.aero.exists),
 }
 
 

@@ -27,28 +27,7 @@ def casing_waves(canvas: Canvas) -> None:
     file = canvas.file
     lines, growth = canvas.panels(1, 2, (14.0, 5.8))[0]
     top = SHOWN * file.config.speeds.to_hz
-    speed = np.linspace(0.0, top, 300)
-    waves, frequency = file.read("casing/waves"), file.read("casing/frequencies_hz")
-    blades, met = file.read("casing/blades_hz"), file.read("casing/interaction_hz")
-    highest = max(1.25 * float(np.nanmax(blades[:, 0])), 1.1 * frequency.max())
-    for family in range(blades.shape[1]):
-        of_family = blades[:, family]
-        if np.nanmin(of_family, initial=np.inf) < highest:
-            ends = np.nanmin(of_family), 1.003 * np.nanmax(of_family)
-            lines.axhspan(
-                *ends, color=f"{0.35 + 0.3 * family}", label=f"blades, family {family + 1}"
-            )
-    for j, colour in enumerate(shades(len(waves))):
-        n, f = waves[j], frequency[j]
-        lines.plot(speed, np.abs(f - n * speed), color=colour, lw=1.4, label=f"casing, n = {n}")
-        lines.plot(speed, f + n * speed, color=colour, lw=1.4, ls=(0, (5, 2)))
-        for k, face in enumerate((colour, "w")):
-            lines.plot(met[j, :, k], blades[j], "o", mfc=face, mec=colour, ms=8, zorder=4)
-    lines.plot([], [], "o", color="0.3", label=KINDS[0])
-    lines.plot([], [], "o", mfc="w", mec="0.3", label=KINDS[1])
-    lines.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
-    lines.set(ylim=(0.0, highest))
-    lines.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
+    _draw_lines(lines, file, top)
     speeds, rates = file.read("casing/speed_hz"), file.read("casing/growth_per_s")
     _draw_growth(growth, speeds, rates, file.config.contact.friction)
     growth.set(xlabel=SPEED, xlim=(0.0, top), ylim=(0.0, None))
@@ -57,6 +36,32 @@ def casing_waves(canvas: Canvas) -> None:
     for panel in (lines, growth):
         panel.axvline(critical, color=BLACK, lw=1.2, ls=":")
         panel.axvspan(file.config.speeds.from_hz, file.config.speeds.to_hz, color="0.93", zorder=0)
+
+
+def _draw_lines(axes: Axes, file: Any, top: float) -> None:
+    """Waves of the casing and families of blades up to a speed [Hz], and where they meet."""
+    speed = np.linspace(0.0, top, 300)
+    waves, frequency = file.read("casing/waves"), file.read("casing/frequencies_hz")
+    blades, met = file.read("casing/blades_hz"), file.read("casing/interaction_hz")
+    highest = max(1.25 * float(np.nanmax(blades[:, 0])), 1.1 * frequency.max())
+    for family in range(blades.shape[1]):
+        of_family = blades[:, family]
+        if np.nanmin(of_family, initial=np.inf) < highest:
+            ends = np.nanmin(of_family), 1.003 * np.nanmax(of_family)
+            axes.axhspan(
+                *ends, color=f"{0.35 + 0.3 * family}", label=f"blades, family {family + 1}"
+            )
+    for j, colour in enumerate(shades(len(waves))):
+        n, f = waves[j], frequency[j]
+        axes.plot(speed, np.abs(f - n * speed), color=colour, lw=1.4, label=f"casing, n = {n}")
+        axes.plot(speed, f + n * speed, color=colour, lw=1.4, ls=(0, (5, 2)))
+        for k, face in enumerate((colour, "w")):
+            axes.plot(met[j, :, k], blades[j], "o", mfc=face, mec=colour, ms=8, zorder=4)
+    axes.plot([], [], "o", color="0.3", label=KINDS[0])
+    axes.plot([], [], "o", mfc="w", mec="0.3", label=KINDS[1])
+    axes.set(xlabel=SPEED, ylabel="frequency seen from the rotor [Hz]", xlim=(0.0, top))
+    axes.set(ylim=(0.0, highest))
+    axes.set_title("waves of the casing: |f_c − n f| full, f_c + n f dashed")
 
 
 def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: float) -> None:

@@ -112,7 +112,8 @@ def test_table2_is_the_papers_in_reversed_order():
 
 
 def test_effective_configuration_has_every_key():
-    text = Config(casing={"harmonics": [{"order": 2}], "modes": [{"waves": 2}]}).to_yaml()
+    casing = {"harmonics": [{"order": 2}], "modes": [{"waves": 2}]}
+    text = Config(casing=casing, aero={"influence": [{"blades": 0}]}).to_yaml()
     for key in config.key_table():
         assert f"{key.path.rsplit('.', 1)[-1]}:" in text
 

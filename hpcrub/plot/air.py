@@ -1,0 +1,91 @@
+"""Disks in air: damping of every wave, and what mistuning makes of it."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.model.aero import largest_amplification
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
+
+SIGMA = "standard deviation of the blades' stiffness [%]"
+
+
+@figure("linear", what="damping of waves in air, and of mistuned disks", needs="air")
+def air(canvas: Canvas) -> None:
+    """Damping of the tuned waves, root locus of mistuned disks, least stable mode over the level.
+
+    Nodal diameters above zero travel with the rotation. The cross of the root locus is the centre,
+    whose decay no mistuning moves.
+    """
+    file = canvas.file
+    waves, locus, least = canvas.panels(1, 3, (17.0, 5.2))[0]
+    _draw_waves(waves, file)
+    _draw_locus(locus, file)
+    _draw_least(least, file)
+
+
+def draw_limit(axes: Axes, file: Any, diameters: int) -> None:
+    """Limit of the linear amplification under a load of so many diameters, where nothing grows."""
+    ratio = file.read("aero/tuned_damping_ratio")
+    if (ratio > 0.0).all():
+        limit = largest_amplification(ratio, file.config.forcing.sense * int(diameters))
+        axes.axhline(limit, color=BLACK, lw=1.2, ls=":", label="limit (Whitehead)")
+
+
+def _draw_waves(axes: Axes, file: Any) -> None:
+    """Damping ratio over the signed nodal diameter, as given and of the complex modes."""
+    diameters = file.read("aero/diameters")
+    order = np.argsort(diameters)
+    given, found = (100 * file.read(f"aero/{n}_damping_ratio")[order] for n in ("given", "tuned"))
+    axes.plot(diameters[order], given, color=ORANGE, label="given")
+    axes.plot(diameters[order], found, "o", color=BLACK, ms=5, label="of the tuned disk's modes")
+    axes.axhline(given.mean(), color="0.4", lw=1.2, ls=":", label="mean of all waves")
+    axes.set(ylabel="damping ratio [%]", title="tuned disk")
+    axes.set_xlabel("nodal diameters, > 0: with the rotation")
+    _zero(axes)
+
+
+def _draw_locus(axes: Axes, file: Any) -> None:
+    """Decay over frequency of tuned waves and of the complex modes of mistuned disks."""
+    frequency, decay = file.read("aero/frequency_hz"), file.read("aero/decay_per_s")
+    sigma = 100 * file.read("sigma")
+    for level, colour in enumerate(shades(len(sigma))):
+        axes.plot(
+            frequency[level].ravel(), decay[level].ravel(), ".", ms=2.5, color=colour, alpha=0.5,
+            rasterized=True, zorder=1,
+        )  # fmt: skip
+        axes.plot([], [], "o", ms=5, color=colour, label=f"mistuned, σ = {sigma[level]:.2g} %")
+    tuned = file.read("aero/tuned_frequency_hz"), file.read("aero/tuned_decay_per_s")
+    closed = [np.append(values, values[0]) for values in tuned]
+    axes.plot(*closed, "o-", color=BLACK, ms=5, lw=1.0, label="tuned waves")
+    centre = [values.mean() for values in tuned]
+    axes.plot(*centre, "P", color=ORANGE, mec="w", ms=13, label="centre", zorder=4)
+    axes.set(xlabel="frequency [Hz]", ylabel="decay [1/s]", title="root locus")
+    _zero(axes)
+
+
+def _draw_least(axes: Axes, file: Any) -> None:
+    """Percentiles of the damping ratio of the least stable mode over the mistuning level."""
+    levels = [100 * found[np.isfinite(found)] for found in file.read("aero/least_damping_ratio")]
+    tuned = 100 * file.read("aero/tuned_damping_ratio")
+    known = [level for level, found in enumerate(levels) if len(found)]
+    if not known:
+        return
+    sigma = np.append(0.0, 100 * file.read("sigma")[known])
+    band = np.array([np.percentile(levels[level], [1, 50, 99]) for level in known]).T
+    low, middle, high = np.column_stack([np.full(3, tuned.min()), band])
+    axes.fill_between(sigma, low, high, color=BLUE, alpha=0.25, lw=0, label="percentiles 1 to 99")
+    axes.plot(sigma, middle, "o-", color=BLUE, ms=4, label="median")
+    axes.axhline(tuned.mean(), color="0.4", lw=1.2, ls=":", label="mean of all waves")
+    axes.set(xlabel=SIGMA, ylabel="damping ratio [%]", title="least stable mode of a disk")
+    _zero(axes)
+
+
+def _zero(axes: Axes) -> None:
+    """Show zero, below which motions grow by themselves."""
+    low, high = axes.get_ylim()
+    if low < 0.0:
+        axes.axhspan(low, 0.0, color="0.9", zorder=0, label="flutter")
+    axes.set_ylim(low if low < 0.0 else 0.0, high)

@@ -1,0 +1,133 @@
+"""Air between the blades: matrices, waves and complex modes against what they are to have."""
+
+import numpy as np
+import pytest
+
+from hpcrub.config.schema import Config
+from hpcrub.model import aero
+from hpcrub.model.imported.cyclic import tuned_diameters
+from hpcrub.model.mistuning import stiffness_deviation
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.setup.problem import build_problem
+from tests.program import TINY
+
+N = 12
+R = np.arange(N)
+OMEGA = 2 * np.pi * 91 * (1 + 0.01 * np.cos(2 * np.pi * R / N + np.pi))
+RATIO = 0.005 + 0.002 * np.sin(2 * np.pi * R / N) + 0.001 * np.cos(4 * np.pi * R / N)
+CURVE = aero.Curve(0, RATIO, 0.003 * np.cos(2 * np.pi * R / N))
+
+
+def of_waves(values):
+    """Σ_r value_r ψ_r ψ_rᴴ of blades of one mass, wave r being e^{−2πi r j/N}/√N."""
+    shapes = np.exp(-2j * np.pi * np.outer(R, R) / N) / np.sqrt(N)
+    return (shapes * values) @ shapes.conj().T
+
+
+@pytest.fixture(scope="module")
+def matrices():
+    """Damping and stiffness of twelve blades of one mass, in air."""
+    wanted = aero.eigenvalues(OMEGA, CURVE._replace(frequency_shift=0.0 * R))
+    return wanted, *(of_waves(values) for values in aero.coefficients(wanted))
+
+
+def reduced_in(curve):
+    text = TINY + "aero:\n  waves:\n"
+    for r in R:
+        h = min(r, N - r)
+        way = "neither" if 2 * h % N == 0 else "forward" if r == h else "backward"
+        text += f"    - {{diameters: {h}, travels: {way}, damping_ratio: {curve.damping_ratio[r]}"
+        text += f", frequency_shift: {curve.frequency_shift[r]}}}\n"
+    return build_problem(Config.from_yaml(text)).reduced
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return reduced_in(CURVE)
+
+
+def test_the_matrices_are_real_and_have_the_eigenvalues_asked_for(matrices):
+    wanted, damping, stiffness = matrices
+    assert np.abs(damping.imag).max() < 1e-13 * np.abs(damping).max()
+    assert np.abs(stiffness.imag).max() < 1e-13 * np.abs(stiffness).max()
+    found = aero.eigen(damping.real, stiffness.real)[0]
+    far = np.abs(found[:, None] - wanted)  # each has one of its own
+    assert far.min(axis=1).max() < 1e-11 * np.abs(wanted).max()
+    assert set(far.argmin(axis=1)) == set(R)
+
+
+def test_the_mean_decay_stays_and_mistuning_stabilises(matrices):
+    """The trace: 2.858849 1/s a wave. The least stable one gains, by more with more mistuning."""
+    wanted, damping, stiffness = matrices
+    assert -wanted.real.mean() == pytest.approx(2.858849, abs=5e-7)
+    least = [(-wanted.real / np.abs(wanted)).min()]
+    assert least[0] == pytest.approx(0.0020, abs=1e-4)
+    drawn = np.random.default_rng(5).normal(size=N)
+    for sigma in (0.01, 0.03):
+        mistuned = stiffness.real + np.diag(sigma * drawn * OMEGA.mean() ** 2)
+        found = aero.eigen(damping.real, mistuned)[0]
+        assert -found.real.mean() == pytest.approx(-wanted.real.mean(), rel=1e-12)
+        least.append((-found.real / np.abs(found)).min())
+    assert least[0] + 5e-4 < least[1] < least[2] < RATIO.mean()
+
+
+def test_left_and_right_vectors_are_complete(matrices):
+    """Re(r l) takes positions back to themselves; an impulse moves nothing at once."""
+    _, damping, stiffness = matrices
+    _, right, left = aero.eigen(damping.real, stiffness.real)
+    np.testing.assert_allclose((right @ left[:, :N]).real, np.eye(N), atol=1e-13)
+    np.testing.assert_allclose((right @ left[:, N:]).real, 0.0, atol=1e-15)
+
+
+def test_a_tuned_disk_has_every_wave_as_given_and_it_travels_so(reduced):
+    """In the motion of the tips: blade j moves as e^{i(ωt − 2πrj/N)}."""
+    modes = mistuned_modes(reduced, np.zeros(N))
+    waves = modes.waves
+    order = np.argsort(reduced.interface.angle % (2 * np.pi))
+    tips = (modes.tangential[:, waves.rows] @ waves.right)[order]
+    family = np.flatnonzero(np.isin(tuned_diameters(reduced), range(7)))[:N]
+    omega = np.sqrt(reduced.tuned_eigenvalues[family])
+    seen = set()
+    for k in range(N):
+        r = int(np.round(-np.angle(tips[1, k] / tips[0, k]) * N / (2 * np.pi))) % N
+        np.testing.assert_allclose(tips[:, k], tips[0, k] * np.exp(-2j * np.pi * r * R / N),
+                                   atol=1e-8 * np.abs(tips[0, k]))  # fmt: skip
+        own = omega[np.argmin(np.abs(omega * (1 + CURVE.frequency_shift[r])
+                                     - waves.eigenvalue[k].imag))]  # fmt: skip
+        expected = own * (-RATIO[r] + 1j * (1 + CURVE.frequency_shift[r]))
+        assert waves.eigenvalue[k] == pytest.approx(expected, rel=1e-10)
+        seen.add(r)
+    assert seen == set(R)
+
+
+def test_of_a_mistuned_disk_the_complex_modes_are_those_of_the_whole_matrices(reduced):
+    """D and K of the air in the coordinates of the tuned family, all of it in one eigenproblem."""
+    deviation = stiffness_deviation(5, 0, 0, N, 0.04)
+    modes = mistuned_modes(reduced, deviation)
+    waves, air = modes.waves, reduced.air
+    part = np.linalg.solve(reduced.tuned_modes, modes.shapes)[air.columns][:, waves.rows]
+    for values, found in ((air.damping, waves.damping), (air.stiffness, waves.stiffness)):
+        whole = part.T @ ((air.waves * values) @ air.waves.conj().T) @ part
+        assert np.abs(whole.imag).max() < 1e-9 * np.abs(whole).max()
+        np.testing.assert_allclose(found, whole.real, atol=1e-11 * np.abs(whole).max())
+    K = np.diag(modes.omega[waves.rows] ** 2) + waves.stiffness
+    for k, value in enumerate(waves.eigenvalue):
+        left = value**2 * np.eye(N) + value * waves.damping + K
+        assert np.abs(left @ waves.right[:, k]).max() < 1e-8 * np.abs(K @ waves.right[:, k]).max()
+
+
+def test_influence_coefficients_are_the_transform_of_the_waves():
+    """Of a blade's own, of the one ahead and the one behind, by hand."""
+    damping, shift = aero.of_influence(
+        N, np.array([0, 1, -1]), np.array([0.006, 0.001, -0.002]), np.array([0.0, 0.004, 0.003])
+    )
+    phase = 2 * np.pi * R / N
+    np.testing.assert_allclose(
+        damping, 0.006 - 0.001 * np.cos(phase) - 0.001 * np.sin(phase), atol=1e-15
+    )
+    np.testing.assert_allclose(shift, 0.007 * np.cos(phase) + 0.003 * np.sin(phase), atol=1e-15)
+
+
+def test_a_family_that_the_model_does_not_have_is_refused():
+    with pytest.raises(ValueError, match="no family 3 of 1 nodal diameters"):
+        aero.family_columns(np.array([0, 0, 0, 1, 1, 1, 1, 2, 2, 2]), 2, 4)
