@@ -14,6 +14,7 @@ from matplotlib.ticker import FixedLocator, LogLocator
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError
 from hpcrub.plot import intervals
+from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
 from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
