@@ -192,7 +192,7 @@ class ResultFile:
                 how = {"driver": "mpio", "comm": comm} if parallel else SERIAL
                 self._file = h5py.File(self.path, mode, **LIBVER, **how)
         except OSError as error:
-            raise InputError(f"cannot open {self.path} as HDF5: {trouble.said(error)}") from None
+            raise InputError(f"cannot open {self.path} as HDF5: {reason(error)}") from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
         self._datasets: dict[str, h5py.Dataset] = {}
         try:

@@ -10,7 +10,7 @@ import numpy as np
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError, reason
 from hpcrub.results import layout, provenance, storage
-from hpcrub.results.layout import PENDING, Plan, index_scale
+from hpcrub.results.layout import DONE, FAILED, PENDING, Plan, index_scale
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
 
@@ -87,6 +87,8 @@ def check(file: ResultFile, run: Run) -> None:
                 f"{file.path} was written by {file.written_by()}: {line.name} is "
                 f"{dtype}{list(shape or ())}, not {np.dtype(line.dtype)}{list(wanted)}"
             )
+    if len(strange := np.setdiff1d(file.status, (PENDING, DONE, FAILED))):
+        raise InputError(f"{file.path} is damaged: it holds a status {strange[0]}, which is none")
 
 
 def check_config(file: ResultFile, config: Config) -> None:

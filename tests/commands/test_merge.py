@@ -240,6 +240,15 @@ def test_an_existing_file_is_kept(folder, capsys):
     assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
 
 
+def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
+    """Without the name of the whole, the first part would be: its samples would be lost."""
+    for parts_left in (THREE[1:], THREE):
+        line = refused(capsys, THREE[0], *parts_left, "--overwrite")
+        assert "part-1-of-3.h5 is a part of a study and is not replaced" in line
+    assert merge.main(["whole.h5", *THREE]) == 0
+    assert_merged_is_single()
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

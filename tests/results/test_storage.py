@@ -159,8 +159,10 @@ def times(values):
         (times(np.zeros((2, 2, 4000))), "time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
         (times(np.zeros((2, 2, 3), "f4")), "time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
         (inside(lambda file: file.pop("samples/time_s")), "has no dataset samples/time_s"),
+        (inside(lambda file: file["samples/status"].write_direct(np.full((2, 2), 7, "i1"))),
+         "is damaged: it holds a status 7"),
     ],
-)
+)  # fmt: skip
 def test_unsound_files_are_refused(path, tiny_config, spoil, message):
     spoil(path)
     line = refusal(studies.open_result, path, tiny_config)
