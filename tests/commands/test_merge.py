@@ -86,7 +86,7 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert "6 of 10 samples" in capsys.readouterr().out
     with open_result("whole.h5") as file:
         pending = file.status == PENDING
-        known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
+        known = np.isfinite(file.read("statistics/contact/amplification", (0, 0)))
     np.testing.assert_array_equal(pending, [[False, True, True, False, False]] * 2)
     np.testing.assert_array_equal(known, [True, False, False, False, False])
     assert run_here("study.yaml", "--status") == 75

@@ -254,7 +254,7 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
         arguments = values, [1, 50, 99], 1, 2.81
         expected = running_percentiles(*arguments)._asdict()
         for key in set(expected) - {"samples_seen"}:
-            stored = coated.read(f"statistics/{kind.name}/{key}", level)
+            stored = coated.read(kind.dataset(key), level)
             np.testing.assert_array_equal(stored, expected[key])
 
 

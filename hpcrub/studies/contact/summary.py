@@ -24,6 +24,7 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies import casing_motion
 from hpcrub.studies.contact import limits, measured, survey, trust
+from hpcrub.studies.contact.layout import AMPLIFICATION
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -108,7 +109,7 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
             f"{n_done}" + (f" (+{n_failed} failed)" if n_failed else ""),
             contact,
             linear,
-            _last_error(file.read("statistics/contact/convergence_error", level)),
+            _last_error(file.read(AMPLIFICATION.dataset("convergence_error"), level)),
             f"{100 * not_steady:.2f} %",
             f"{100 * diverged:.2f} %",
         )
