@@ -2,6 +2,7 @@
 
 import difflib
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -25,6 +26,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command, `run` when none is named; returns the exit code."""
     if argv is None:  # the process is the program's own: its signals are, too, to its end
         parallel.listen()  # the libraries that a command loads take a second
+        if not sys.warnoptions:  # `python -W default` shows what the libraries warn of
+            warnings.simplefilter("ignore")  # what a user must know is a line of hpcrub's own
         argv = sys.argv[1:]
     argv = list(argv)
     if argv[:1] in (["-h"], ["--help"]):

@@ -1,8 +1,11 @@
 """Errors that end the program with one clear line and a distinct exit code."""
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
+
+SYSTEM = r"error message = '([^']*)'"  # what HDF5 quotes of the operating system
 
 
 class HpcrubError(Exception):
@@ -32,7 +35,9 @@ class Interrupted(HpcrubError):
 
 
 def reason(error: BaseException) -> str:
-    """One line of what went wrong."""
+    """One line of what went wrong, in the operating system's words where HDF5 quotes them."""
+    if system := re.search(SYSTEM, str(error)):
+        return system[1]
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     lines = str(error).splitlines() or [type(error).__name__]

@@ -210,7 +210,7 @@ def samples_needed(results):
     for n_d, paper in ((6, "500"), (3, "2000"), (4, "worst: 4000"), (5, "3000")):
         file = results.contact(n_d)
         error = file.read("statistics/contact/convergence_error")
-        seen = file.read("statistics/contact/samples_seen")
+        seen = file.read("statistics/samples_seen")
         worst = error.reshape(-1, error.shape[-1]).max(axis=0)
         above = np.flatnonzero(~(worst < file.config.convergence.target_error))
         first = above[-1] + 1 if len(above) else 0  # from here on it stays below

@@ -1,6 +1,7 @@
 """`hpcrub import`: the matrices of a finite-element program, to a model file of a bladed disk."""
 
 import argparse
+import functools
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +12,7 @@ from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
-from hpcrub.model.imported.readers.rows import PARTS, Lists
+from hpcrub.model.imported.readers.rows import PARTS, Lists, whole
 from hpcrub.ranks.progress import console
 from hpcrub.results import model_file, tables
 
@@ -141,10 +142,7 @@ def _arrays(options):
 def _stresses(path):
     """Blades and stresses for each coordinate of a table."""
     _, values = tables.read(path)
-    blade = values[:, 0].astype(np.int64)
-    if (blade != values[:, 0]).any():
-        raise InputError(f"{path}: a row begins with its blade, a whole number from 0")
-    return blade, values[:, 1:]
+    return whole(values[:, 0], f"{path}, first column, the blade from 0"), values[:, 1:]
 
 
 def _speed(text):
@@ -176,8 +174,8 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     for line in _found(model, options):
         _say(line)
     speed = 2 * np.pi * options.speed_hz
-    table = cyclic.frequencies_by_diameter(model, speed)
-    checks.check_frequency(np.nanmin(table))
+    by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
+    table = checks.at_speed("--speed-hz", by_diameter, speed)
     at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
     _say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
     _say("first family, whose frequency is that at the same speed, by n_d = diameters or")

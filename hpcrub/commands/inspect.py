@@ -12,8 +12,7 @@ from hpcrub.errors import InputError
 from hpcrub.ranks.progress import console
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import file as contact_file
-from hpcrub.studies.contact import limits
+from hpcrub.studies.contact import summary
 
 MOST_CHARACTERS = 200  # of an attribute
 
@@ -26,6 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for path in parser.parse_args(argv).files:
         try:
             console().print("\n".join(description(path)), soft_wrap=True)
+            print_found(path)
         except InputError as error:
             print(f"hpcrub: error: {error}", file=sys.stderr)
             code = error.exit_code
@@ -47,9 +47,10 @@ def description(path: str) -> Iterator[str]:
         n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
         failed = f", {n_failed} failed" if n_failed else ""
         yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"
-        if found := contact_file.read_trust(file):
-            yield f"  verdict: {one_line(found[0])}"
-            yield from (f"    {one_line(line)}" for line in found[1:])
-        if wear := list(limits.depth_lines(file)):
-            yield "  wear of the coating:"
-            yield from (f"    {line}" for line in wear)
+
+
+def print_found(path: str) -> None:
+    """Print what a contact study has found so far, whether it is complete or not."""
+    with open_result(path) as file:
+        if file.config.study == "contact" and (file.status == DONE).any():
+            summary.print_results(file)

@@ -20,8 +20,7 @@ from hpcrub.plot.families import finished, labels, ordered, reference, uncertain
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
-from hpcrub.studies.contact import measured
-from hpcrub.studies.contact.layout import amplitude_in_words
+from hpcrub.studies.contact import layout, measured
 
 MOST_PANELS = 6  # files with a panel each; more are rows of one panel
 BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
@@ -209,7 +208,7 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
     casing = files[0].config.casing
     case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
     names = [n.replace(", ", "\n") for n in (labels(files) if len(files) > 1 else [case])]
-    words = [amplitude_in_words(file.config) for file in files]
+    words = [layout.amplitude_in_words(file.config) for file in files]
     if len(set(words)) == 1:
         return f"{words[0]},\nmax $|u_t|$ [mm]", names
     return "max $|u_t|$ [mm]", [f"{n}:\n{word}" for n, word in zip(names, words, strict=True)]
@@ -281,9 +280,9 @@ def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
     axes = canvas.panels(len(files), len(shown), size, sharey="row", sharex="row")
     for file, row, label in zip(files, axes, labels(files), strict=True):
         at = list(file.config.convergence.percentiles)
-        values = scale * file.read(f"statistics/contact/{name}")
+        values = scale * file.read(layout.AMPLIFICATION.dataset(name))
         values[..., : least - 1] = np.nan
-        seen = file.read("statistics/contact/samples_seen")
+        seen = file.read(layout.SAMPLES_SEEN)
         _limit(row[0], file, seen[np.isfinite(values).any(axis=(0, 1))], least)
         for panel, percentile in zip(row, shown, strict=True):
             panel.set_title(f"{label}: percentile {percentile:g}", fontsize=11)

@@ -13,7 +13,7 @@ from hpcrub.contact import status
 
 # Number of the layout, an attribute of every file. Whoever changes the name, the dimensions or the
 # meaning of a dataset raises it.
-NUMBER = 3
+NUMBER = 4
 
 PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
 OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
@@ -35,7 +35,7 @@ class Plan(NamedTuple):
     config: Any  # Config
     lines: tuple[Dataset, ...]
     lengths: dict[str, int]  # of every dimension
-    scales: dict[str, str]  # dimension: dataset with the values along it, {group} its own group
+    scales: dict[str, str]  # dimension: dataset with the values along it
     values: dict[str, Any]  # datasets that are known now
     attributes: dict[str, Any]  # of the root, beside those that every file has
 
@@ -61,12 +61,12 @@ _INDEX = {
 }
 
 
-def index_scale(dimension: str) -> Dataset:
-    """The scale of a dimension that no dataset gives values."""
+def index_scale(dimension: str, name: str) -> Dataset:
+    """The scale, of this name, of a dimension that no dataset gives values."""
     words = _INDEX.get(dimension, f"number of the {dimension.replace('_', ' ')}, from 0")
     percentile = dimension == "percentile"
     units, dtype = ("percent", "f8") if percentile else ("1", "i8")
-    return Dataset(dimension, (dimension,), units, words, dtype)
+    return Dataset(name, (dimension,), units, words, dtype)
 
 
 POINT_REASON = "; ".join(f"{code} {words}" for code, words in enumerate(status.WORDS))

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import pandas
 
 BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
+RUNS = "tuned/run"  # of the tuned disk, which are no samples
+# short names of tables, and a column of each
+SHORT = {"percentiles": "statistics/contact/amplification", "tuned": "tuned/amplitude_m"}
 
 
 class Results(ResultFile):
@@ -70,16 +73,16 @@ class Results(ResultFile):
     def tables(self) -> dict[str, tuple[str, ...]]:
         """{name: dimensions} of the tables that `to_dataframe` makes of this file.
 
-        Each is named by its dimensions, such as "half_range,sample". "samples" and "points" (one
-        speed of one sample) are other names of the two that most questions are about.
+        Each is named by its dimensions, such as "half_range,sample". Of those that most questions
+        are about there are short names: "samples"; "points", a row for each speed of each sample;
+        "percentiles", for each number of samples seen; "tuned", for each speed of the tuned disk.
         """
         tables = {",".join(d): d for name in self if (d := self._rows(name)) and d != (name,)}
         shortest = sorted(tables.values(), key=len)
         rows = [d for d in shortest if d[-1] == "sample"]
-        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1 and d[0] != "run"]
-        return tables | {
-            name: some[0] for name, some in (("samples", rows), ("points", points)) if some
-        }
+        points = [d for d in shortest if d[-1] == "speeds_hz" and len(d) > 1 and d[0] != RUNS]
+        short = {name: some[0] for name, some in (("samples", rows), ("points", points)) if some}
+        return tables | short | {name: self._rows(of) for name, of in SHORT.items() if of in self}
 
     def _rows(self, name):
         """Dimensions of the table in which a dataset is a column, or some, one for each blade."""
@@ -115,8 +118,9 @@ class Results(ResultFile):
                 by_blade = values.reshape(-1, values.shape[-1]).T
                 columns |= {f"{label}_{blade}": column for blade, column in enumerate(by_blade, 1)}
         axes = [self._axis(names[0], dimension, axis) for axis, dimension in enumerate(dimensions)]
-        index = pandas.MultiIndex.from_product(axes, names=dimensions)
-        return pandas.DataFrame(columns, index)
+        levels = [dimension.rpartition("/")[2] for dimension in dimensions]
+        index = pandas.MultiIndex.from_product(axes, names=levels)
+        return pandas.DataFrame(columns, index if len(levels) > 1 else index.get_level_values(0))
 
     def _axis(self, name, dimension, axis):
         """Values along one axis of a dataset."""

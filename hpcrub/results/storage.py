@@ -139,8 +139,7 @@ def _attach_scales(file, plan):
     """Give every axis of every dataset its scale, the name of its dimension for netCDF."""
     for line in plan.lines:
         for axis, dimension in enumerate(line.dimensions):
-            # {group}: a scale of its own in every group, such as the blocks of the statistics
-            name = plan.scales[dimension].format(group=line.name.rpartition("/")[0])
+            name = plan.scales[dimension]
             if not file[name].is_scale:
                 file[name].make_scale(name.rpartition("/")[2])
             if name != line.name:
@@ -192,7 +191,7 @@ class ResultFile:
                 how = {"driver": "mpio", "comm": comm} if parallel else SERIAL
                 self._file = h5py.File(self.path, mode, **LIBVER, **how)
         except OSError as error:
-            raise InputError(f"cannot open {self.path} as HDF5: {trouble.said(error)}") from None
+            raise InputError(f"cannot open {self.path} as HDF5: {reason(error)}") from None
         self._flush = self._file.flush if mode != "r" and not parallel else lambda: None
         self._datasets: dict[str, h5py.Dataset] = {}
         try:

@@ -4,19 +4,13 @@ import os
 import re
 from pathlib import Path
 
-from hpcrub.errors import HpcrubError, WriteError, reason
-
-
-def said(error: Exception) -> str:
-    """What HDF5 says of a failure, or the system, whose words it buries."""
-    system = re.search(r"error message = '([^']*)'", str(error))
-    return system[1] if system else reason(error)
+from hpcrub.errors import SYSTEM, HpcrubError, WriteError, reason
 
 
 def unwritable(error: Exception, path: Path) -> str:
     """Why HDF5 cannot write, also where MPI-IO drops the system's words."""
-    if said(error) != reason(error):
-        return said(error)
+    if re.search(SYSTEM, str(error)):
+        return reason(error)
     try:
         with open(path, "r+b", buffering=0) as file:  # the same again, without MPI-IO
             first = file.read(1)

@@ -1,5 +1,6 @@
 """Result files of runs: laid out, checked, and gone on with, by what their study says it needs."""
 
+import itertools
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError, reason
 from hpcrub.results import layout, provenance, storage
-from hpcrub.results.layout import PENDING, Plan, index_scale
+from hpcrub.results.layout import DONE, FAILED, PENDING, Plan, index_scale
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Run
 
@@ -22,7 +23,7 @@ def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None
     Raises InputError as `storage.lay_out`, and when a source of the study cannot be used.
     """
     lengths = run.sizes()
-    values: dict[str, Any] = {name: np.arange(lengths[name]) for name in _indices(run)}
+    values: dict[str, Any] = {name: np.arange(lengths[d]) for d, name in _indices(run).items()}
     if "blade" in values:
         values["blade"] += 1  # as figures and tables count them
     if "percentile" in values:
@@ -36,14 +37,14 @@ def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None
 
 
 def _indices(run):
-    """Dimensions whose scale is no dataset of the study: just numbers."""
+    """{dimension: its scale} of those whose scale is no dataset of the study: just numbers."""
     there = {line.name for line in run.datasets()}
-    return [name for name in run.scales().values() if "{" not in name and name not in there]
+    return {d: name for d, name in run.scales().items() if name not in there}
 
 
 def _lines(run):
     """All datasets of the result file."""
-    return (*map(index_scale, _indices(run)), *run.datasets())
+    return (*itertools.starmap(index_scale, _indices(run).items()), *run.datasets())
 
 
 def file_size(run: Run) -> int:
@@ -87,6 +88,8 @@ def check(file: ResultFile, run: Run) -> None:
                 f"{file.path} was written by {file.written_by()}: {line.name} is "
                 f"{dtype}{list(shape or ())}, not {np.dtype(line.dtype)}{list(wanted)}"
             )
+    if len(strange := np.setdiff1d(file.status, (PENDING, DONE, FAILED))):
+        raise InputError(f"{file.path} is damaged: it holds a status {strange[0]}, which is none")
 
 
 def check_config(file: ResultFile, config: Config) -> None:

@@ -96,7 +96,7 @@ class Run(NamedTuple):
         return (*own, STATUS) if self.study.compute else own
 
     def scales(self) -> dict[str, str]:
-        """{dimension: name of its scale}; {group}: a scale of its own in every group."""
+        """{dimension: name of its scale}."""
         found = {d for line in self.datasets() for d in line.dimensions}
         named = {"speed": SPEEDS.name} | self.study.scales
         return {d: named.get(d, d) for d in found}

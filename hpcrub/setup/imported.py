@@ -14,7 +14,7 @@ from hpcrub.model.imported.assembly import SparseDisk
 from hpcrub.model.imported.frames import row_table
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.interface import strips
-from hpcrub.model.reduction import ReducedModel
+from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results import model_file
 
 NUMBER = 8  # bytes
@@ -53,8 +53,8 @@ def resolved(config: Config) -> Config:
     if model.kind == "reduced":
         n_modes = len(model.dof) - directions * n_points
     keys["reduction.n_modes"] = n_modes
-    family = cyclic.frequencies_by_diameter(model, mid_speed(config))[:, 0]
-    checks.check_frequency(float(np.nanmin(family)))
+    by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
+    family = checks.at_speed("speeds", by_diameter, mid_speed(config))[:, 0]
     keys["disk.first_family_hz"] = float(f"{np.nanmax(family):.{DIGITS}g}")
     return config.replace(keys)
 
@@ -69,17 +69,24 @@ def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
 
     Raises InputError for a file that cannot be used, or is not that of the configuration.
     """
-    path, speed = str(config.disk.model), mid_speed(config)
-    checksum = str(config.disk.model_sha256)
+    path, checksum = str(config.disk.model), str(config.disk.model_sha256)
     model_file.require("disk.model", path, checksum)
-    model, disk = _read(path, checksum), None
-    if model.kind != "reduced":
-        disk = assembly.assemble(model)
-        model, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
+    model = _read(path, checksum)
+    disk = None if model.kind == "reduced" else assembly.assemble(model)
     by_modes = config.mistuning.by == "cantilever_modes"
-    small = reduced.reduced_model(model, speed, by_modes)
-    checks.check_frequency(np.sqrt(small.tuned_eigenvalues[0]) / (2 * np.pi))
-    return disk, small if disk is None else small._replace(basis=basis)
+
+    def reduce(speed):
+        if disk is None:
+            return reduced.reduced_model(model, speed, by_modes)
+        rows, basis = reduced.reduce_disk(disk, config.reduction.n_modes, speed)
+        return reduced.reduced_model(rows, speed, by_modes)._replace(basis=basis)
+
+    small = checks.at_speed("speeds", reduce, mid_speed(config))
+    speeds = 2 * np.pi * config.speeds.values_hz
+    lowest = mistuned_modes(small, np.zeros(model.n_blades)).omega_at(speeds).min(axis=-1)
+    if not lowest.all():
+        raise checks.too_fast("speeds", speeds[lowest == 0.0][0])
+    return disk, small
 
 
 class Scenery(NamedTuple):

@@ -86,7 +86,7 @@ def test_what_no_part_has_stays_pending_and_is_resumed(folder, capsys):
     assert "6 of 10 samples" in capsys.readouterr().out
     with open_result("whole.h5") as file:
         pending = file.status == PENDING
-        known = np.isfinite(file.read("statistics/contact/percentile", (0, 0)))
+        known = np.isfinite(file.read("statistics/contact/amplification", (0, 0)))
     np.testing.assert_array_equal(pending, [[False, True, True, False, False]] * 2)
     np.testing.assert_array_equal(known, [True, False, False, False, False])
     assert run_here("study.yaml", "--status") == 75
@@ -238,6 +238,15 @@ def test_an_existing_file_is_kept(folder, capsys):
     shutil.copy("single.h5", "whole.h5")
     assert "--overwrite replaces it" in refused(capsys, "whole.h5", *THREE)
     assert merge.main(["whole.h5", *THREE, "--overwrite"]) == 0
+
+
+def test_a_part_is_never_replaced_by_the_whole(folder, capsys):
+    """Without the name of the whole, the first part would be: its samples would be lost."""
+    for parts_left in (THREE[1:], THREE):
+        line = refused(capsys, THREE[0], *parts_left, "--overwrite")
+        assert "part-1-of-3.h5 is a part of a study and is not replaced" in line
+    assert merge.main(["whole.h5", *THREE]) == 0
+    assert_merged_is_single()
 
 
 @pytest.mark.parametrize(

@@ -63,8 +63,8 @@ def contact_file(random, text=TINY, shape=(2, N), **more):
         samples__peak_amplitude_m=random.gamma(9.0, 0.003, shape),
         samples__amplification=random.gamma(9.0, 0.2, shape),
         samples__linear_amplification=random.gamma(30.0, 0.05, shape),
-        statistics__contact__samples_seen=np.arange(1, 13) * 5,
-        statistics__contact__mean_of_percentile=random.uniform(1, 2, (2, 3, 12)),
+        statistics__samples_seen=np.arange(1, 13) * 5,
+        statistics__contact__mean_of_amplification=random.uniform(1, 2, (2, 3, 12)),
         statistics__contact__convergence_error=random.uniform(1e-3, 1e-2, (2, 3, 12)),
         **more,
     )  # fmt: skip

@@ -21,6 +21,7 @@ from hpcrub.plot.families import finished, labels, ordered, reference
 from hpcrub.plot.samples import cumulative
 from hpcrub.results.layout import DONE
 from hpcrub.studies.contact import measured
+from hpcrub.studies.contact.layout import AMPLIFICATION
 from tests.plot import drawn
 from tests.plot.drawn import assert_drawn, assert_intervals, assert_percentiles, done, edges, words
 from tests.plot.stored import PATTERN, PHYSICS, contact_file
@@ -145,14 +146,14 @@ def test_percentiles_of_one_level_are_rows(random):
 def test_convergence_has_a_panel_for_each_file_and_percentile(random):
     """Errors begin with the tenth estimate, from which on they are judged."""
     files = of_bumps(random, 3, 4)
-    seen = files[0].read("statistics/contact/samples_seen")
+    seen = files[0].read("statistics/samples_seen")
     for draw, name, scale, left_out in (
         (plot.running_means, "mean_of_percentile", 1.0, 0),
         (plot.convergence_errors, "convergence_error", 100.0, 9),
     ):
         panels = np.reshape(draw(files), (2, 3))
         for row, file in zip(panels, files, strict=True):
-            values = scale * file.read(f"statistics/contact/{name}")
+            values = scale * file.read(AMPLIFICATION.dataset(name))
             values[..., :left_out] = np.nan
             for p, panel in enumerate(row):
                 assert_drawn(panel, *((seen, level[p]) for level in values))

@@ -113,7 +113,7 @@ def test_an_error_of_0_leaves_a_gap_on_a_logarithmic_axis(random):
     found = [[0.02, 0.0, 0.01], [0.0, 0.0, 0.003], [0.05, 0.04, 0.03]]
     errors = np.concatenate([np.full((3, 9), np.nan), found], axis=1)[None]
     file = contact_file(random, TINY.replace("[2, 4]", "[2]"), (1, 40))
-    file.values["statistics/contact/samples_seen"] = np.arange(10, 130, 10)
+    file.values["statistics/samples_seen"] = np.arange(10, 130, 10)
     file.values["statistics/contact/convergence_error"] = errors
     panels = plot.convergence_errors(file)
     drawn = [np.ma.filled(panel.get_lines()[0].get_ydata()[9:], -1.0) for panel in panels]

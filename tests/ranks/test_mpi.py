@@ -251,7 +251,7 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, capfd, ranks, numb
         # the statistics of what is there, of each level up to its first gap; rank 0 may not have
         # heard of the last sample of each rank
         leading = np.cumprod(done, axis=1).sum()
-        n_blocks = np.isfinite(file["statistics/contact/percentile"][:, 0]).sum()
+        n_blocks = np.isfinite(file["statistics/contact/amplification"][:, 0]).sum()
         assert leading - ranks <= n_blocks <= leading  # without mpirun: exactly
     if not ended:  # after that mpirun leaves little time
         log = path.with_suffix(".runs.jsonl").read_text().splitlines()

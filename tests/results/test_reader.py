@@ -16,8 +16,10 @@ from hpcrub.commands import inspect
 from hpcrub.errors import InputError
 from hpcrub.results import layout
 from hpcrub.results.storage import ResultFile
+from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.contact.layout import KINDS
 from tests.program import ROOT, TINY, lay_out
 
 
@@ -98,6 +100,26 @@ def test_tables_have_a_row_for_each_sample_and_each_point(done):
     assert points.index.names == ["half_range", "sample", "speeds_hz"]
     np.testing.assert_array_equal(points.loc[(0.04, 0), "amplitude_m"], [1.0, 2.0, 3.0])
     assert samples.index.equals(points.groupby(level=[0, 1]).first().index)
+
+
+def test_percentiles_and_the_tuned_disk_are_tables_by_short_names(done):
+    """In all readers a percentile is the coordinate, and what it is of the variable."""
+    found = running_percentiles(np.array([1.0, 3.0]), (1, 50, 99), 1, 1.96)
+    with studies.open_result(done, mode="r+") as file:
+        for kind in KINDS[:2]:
+            contact_file.write_statistics(file, kind, 1, found)
+        contact_file.write_tuned(file, {"amplitude_m": np.array([4.0, 5.0, 6.0])})
+    with hpcrub.open(done) as file:
+        percentiles, tuned = file.to_dataframe("percentiles"), file.to_dataframe("tuned")
+    assert percentiles.index.names == ["half_range", "percentile", "samples_seen"]
+    row = percentiles.loc[(0.04, 50.0, 2)]
+    assert (row["amplification"], row["linear_amplification"]) == (2.0, 2.0)
+    assert tuned.index.names == ["speeds_hz"]
+    assert tuned["amplitude_m"].to_dict() == {34.0: 4.0, 34.2: 5.0, 34.4: 6.0}
+    with xarray.open_datatree(done, engine="h5netcdf") as tree:
+        contact = tree["statistics/contact"]
+        assert float(contact["amplification"].sel(half_range=0.04, percentile=50)[-1]) == 2.0
+        assert not {"mode", "run"} & set(tree["samples"].coords)
 
 
 def test_what_people_want_of_an_open_file(done):

@@ -18,6 +18,7 @@ from hpcrub.runs import result_files
 from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import study as contact_study
+from hpcrub.studies.contact.layout import KINDS
 from tests.program import ROOT, TINY, error_lines, lay_out, refusal, run_here
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
@@ -27,7 +28,7 @@ SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve bla
     "samples/status": (2, 2),
     "samples/deviation": (2, 2, 12),
     "samples/amplitude_m": (2, 2, 3),
-    "statistics/contact/percentile": (2, 3, 2),
+    "statistics/contact/amplification": (2, 3, 2),
 }
 
 
@@ -41,8 +42,8 @@ def names_in(file):
 def test_the_file_has_the_datasets_of_its_study_and_no_others(path, tiny_config):
     run = studies.run_of(tiny_config)
     with h5py.File(path, "r") as file:
-        scales = {name for name in run.scales().values() if "{" not in name}
-        assert set(names_in(file)) == {line.name for line in run.datasets()} | scales
+        expected = {line.name for line in run.datasets()} | set(run.scales().values())
+        assert set(names_in(file)) == expected
         assert {name: file[name].shape for name in SHAPES} == SHAPES
 
 
@@ -55,7 +56,7 @@ def test_everything_is_allocated_and_empty(path):
         assert (file["samples/status"][()] == 0).all()
         assert file["sigma"][:] == pytest.approx(np.array([0.02, 0.04]) / np.sqrt(3))
         np.testing.assert_allclose(file["speeds_hz"], [34.0, 34.2, 34.4])
-        np.testing.assert_array_equal(file["statistics/linear/samples_seen"], [1, 2])
+        np.testing.assert_array_equal(file["statistics/samples_seen"], [1, 2])
 
 
 def test_dimension_scales(path):
@@ -63,8 +64,8 @@ def test_dimension_scales(path):
         amplitude = file["samples/amplitude_m"]
         assert amplitude.dims[0][0] == file["half_range"]
         assert amplitude.dims[2][0] == file["speeds_hz"]
-        percentile = file["statistics/contact/percentile"]
-        assert percentile.dims[2][0] == file["statistics/contact/samples_seen"]
+        percentile = file["statistics/contact/amplification"]
+        assert percentile.dims[2][0] == file["statistics/samples_seen"]
         np.testing.assert_array_equal(percentile.dims[1][0], [1, 50, 99])
 
 
@@ -90,7 +91,7 @@ def test_written_values_come_back(path, tiny_config):
         assert contact_file.read_tuned(file) is None
         contact_file.write_sample(file, 1, 0, values)
         contact_file.write_tuned(file, tuned)
-        contact_file.write_statistics(file, "linear", 1, running)
+        contact_file.write_statistics(file, KINDS[1], 1, running)
     with studies.open_result(path, tiny_config) as file:
         np.testing.assert_array_equal(file.status, [[0, 0], [1, 0]])
         assert (file.read("samples/amplitude_m", (1, 0)) == values["amplitude_m"]).all()
@@ -98,7 +99,7 @@ def test_written_values_come_back(path, tiny_config):
         assert np.isnan(file.read("samples/peak_speed_hz", (1, 1)))
         assert contact_file.read_tuned(file)["peak_speed_hz"] == tuned["peak_speed_hz"]
         for name in ("percentile", "percentile_high"):
-            read = file.read(f"statistics/linear/{name}", 1)
+            read = file.read(KINDS[1].dataset(name), 1)
             np.testing.assert_array_equal(read, getattr(running, name))
 
 
@@ -159,8 +160,10 @@ def times(values):
         (times(np.zeros((2, 2, 4000))), "time_s is float64[2, 2, 4000], not float64[2, 2, 3]"),
         (times(np.zeros((2, 2, 3), "f4")), "time_s is float32[2, 2, 3], not float64[2, 2, 3]"),
         (inside(lambda file: file.pop("samples/time_s")), "has no dataset samples/time_s"),
+        (inside(lambda file: file["samples/status"].write_direct(np.full((2, 2), 7, "i1"))),
+         "is damaged: it holds a status 7"),
     ],
-)
+)  # fmt: skip
 def test_unsound_files_are_refused(path, tiny_config, spoil, message):
     spoil(path)
     line = refusal(studies.open_result, path, tiny_config)

@@ -217,6 +217,21 @@ def test_reduced_models_that_cannot_be_right(folder, changes, words):
         build_problem(read("disk: {model: wrong.h5}"))
 
 
+def test_a_speed_beyond_those_of_the_matrices_is_named(folder, capsys):
+    """K0 - W^2 K0 / W0^2 is that of a disk below W0 alone; its modes at 0 Hz went unnoticed."""
+    arrays, limit = reduced_arrays(), 2 * np.pi * 600.0
+    falling = {"K0": arrays["K"], "K1": -arrays["K"] / limit**2, "K2": 0 * arrays["K"]}
+    model_file.write("falls.h5", {k: v for k, v in arrays.items() if k != "K"} | falling)
+    text = "disk: {{model: falls.h5}}\nspeeds: {{from_hz: {}, to_hz: {}, step_hz: 40}}\n"
+    build_problem(read(text.format(100, 140)))
+    for ends, hz in (((800, 900), 850), ((20, 660), 620)):
+        with pytest.raises(InputError, match=f"speeds: at {hz} Hz the stiffness of this model is"):
+            build_problem(read(text.format(*ends)))
+    assert program(["import", "model", "falls.h5", "--speed-hz", "700"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("hpcrub: error: --speed-hz: at 700 Hz the stiffness of this model")
+
+
 def test_blades_may_have_different_numbers_of_contact_nodes(folder):
     arrays = reduced_arrays()
     for name in ("contact_node", "contact_blade", "contact_clearance"):

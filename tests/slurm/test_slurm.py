@@ -227,7 +227,7 @@ def test_cancelled_and_submitted_again(cluster, tmp_path, samples_in, single):
         assert "queued again" not in work.log()
         assert BEGUN <= n_done(work.result()) < 2 * samples
         with open_result(work.result()) as file:
-            assert np.isfinite(file.read("statistics/contact/percentile")[:, 0, 0]).all()
+            assert np.isfinite(file.read("statistics/contact/amplification")[:, 0, 0]).all()
     assert "hpcrub: stopped: SIGTERM" in work.log("hpcrub-[0-9]*")
     again = [(work, work.submit("study.yaml")[1]) for work, _ in begun]
     for work, job in again:

@@ -132,7 +132,7 @@ def test_a_failed_sample_is_noted_and_left_out(tiny, folder, monkeypatch, capfd,
     with open_result("results/tiny.h5") as file:
         np.testing.assert_array_equal(file.status, [[DONE, DONE], [FAILED, DONE]])
         np.testing.assert_array_equal(file.read("samples/deviation", (1, 0)), bad)
-        percentile = file.read("statistics/contact/percentile", 1)
+        percentile = file.read("statistics/contact/amplification", 1)
         assert np.isnan(percentile[:, 0]).all()
         np.testing.assert_array_equal(percentile[:, 1], file.read("samples/amplification", (1, 1)))
 
@@ -155,7 +155,7 @@ def test_stops_when_converged_and_stays_so(criterion, n, tiny, folder, capfd, mo
     assert run_here(tiny, *few) == 0
     with open_result("results/tiny.h5") as file:
         np.testing.assert_array_equal(file.status, [[DONE] * n + [0] * (12 - n)])
-        known = np.isfinite(file.read("statistics/linear/percentile", (0, 0)))
+        known = np.isfinite(file.read("statistics/linear/linear_amplification", (0, 0)))
     np.testing.assert_array_equal(known, np.arange(12) < n)
     before = datasets("results/tiny.h5")
     assert run_here(tiny, *few, "--status") == 0

@@ -10,8 +10,11 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
+from hpcrub.model.reduction import mistuned_modes
+from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE
 from hpcrub.runs.verdict import MOST, REMARK, SINGLE, USELESS, Finding, block, is_usable, kinematics
+from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
@@ -75,6 +78,25 @@ def test_peaks_are_counted_by_what_they_are_and_where_they_lie(file):
     assert "at 1 of 4 peaks both neighbouring speeds are more than 10 % lower" in text
 
 
+def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
+    """As the study would: verdict, percentiles of the disks so far, and limits."""
+    file.write({"samples/status": 0}, (1, 1))
+    file.close()
+    assert inspect.main([str(file.path)]) == 0
+    printed = " ".join(capfd.readouterr().out.split())
+    assert "done: 3 of 4 samples" in printed
+    assert "Verdict: not usable: 1 of 3 peaks" in printed
+    assert "Percentiles and their confidence intervals" in printed
+    assert "±4 %: 0 of 1 disks exceed 35 mm" in printed
+
+
+def test_what_was_not_resolved_is_no_single_number(file):
+    line = "not resolved: 5 time steps per bump width"
+    assert not list(trust._not_resolved(file))
+    warned = SimpleNamespace(attributes={"warnings": f"units: rpm\n{line}\n"})
+    assert list(trust._not_resolved(warned)) == [Finding(SINGLE, "not resolved", line)]
+
+
 def test_a_verdict_is_that_of_its_weightiest_finding():
     remark, single, useless = (
         Finding(weight, f"why {weight}", f"do {weight}") for weight in (REMARK, SINGLE, USELESS)
@@ -117,6 +139,43 @@ def test_half_the_step_is_said_beside_the_step(file):
         low, high = sorted((100 * change, 0.0))
         assert f"1 sample by {low:+.1f} to {high:+.1f} %" in line.advice
     assert weights == [REMARK, SINGLE, USELESS]
+    assert [limits.percent(share) for share in (0.0, 0.0042, 0.16, 0.997, 1.165)] == [
+        "0", "0.42", "16", "100", "116"
+    ]  # fmt: skip
+
+
+FOUR_BLADES = {
+    "disk.n_blades": 4, "disk.blade.n_elements": 1, "disk.blade.thickness_mm": 14.7,
+    "disk.blade.lean_deg": -43.7, "reduction.n_modes": 12, "material.damping_ratio": 0.0164,
+    "casing.n_bumps": 2, "casing.bump_height_mm": 0.42, "casing.clearance_mm": 0.15,
+    "contact.friction": 0.0, "speeds.from_hz": 94.5, "speeds.to_hz": 94.5,
+    "steady_state.min_correlation": 0.9999, "steady_state.max_amplitude_change": 1e-3,
+    "steady_state.max_time_s": 2.0, "mistuning.half_range_percent": [1.0],
+    "mistuning.samples": 1, "mistuning.tuned_runs": 1, "convergence.step": 1,
+}  # fmt: skip
+SPRINGS = {"contact.law": "elastic", "contact.casing_stiffness_n_per_m": 1e8}
+COARSEST = {"time.steps_per_bump_width": 12, "time.steps_per_period": 16, "time.step_s": 1e-3}
+
+
+@pytest.mark.parametrize(
+    ("keys", "holds"), [({}, True), (SPRINGS, True), (COARSEST, False), (SPRINGS | COARSEST, False)]
+)
+def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, keys, holds):
+    """On rigid bumps and on springs; truth: the tuned disk at an eighth of the default step."""
+    config = Config().replace(FOUR_BLADES | keys | {"output": str(tmp_path / "a.h5")})
+    fine = config.replace({"time.step_s": Config().replace(FOUR_BLADES).step / 8.0})
+    problem = build_problem(fine)
+    modes, speeds = mistuned_modes(problem.reduced, np.zeros(4)), fine.speeds.values_hz
+    (truth,) = run_sweep(modes, problem.scene, speeds).amplitude
+    (tmp_path / "a.yaml").write_text(config.to_yaml())
+    assert run_here(tmp_path / "a.yaml") == 0
+    with open_result(config.output) as found:
+        error = found.read("tuned/peak_amplitude_m") / truth - 1.0
+        moved = trust.half_step_moves(found)[0]
+        said = f"{contact_file.read_trust(found)[0]} {found.attributes.get('warnings', '')}"
+    assert (abs(error) < 0.01) == (abs(moved) < 0.01) == holds
+    marked = "half the step moves peaks" in said or "a blade springs back from" in said
+    assert marked == (not holds)
 
 
 def test_the_reference_is_as_uncertain_as_the_median_of_the_tuned_runs(file):
@@ -217,11 +276,11 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
         arguments = values, [1, 50, 99], 1, 2.81
         expected = running_percentiles(*arguments)._asdict()
         for key in set(expected) - {"samples_seen"}:
-            stored = coated.read(f"statistics/{kind.name}/{key}", level)
+            stored = coated.read(kind.dataset(key), level)
             np.testing.assert_array_equal(stored, expected[key])
 
 
-def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
+def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
     tuned, deepest = (
         coated.read("tuned/run_deepest_m"),
         coated.read("samples/deepest_m").max(axis=1),
@@ -233,8 +292,9 @@ def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated):
         assert f"cuts {1e3 * depth:.3g} mm deep, {ratio:.2f} times the tuned one" in line
         # by the binomial distribution: (1 − p)² = 2.5 %, when none of two was deeper
         assert f"below {100 * (1 - np.sqrt(0.025)):.0f} %" in line
-    printed = list(inspect.description(str(folder / "coated.h5")))
-    assert [line.strip() for line in printed if line.strip() in found] == found
+    assert inspect.main([str(folder / "coated.h5")]) == 0
+    printed = " ".join(capfd.readouterr().out.split())
+    assert all(line in printed for line in found)
     assert summary.interval_table(coated, of_coating=True).row_count == 6
 
 

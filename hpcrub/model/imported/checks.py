@@ -1,5 +1,6 @@
 """What an imported model is, in numbers, and what in it cannot be right."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,6 +75,26 @@ def check_frequency(first_hz: float) -> None:
         raise InputError(
             f"units: the first natural frequency is {first_hz:.3g} Hz, which no bladed disk has"
         )
+
+
+def at_speed(name: str, check: Callable[[float], Any], speed: float) -> Any:
+    """check(speed); where it raises InputError, and a disk at rest passes, the speed is named.
+
+    name: of what sets the speed; speed: of rotation [rad/s]. Raises InputError.
+    """
+    try:
+        return check(speed)
+    except InputError:
+        check(0.0)
+        raise too_fast(name, speed) from None
+
+
+def too_fast(name: str, speed: float) -> InputError:
+    """The error of a speed of rotation [rad/s] at which the stiffness is not that of a disk."""
+    return InputError(
+        f"{name}: at {speed / (2 * np.pi):g} Hz the stiffness of this model is not that of a disk, "
+        "at rest it is: the speed is beyond those of the model's matrices, or is not in Hz"
+    )
 
 
 def rigid_motions(model: NeutralModel) -> np.ndarray:

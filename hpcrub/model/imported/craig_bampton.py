@@ -111,7 +111,8 @@ def lowest_modes(
     A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
     blocks start from fixed random numbers: the same bits in every call.
 
-    K, M: (n, n) sparse, positive definite; factor: result of `factorised`, optional, of K.
+    K, M: (n, n) sparse, K positive definite, M with or without rows of zeros.
+    factor: result of `factorised`, optional, of K.
     Returns eigenvalues (n_modes,) increasing [rad2/s2]; modes (n, n_modes) mass-normalised.
     Raises InputError: there are none: the disk is not held, or M is no mass matrix.
     """
@@ -119,7 +120,7 @@ def lowest_modes(
         values, modes = _lowest_modes(K, M, n_modes, factor)
     except (ValueError, np.linalg.LinAlgError):  # not finite, not positive
         values = np.zeros(0)
-    if len(values) < n_modes:
+    if not np.isfinite(values).sum() == n_modes:
         raise InputError(
             "K, M: no modes can be found: the disk is not held (fixed), or the units are not "
             "those of the file"
@@ -130,7 +131,10 @@ def lowest_modes(
 def _lowest_modes(K, M, n_modes, factor):
     n = K.shape[0]
     if n < SMALLEST or n_modes > n // 6:
-        return eigh(K.toarray(), M.toarray(), subset_by_index=[0, n_modes - 1])
+        # of M against K: inner nodes of elements may have no mass
+        inverse, y = eigh(M.toarray(), K.toarray(), subset_by_index=[n - n_modes, n - 1])
+        inverse, y = inverse[::-1], y[:, ::-1]
+        return 1.0 / inverse, y / np.sqrt(inverse)
     factor = factor or factorised(K)
     draw = np.random.Generator(np.random.Philox(key=0)).random((n, BLOCK)) - 0.5
     V, _ = _orthonormal(draw.astype(K.dtype), M)

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.linalg import eigh, eigvalsh
 
 from hpcrub.model.imported.assembly import assemble, disk_rows
+from hpcrub.model.imported.checks import check_frequency
 from hpcrub.model.imported.craig_bampton import (
     boundary_rows,
     factorised,
@@ -119,6 +120,7 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
     """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
 
     speed: of rotation [rad/s]. NaN where fewer are known.
+    Raises InputError for a first frequency that no disk has.
     """
     table = np.full((model.n_blades // 2 + 1, MODES_PER_DIAMETER), np.nan)
     for h, (K, M) in enumerate(pencils(model, [speed])):
@@ -126,6 +128,7 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
         is_single = model.kind == "sector" or h == 0 or 2 * h == model.n_blades
         mine = (values if is_single else values[::2])[:MODES_PER_DIAMETER]
         table[h, : len(mine)] = np.sqrt(np.maximum(mine, 0.0)) / (2 * np.pi)
+    check_frequency(float(np.nanmin(table)))
     return table
 
 

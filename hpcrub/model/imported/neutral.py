@@ -381,7 +381,7 @@ class _Arrays:
         """Numbers of a shape whose first length is any."""
         value = self._take(name, default)
         value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
-        if name != "nodes" and not np.isfinite(value).all():
+        if not (np.isfinite(value) | ((name == "nodes") & np.isnan(value))).all():
             raise InputError(f"{name}: holds numbers that are not finite")
         return value
 

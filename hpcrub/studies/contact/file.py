@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.results.storage import ResultFile
-from hpcrub.studies.contact.layout import MOST_LINES, layout
+from hpcrub.studies.contact.layout import MOST_LINES, Kind, layout
 
 
 def names(file: ResultFile, group: str) -> list[str]:
@@ -40,7 +40,7 @@ def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, An
     file.write(status, (level, sample))
 
 
-def write_statistics(file: ResultFile, kind: str, level: int, running: Any) -> None:
+def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> None:
     """Write the RunningPercentiles of one level; one rank.
 
     Blocks beyond its last become NaN.
@@ -48,7 +48,7 @@ def write_statistics(file: ResultFile, kind: str, level: int, running: Any) -> N
     lines = running._asdict()
     lines.pop("samples_seen")  # known since the file was laid out
     for name, values in lines.items():
-        dataset = f"statistics/{kind}/{name}"
+        dataset = kind.dataset(name)
         padded = np.full(file.shape(dataset)[1:], np.nan)
         padded[:, : values.shape[1]] = values
         file.write({dataset: padded}, (level,))

@@ -18,7 +18,12 @@ class Kind(NamedTuple):
     units: str
     words: str
 
+    def dataset(self, statistic: str) -> str:
+        """Name of the dataset of a statistic, which is a member of `RunningPercentiles`."""
+        return f"statistics/{self.name}/{statistic.replace('percentile', self.of)}"
 
+
+SAMPLES_SEEN = "statistics/samples_seen"  # the same of all kinds
 KINDS = (
     Kind("contact", "amplification", "1", "contact amplifications"),
     Kind("linear", "linear_amplification", "1", "linear amplifications"),
@@ -26,6 +31,7 @@ KINDS = (
     Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),  # of a coating
     Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
 )
+AMPLIFICATION = KINDS[0]
 _SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
 _AMPLITUDE = (
@@ -106,26 +112,16 @@ LAYOUT = (
     Dataset("samples/deepest_speed_hz", _VN, "Hz", "speed of the largest worn depth"),
     Dataset("samples/status", _VN, "1", "0 pending, 1 done, 2 failed", "u1"),
     Dataset("trust", ("line",), "1", "the verdict, and what to do about it", "S400"),
+    Dataset(SAMPLES_SEEN, ("block",), "1", "samples seen", "i8"),
     *(
-        line
+        Dataset(kind.dataset(name), ("level", "percentile", "block"), kind.units, text)
         for kind in KINDS
-        for line in (
-            Dataset(f"statistics/{kind.name}/samples_seen", ("block",), "1", "samples seen", "i8"),
-            *(
-                Dataset(
-                    f"statistics/{kind.name}/{name}",
-                    ("level", "percentile", "block"),
-                    kind.units,
-                    text,
-                )
-                for name, text in (
-                    ("percentile", f"percentiles of the {kind.words} seen"),
-                    ("percentile_low", f"lower end of the percentiles' confidence intervals{_BY}"),
-                    ("percentile_high", f"upper end of the percentiles' confidence intervals{_BY}"),
-                    ("mean_of_percentile", "mean of the percentile values so far"),
-                    ("convergence_error", "convergence error, Z sqrt(V/k) of k percentile values"),
-                )
-            ),
+        for name, text in (
+            ("percentile", f"percentiles of the {kind.words} seen"),
+            ("percentile_low", f"lower end of the percentiles' confidence intervals{_BY}"),
+            ("percentile_high", f"upper end of the percentiles' confidence intervals{_BY}"),
+            ("mean_of_percentile", "mean of the percentile values so far"),
+            ("convergence_error", "convergence error, Z sqrt(V/k) of k percentile values"),
         )
     ),
 )
@@ -135,7 +131,10 @@ AMPLITUDES = {
     "largest_amplitude_m": "largest amplitude at any time",
 }
 MOST_LINES = 6  # of the verdict
-SCALES = {"level": "half_range", "block": "{group}/samples_seen", **worn.SCALES}
+SCALES = {
+    "level": "half_range", "block": SAMPLES_SEEN, "mode": "tuned/mode", "run": "tuned/run",
+    **worn.SCALES,
+}  # fmt: skip
 _OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
 _OF_STRESS = {"stress_pa", "peak_stress_pa", "stress"}
@@ -167,4 +166,4 @@ def amplitude_in_words(config: Config) -> str:
 def kinds(config: Config) -> tuple[Kind, ...]:
     """Numbers of which a study has statistics, those that its file has."""
     there = {line.name for line in layout(config)}
-    return tuple(kind for kind in KINDS if f"statistics/{kind.name}/percentile" in there)
+    return tuple(kind for kind in KINDS if kind.dataset("percentile") in there)

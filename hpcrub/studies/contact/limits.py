@@ -145,5 +145,4 @@ def cut_through(file: ResultFile) -> tuple[int, int]:
 
 def percent(share: float) -> str:
     """A share in per cent with two digits, without an exponent."""
-    digits = 0 if share >= 0.1 else 1 if share >= 0.01 else 2
-    return f"{100 * share:.{digits}f}"
+    return f"{100 * share:.0f}" if share >= 0.1 else f"{100 * share:.2g}"

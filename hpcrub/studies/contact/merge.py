@@ -8,6 +8,7 @@ A study of few samples is a part of the same study with more: `--samples N` make
 larger one, and `main.py --resume` computes what is missing.
 """
 
+import contextlib
 import os
 from collections import defaultdict
 from collections.abc import Sequence
@@ -60,6 +61,10 @@ def merge(
                 f"{found.origin['git_revision']}: --allow-mixed merges them and names all"
             )
         storage.refuse_foreign(out)
+        if _is_part(out):
+            raise InputError(
+                f"{out} is a part of a study and is not replaced: the file of the whole comes first"
+            )
         run = Run(STUDY, found.config)
         memory.check(run)
         result_files.lay_out(unfinished, run, found.origin)
@@ -73,6 +78,12 @@ def merge(
     finally:
         lock.release()
     return int(np.count_nonzero(status != PENDING)), status.size
+
+
+def _is_part(path):
+    with contextlib.suppress(InputError), ResultFile(path) as file:
+        return file.config.is_part
+    return False
 
 
 class Survey(NamedTuple):

@@ -305,7 +305,7 @@ class MonteCarlo(Job):
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, found in enumerate(self._running(numbers)):
                 cut = percentiles.RunningPercentiles(*(values[..., :length] for values in found))
-                contact_file.write_statistics(self.file, kind.name, level, cut)
+                contact_file.write_statistics(self.file, kind, level, cut)
         if self.reference and self.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))
 

@@ -20,7 +20,14 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import MOST_LINES, SCALES, amplitude_in_words, kinds, layout
+from hpcrub.studies.contact.layout import (
+    AMPLIFICATION,
+    MOST_LINES,
+    SAMPLES_SEEN,
+    SCALES,
+    amplitude_in_words,
+    layout,
+)
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 # keys and sections in which a study that goes on from a contact study may differ from that
@@ -54,7 +61,7 @@ def constants(config: Config) -> dict[str, Any]:
             "sample": np.array(config.samples),
         }
         | worn.CONSTANTS
-        | {f"statistics/{kind.name}/samples_seen": seen for kind in kinds(config)}
+        | {SAMPLES_SEEN: seen}
     )
 
 
@@ -106,7 +113,7 @@ def is_enough(file: ResultFile) -> bool:
     if not convergence.stop_when_converged:
         return False
     names = "convergence_error", "percentile_low", "percentile_high"
-    known = {name: file.read(f"statistics/contact/{name}") for name in names}
+    known = {name: file.read(AMPLIFICATION.dataset(name)) for name in names}
     error = judged_error(convergence.criterion, known)
     return first_converged(error, convergence.target_error) is not None
 

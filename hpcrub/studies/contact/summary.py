@@ -24,6 +24,7 @@ from hpcrub.statistics.percentiles import (
 )
 from hpcrub.studies import casing_motion
 from hpcrub.studies.contact import limits, measured, survey, trust
+from hpcrub.studies.contact.layout import AMPLIFICATION
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
@@ -31,6 +32,16 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
 
     job: the `MonteCarlo` of rank 0; seconds: wall time of this run [s].
     """
+    print_results(file)
+    text = f"wall time {duration(seconds)} on {counted(job.team.size, 'rank')}"
+    if job.work.seconds > 0.0:
+        rate = job.work.n_steps / job.work.seconds
+        text += f", {rate / 1e6:.3g} million steps per second and core"
+    console().print(text)
+
+
+def print_results(file: ResultFile) -> None:
+    """Print the verdict, tables and lines about the samples that are there; some are needed."""
     out, found = console(), survey.survey(file)
     verdict = trust.lines(file, found)
     for place, line in enumerate(verdict):
@@ -58,11 +69,6 @@ def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
         *point_lines(found),
     ):
         print_line(out, line)
-    text = f"wall time {duration(seconds)} on {counted(job.team.size, 'rank')}"
-    if job.work.seconds > 0.0:
-        rate = job.work.n_steps / job.work.seconds
-        text += f", {rate / 1e6:.3g} million steps per second and core"
-    out.print(text)
 
 
 def tuned_line(file: ResultFile) -> str:
@@ -108,7 +114,7 @@ def level_table(file: ResultFile, found: survey.Survey, narrow: bool = False) ->
             f"{n_done}" + (f" (+{n_failed} failed)" if n_failed else ""),
             contact,
             linear,
-            _last_error(file.read("statistics/contact/convergence_error", level)),
+            _last_error(file.read(AMPLIFICATION.dataset("convergence_error"), level)),
             f"{100 * not_steady:.2f} %",
             f"{100 * diverged:.2f} %",
         )

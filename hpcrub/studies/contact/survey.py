@@ -89,9 +89,9 @@ def n_counted(file: ResultFile) -> int:
     n_all = len(file.config.samples)
     if not file.config.convergence.stop_when_converged:
         return n_all
-    known = np.isfinite(file.read("statistics/contact/percentile")).any(axis=1)  # (V, K)
+    known = np.isfinite(file.read(layout.AMPLIFICATION.dataset("percentile"))).any(axis=1)  # (V, K)
     blocks = np.flatnonzero(known.all(axis=0))
-    return int(file.read("statistics/contact/samples_seen", blocks[-1])) if len(blocks) else n_all
+    return int(file.read(layout.SAMPLES_SEEN, blocks[-1])) if len(blocks) else n_all
 
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:

@@ -22,9 +22,10 @@ from hpcrub.runs.verdict import (
     lost,
     unsettled,
 )
-from hpcrub.studies.contact.limits import cut_through
+from hpcrub.studies.contact.limits import cut_through, percent
 from hpcrub.studies.contact.survey import Survey, shared_uncertainty, survey
 
+NOT_RESOLVED = "not resolved"  # how warnings of `setup.plausibility` begin that are of numbers
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
 
@@ -46,6 +47,7 @@ def _findings(file, found):
     yield from kinematics(config, found.largest)
     yield from unsettled(config, int(found.peaks[NOT_STEADY]), n_peaks, "peaks")
     yield from _speeds(file, found)
+    yield from _not_resolved(file)
     yield from _half_step(file)
     yield from _errors(file, found)
     yield from few(config, len(config.samples))
@@ -100,6 +102,13 @@ def _speeds(file, found):
         )
 
 
+def _not_resolved(file):
+    """What the study has warned of before it began, where it decides single numbers."""
+    for line in str(file.attributes.get("warnings", "")).splitlines():
+        if line.startswith(NOT_RESOLVED):
+            yield Finding(SINGLE, NOT_RESOLVED, line)
+
+
 def _half_step(file):
     """By how much the disks differ that were run with half the time step, too."""
     if "tuned/half_step_peak_m" not in file:
@@ -114,7 +123,7 @@ def _half_step(file):
     whose = f"the peaks of the tuned disk and {counted(n, 'sample')}" if n else "the tuned peak"
     yield Finding(
         USELESS if largest > FAR_OFF else SINGLE if largest > FEW else REMARK,
-        f"half the step moves peaks by up to {100 * largest:.2g} %",
+        f"half the step moves peaks by up to {percent(largest)} %",
         f"half the time step, which may also lead to another motion at the same speed, moves "
         f"{whose} by {low:+.1f} to {high:+.1f} %; where that is too much: time.step_s",
     )
@@ -136,9 +145,9 @@ def _errors(file, found):
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
-            f"peaks known to ±{100 * error:.2g} %",
+            f"peaks known to ±{percent(error)} %",
             f"{100 * found.peaks[AVERAGED] / n:.0f} % of the peaks are means, known to "
-            f"±{100 * error:.2g} % (two standard errors of the same motion continued): "
+            f"±{percent(error)} % (two standard errors of the same motion continued): "
             f"steady_state.max_error below {file.config.steady_state.max_error:g}",
         )
 
@@ -155,7 +164,7 @@ def _reference(file):
     if np.isfinite(above) and max(below, above) > 0.0:
         yield Finding(
             SINGLE if max(below, above) > FAR_OFF / 2 else REMARK,
-            f"tuned peak known to -{100 * below:.2g} +{100 * above:.2g} %",
+            f"tuned peak known to -{percent(below)} +{percent(above)} %",
             f"{len(runs)} runs of the tuned disk, 3e-5 apart in stiffness, leave all A_nl "
             f"uncertain by -{100 * below:.1f} to +{100 * above:.1f} %, which the intervals "
             "contain: more mistuning.tuned_runs",

@@ -14,7 +14,7 @@ there about its rest with w^2 = (s^2 k_r + c^2 k_z) / m.
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq
 
 from evidence.truth.hexahedra import SMALL, disk_arrays, sector_arrays
@@ -78,6 +78,17 @@ def test_block_lanczos_finds_double_modes(disk):
     f = np.sqrt(values) / (2 * np.pi)
     np.testing.assert_allclose(f, dense_frequencies(disk.stiffness[0], disk.mass, 22), rtol=1e-9)
     np.testing.assert_allclose(modes.T @ disk.mass @ modes, np.eye(22), atol=1e-10)
+
+
+def test_modes_of_rows_without_mass_are_those_of_the_rows_condensed(disk):
+    """As of the inner nodes of CalculiX's C3D8I; truth: static condensation (Guyan), exact here."""
+    K, n = disk.stiffness[0].toarray()[:150, :150], 100
+    M = np.zeros((150, 150))
+    M[:n, :n] = disk.mass.toarray()[:n, :n]
+    values, modes = craig_bampton.lowest_modes(sp.csc_array(K), sp.csc_array(M), 8)
+    condensed = K[:n, :n] - K[:n, n:] @ np.linalg.solve(K[n:, n:], K[n:, :n])
+    np.testing.assert_allclose(values, eigvalsh(condensed, M[:n, :n])[:8], rtol=1e-9)
+    np.testing.assert_allclose(modes.T @ M @ modes, np.eye(8), atol=1e-9)
 
 
 def test_craig_bampton_converges_from_above_and_keeps_static_displacements(disk):

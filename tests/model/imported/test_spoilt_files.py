@@ -14,6 +14,7 @@ from hpcrub.errors import InputError
 from hpcrub.model.imported.readers import calculix, matrix_market
 from hpcrub.results import model_file
 from tests.model.imported.test_readers import command, write_matrix_market
+from tests.program import run
 
 
 def one_line(capsys, words):
@@ -175,6 +176,33 @@ def test_a_matrix_or_its_rows_that_never_end_are_refused(folder, ending):
     os.mkfifo(f"d.{ending}")
     with pytest.raises(InputError, match=f"d.{ending}: is neither a file nor a folder"):
         calculix.job_matrix("d.inp", "sti")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("dof.csv", "node,direction\n1,nan\n", "dof.csv: nan is no whole number"),
+        ("nodes.csv", "\n", "nodes.csv: 4 numbers per line are expected"),
+    ],
+)
+def test_a_refused_file_is_one_line_without_warnings_of_libraries(tmp_path, name, text, words):
+    write_matrix_market(tmp_path, 1 + np.arange(len(sector_arrays()["nodes"])))
+    (tmp_path / name).write_text(text)
+    code, _, error = run(0, "import", "matrixmarket", ".", "--units", "m kg s", folder=tmp_path)
+    assert (code, error) == (2, f"hpcrub: error: {words}\n")
+
+
+def test_a_matrix_has_whole_numbers_of_rows(folder):
+    Path("d.dof").write_text("1.1\n1.2\n")
+    Path("d.sti").write_text("1 1 1.0\n2 1.5 1.0\n")
+    with pytest.raises(InputError, match=r"d\.sti: 1\.5 is no whole number"):
+        calculix.job_matrix("d.inp", "sti")
+
+
+def test_a_folder_is_no_model_file(folder, capsys):
+    os.mkdir("m.h5")
+    assert command("model", "m.h5") == 2
+    one_line(capsys, "hpcrub: error: m.h5: cannot be read (Is a directory)\n")
 
 
 def test_an_empty_file_is_refused(folder, capsys):

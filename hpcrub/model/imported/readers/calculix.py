@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers import deck as decks
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, whole
 
 INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
 INNER = 3
@@ -62,7 +62,7 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
     with reading(name):
         dof = np.array([word.split(".") for word in words], dtype=np.int64).reshape(-1, 2)
         i, j, value = np.loadtxt(name, unpack=True, ndmin=2)
-        place = (i.astype(np.int64) - 1, j.astype(np.int64) - 1)
+        place = whole(i, str(name)) - 1, whole(j, str(name)) - 1
         shape = (len(dof), len(dof))
         return Rows(sp.coo_array((value, place), shape=shape).tocsr(), dof, str(name))
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
-from hpcrub.model.imported.readers.rows import places, store
+from hpcrub.model.imported.readers.rows import places, store, whole
 
 MATRICES = ("K", "M", "K0", "K1", "K2", "K_at_1", "K_at_2", "K_at_3", "K_blade")
 NODE_LISTS = ("low", "high")
@@ -25,12 +25,12 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     folder = Path(folder)
     nodes = _table(folder / "nodes.csv", 4)
     nodes = nodes[np.argsort(nodes[:, 0])]
-    number = _whole(nodes[:, 0], "nodes.csv")
+    number = whole(nodes[:, 0], "nodes.csv")
     if (np.diff(number) == 0).any():
         raise InputError(
             f"nodes.csv: node {number[:-1][np.diff(number) == 0][0]} stands there twice"
         )
-    dof = _whole(_table(folder / "dof.csv", 2), "dof.csv")
+    dof = whole(_table(folder / "dof.csv", 2), "dof.csv")
     placed = dof[:, 1] > 0  # rows of direction 0 belong to no node
     place = places(np.where(placed, dof[:, 0], number[0]), number, "dof.csv")
     contact = _table(folder / "contact.csv")
@@ -44,7 +44,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
     for name, column in (("contact_blade", 1), ("contact_clearance", 2)):
         if contact.shape[1] > column:
             values = contact[:, column]
-            arrays[name] = _whole(values, "contact.csv") if column == 1 else values
+            arrays[name] = whole(values, "contact.csv") if column == 1 else values
     for name in MATRICES:
         if (path := folder / f"{name}.mtx").exists() or name == "M":
             store(arrays, name, matrix(path, len(dof)))
@@ -54,7 +54,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
             listed = _table(folder / f"{name}.csv")[:, 0]
             arrays[name] = places(listed, number, f"{name}.csv")
     if (folder / "fixed.csv").exists():
-        arrays["fixed"] = _fixed(_whole(_table(folder / "fixed.csv"), "fixed.csv"), dof)
+        arrays["fixed"] = _fixed(whole(_table(folder / "fixed.csv"), "fixed.csv"), dof)
     if (folder / "speeds_hz.csv").exists():
         arrays["speeds_hz"] = _table(folder / "speeds_hz.csv").ravel()
     return arrays
@@ -89,19 +89,11 @@ def matrix(path: Path, n: int) -> sp.csr_array:
             raise ValueError(f"{size} in its head, but {n} rows of dof.csv and {len(lines)} lines")
         values = np.loadtxt([line.replace("D", "E") for line in lines], ndmin=2)
         if sparse:
-            i, j = _whole(values[:, :2], str(path)).T - 1
+            i, j = whole(values[:, :2], str(path)).T - 1
         else:  # column after column
             j, i = np.triu_indices(n) if symmetric else np.divmod(np.arange(n**2), n)
-        whole = sp.coo_array((values[:, -1], (i, j)), shape=(n, n)).tocsr()
-        return whole + sp.triu(whole.T, 1) if symmetric else whole
-
-
-def _whole(values, what):
-    """Numbers that must be whole, as int."""
-    whole = np.asarray(values).astype(np.int64)
-    if (whole != values).any():
-        raise InputError(f"{what}: {values[whole != values][0]:g} is no whole number")
-    return whole
+        stored = sp.coo_array((values[:, -1], (i, j)), shape=(n, n)).tocsr()
+        return stored + sp.triu(stored.T, 1) if symmetric else stored
 
 
 def _table(path, columns=0):

@@ -126,6 +126,14 @@ def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
     return at
 
 
+def whole(values: np.ndarray, what: str) -> np.ndarray:
+    """Numbers of a table as integers. Raises InputError for one that is not whole."""
+    integers = values.astype(np.int64)
+    if (integers != values).any():
+        raise InputError(f"{what}: {values[integers != values][0]:g} is no whole number")
+    return integers
+
+
 def skin(elements: list) -> np.ndarray:
     """Faces that belong to one element only.
 

@@ -1,0 +1,101 @@
+"""The tutorial's script makes decks of a sector, of its blade alone, and at speeds, of one deck."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from docs import decks
+from evidence.blisk.mesh import sector
+from evidence.truth.hexahedra import SMALL
+from hpcrub.__main__ import main as program
+from hpcrub.model.imported.readers import deck as reader
+
+NAMES = ("--blade", "Blade", "--fixed", "BORE", "--low", "LOW", "--high", "HIGH", "--sectors", "5")
+MODEL = """\
+*MATERIAL, NAME=TI
+*ELASTIC
+113800., 0.33
+*DENSITY
+4.43e-9
+*ELSET, ELSET=WHOLE
+DISK, BLADE
+*SOLID SECTION, ELSET=WHOLE, MATERIAL=TI
+*BOUNDARY
+BORE, 1, 3
+*STEP
+*FREQUENCY
+10
+*END STEP
+"""
+
+
+@pytest.fixture
+def mesh(folder):
+    """Mesh of a sector, whose deck lies in the working folder as it may be delivered: two files."""
+    mesh = sector(SMALL)
+    text = "*HEADING\nmy fan\n*NODE\n"
+    text += "".join(f"{n}, {x}, {y}, {z}\n" for n, (x, y, z) in enumerate(mesh.nodes.tolist(), 1))
+    rest = np.setdiff1d(np.arange(len(mesh.elements)), mesh.blade_elements)
+    for name, labels in (("DISK", rest), ("BLADE", mesh.blade_elements)):
+        text += f"*ELEMENT, TYPE=C3D8, ELSET={name}\n"
+        for k in labels:
+            words = [str(n) for n in (k + 1, *(mesh.elements[k] + 1))]
+            text += f"{', '.join(words[:5])},\n {', '.join(words[5:])}\n"
+    sets = "".join(
+        f"*NSET, NSET={name.upper()}\n" + "".join(f"{n + 1},\n" for n in nodes)
+        for name, nodes in mesh.sets.items()
+    )
+    Path("sets.inp").write_text(sets)
+    Path("fan.inp").write_text(f"{text}*INCLUDE, INPUT=sets.inp\n** the rest\n{MODEL}")
+    return mesh
+
+
+def test_decks_hold_what_each_job_needs(mesh):
+    decks.main(["fan.inp", *NAMES, "--speeds", "80"])
+    disk, blade, state = (
+        reader.read(f"{name}.inp") for name in ("sector", "blade_alone", "state_80")
+    )
+    assert {label for _, label, _ in disk.elements} == set(range(1, len(mesh.elements) + 1))
+    assert {label for _, label, _ in blade.elements} == set(mesh.blade_elements + 1)
+    corners = {label: nodes for _, label, nodes in disk.elements}
+    assert corners[3] == (mesh.elements[2] + 1).tolist()
+    held = np.setdiff1d(mesh.sets["bore"], mesh.sets["low"]) + 1
+    np.testing.assert_array_equal(state.sets["HELD"], held)
+    assert "BOUNDARY" not in Path("blade_alone.inp").read_text()
+    load = re.search(r"CENTRIF, ([\d.]+)", Path("sector_80.inp").read_text())
+    assert float(load[1]) == pytest.approx((2 * np.pi * 80.0) ** 2)
+
+
+def test_a_set_that_is_not_there_is_named(mesh):
+    with pytest.raises(SystemExit, match="no element set LEAF; there are DISK, BLADE, WHOLE"):
+        decks.main(["fan.inp", "--blade", "LEAF", *NAMES[2:]])
+    with pytest.raises(SystemExit, match="no node set RIM; there are"):
+        decks.main(["fan.inp", *NAMES[:2], "--fixed", "RIM", *NAMES[4:]])
+
+
+@pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed")
+def test_calculix_runs_them_and_the_import_reads_them(mesh, capsys):
+    """Rotation stiffens the blades, by a few hertz at a speed far below the frequency."""
+    decks.main(["fan.inp", *NAMES, "--speeds", "80", "120"])
+    for job in ("sector", "blade_alone", "state_80", "state_120"):
+        subprocess.run(["ccx", "-i", job], check=True, stdout=subprocess.DEVNULL)
+    for speed in (80, 120):
+        rows = [line.split() for line in Path(f"state_{speed}.dat").read_text().splitlines()]
+        moved = [row for row in rows if len(row) == 4 and row[0].isdigit()]
+        lines = [f"{n}, {d}, {d}, {u[d - 1]}" for n, *u in moved for d in (1, 2, 3)]
+        Path(f"moved_{speed}.inp").write_text("\n".join(["*BOUNDARY", *lines, ""]))
+        subprocess.run(["ccx", "-i", f"sector_{speed}"], check=True, stdout=subprocess.DEVNULL)
+    first = []
+    for hz in ("0", "100"):
+        stiffness = ["--stiffness", "80=sector_80.inp", "--stiffness", "120=sector_120.inp"]
+        source = ["sector.inp", "--blade", "blade_alone.inp", "--units", "mm t s"]
+        sides = ["--contact", "TIP", "--low", "LOW", "--high", "HIGH", "--sectors", "5"]
+        options = [*source, *sides, *stiffness, "--speed-hz", hz]
+        capsys.readouterr()
+        assert program(["import", "calculix", *options]) == 0
+        first.append(float(re.search(r"  0: +([\d.]+)", capsys.readouterr().out)[1]))
+    assert 0.0 < first[1] - first[0] < 20.0
