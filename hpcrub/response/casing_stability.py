@@ -38,8 +38,12 @@ def turned_matrices(
     ratios: damping ratios of all coordinates (n,) [-]; speed: of rotation [rad/s].
     Returns two arrays (n, n) [1/s], [1/s²].
     """
-    omega = modes.joined.omega
+    omega = modes._replace(waves=None).joined.omega
     damping, stiffness = np.diag(2.0 * ratios * omega), np.diag(omega**2)
+    if modes.waves:
+        family = np.ix_(modes.waves.rows, modes.waves.rows)
+        damping[family] = modes.waves.damping
+        stiffness[family] += modes.waves.stiffness
     for j, n in enumerate(modes.pairs.n_waves):
         c = len(modes.omega) + 2 * j
         s, turn = c + 1, n * speed
@@ -71,8 +75,9 @@ def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: fl
 
     modes: of the disk, with the pairs of the casing, at this speed; damping: of the disk.
     """
-    rows = modes.joined
-    D, S = turned_matrices(modes, modes.damping_ratios(damping), 2.0 * np.pi * speed_hz)
+    real = modes._replace(waves=None)
+    rows, ratios = real.joined, real.damping_ratios(damping)
+    D, S = turned_matrices(modes, ratios, 2.0 * np.pi * speed_hz)
     free, left = null_space(rows.normal), null_space(rows.normal + friction * rows.tangential)
     values, vectors = eigenvalues(left.T @ free, left.T @ D @ free, left.T @ S @ free)
     fastest = int(np.argmax(values.real))

@@ -21,12 +21,13 @@ SWEPT = 7  # sweeps of a rank after which it waits to be stopped: not all, on th
 STUDY = TINY.replace("samples: 2", f"samples: {N_SAMPLES}, tuned_runs: 3")
 STUDY += "contact: {law: abradable}\n"  # whose wear must be the same, too
 RING = "ring: {thickness_mm: 30, width_mm: 20, waves: [0, 2, 3, 4]}"
-SPATIAL = (  # in a casing that vibrates
+SPATIAL = (  # in air, in a casing that vibrates
     BLISK.replace("growth_time_s", f"{RING}, growth_time_s")
     + """\
 contact: {law: abradable, coating: {yield_mpa: 0.5, tip_area_mm2: 400}}
 mistuning: {half_range_percent: [2, 4], samples: 4, tuned_runs: 3}
 convergence: {step: 1}
+aero: {influence: [{blades: 0, damping_ratio: 0.005}, {blades: 1, damping_ratio: 0.001}]}
 """
 )
 WAIT = 60.0  # [s] for anything to happen
