@@ -1,0 +1,66 @@
+"""A linear study of disks in air: which of them flutter, and what that leaves out."""
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_model
+from tests.program import load, run_here
+
+STUDY = """\
+study: linear
+aero:
+  influence:
+    - {blades: 0, damping_ratio: 0.002}
+    - {blades: 1, damping_ratio: 0.0011}
+    - {blades: -1, damping_ratio: 0.0011}
+linear: {n_diameters: [1]}
+mistuning: {half_range_percent: [1, 4], samples: 40}
+"""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("air")
+    (folder / "air.yaml").write_text(STUDY)
+    assert run_here("air.yaml", "--output", "air.h5", "--no-figures", folder=folder) == 0
+    with h5py.File(folder / "air.h5", "r") as file:
+        names = "least_damping_ratio", "tuned_damping_ratio", "given_damping_ratio", "decay_per_s"
+        values = {name: file[f"aero/{name}"][()] for name in names}
+        values["amplification"] = file["amplification"][()]
+    return load(folder / "air.yaml"), values
+
+
+def test_disks_flutter_whose_dense_matrices_do(found):
+    """The least stable mode of every sample, of the eigenvalues of [[0, I], [-K, -D]]."""
+    config, values = found
+    model = build_model(config)
+    for level in (0, 1):
+        for sample in range(0, 40, 7):
+            modes = modes_of(config, model, deviation(config, level, sample))
+            waves, zero, one = modes.waves, np.zeros((12, 12)), np.eye(12)
+            K = np.diag(modes.omega[waves.rows] ** 2) + waves.stiffness
+            eigenvalues = np.linalg.eigvals(np.block([[zero, one], [-K, -waves.damping]]))
+            least = (-eigenvalues.real / np.abs(eigenvalues)).min()
+            assert values["least_damping_ratio"][level, sample] == pytest.approx(least, abs=1e-9)
+            decay = np.sort(values["decay_per_s"][level, sample])
+            np.testing.assert_allclose(decay, np.sort(-eigenvalues.real)[::2], atol=1e-9)
+
+
+def test_without_mistuning_waves_are_as_given_and_with_it_the_least_stable_one_gains(found):
+    """ζ_r = 0.002 + 0.0022 cos(2πr/12), below zero for six diameters."""
+    _, values = found
+    given = 0.002 + 0.0022 * np.cos(2 * np.pi * np.arange(12) / 12)
+    np.testing.assert_allclose(values["given_damping_ratio"], given, atol=1e-15)
+    np.testing.assert_allclose(values["tuned_damping_ratio"], given, atol=1e-7)
+    least = values["least_damping_ratio"]
+    assert (least > given.min()).all()
+    assert np.median(least[1]) > np.median(least[0])
+
+
+def test_a_disk_that_flutters_has_no_amplification(found):
+    """Nor has any where the tuned disk does, as here."""
+    _, values = found
+    assert (values["least_damping_ratio"][1] > 0).any()
+    assert np.isnan(values["amplification"]).all()
