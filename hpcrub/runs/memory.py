@@ -26,7 +26,7 @@ def estimate(run: Run) -> int:
     study, config = run
     model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
     n_samples = len(config.levels) * len(config.samples)
-    rows = NUMBER * run.n_tasks if study.compute else SAMPLE * n_samples
+    rows = NUMBER * run.n_tasks if study.of_tasks else SAMPLE * n_samples
     integration = 0
     if study.integrates:
         grid = cut_revolution(config.speeds.from_hz, time_grid(config))

@@ -1,11 +1,12 @@
 """What a study is, what one run of it is, and how the ranks compute independent tasks.
 
-A study is a module that ends with `STUDY = Study(...)`, and one line in `hpcrub.studies.STUDIES`.
+A study is a module with a subclass of `Study`, of which `STUDY` is the object, and one line in
+`hpcrub.studies.STUDIES`.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,12 +17,15 @@ from hpcrub.errors import InputError
 from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
 from hpcrub.ranks.runlog import Work
+from hpcrub.response import history
 from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.verdict import Finding, block
+from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
+from hpcrub.setup.disks import disks, prepare_disks
 from hpcrub.setup.problem import Problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -30,53 +34,117 @@ Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
-def _nothing(config: Config) -> dict[str, Any]:
-    return {}
-
-
-@dataclass(frozen=True)
-class Study:
+class Study(ABC):
     """One kind of study: what its result file holds, and what computes it.
 
+    A subclass gives `name`, `what`, `layout`, `prepare` and `compute`; all else has a default.
     `layout`, `sizes` and `constants` together say what the file is before anything is computed.
-    A study of tasks gives `n_tasks` and `compute`; one whose parts are no independent tasks gives
-    a `job` of its own, as `contact` does.
+    A study whose parts are no independent tasks gives a `job` instead of `compute`, as `contact`.
     """
 
     name: str
-    what: str
-    layout: Callable[[Config], tuple[Dataset, ...]]
-    prepare: Callable[[Config], Any]  # what every rank needs; raises InputError (rank 0)
-    # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
-    scales: dict[str, str] = field(default_factory=dict)
-    # of dimensions that `Run.known_sizes` does not know, as far as the input tells them
-    sizes: Callable[[Config], Counts] = _nothing
-    figures: str = ""  # of the paper
+    what: str  # in a few words
+    figures = ""  # of the paper
     sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
-    mistunes: bool = True  # draws the blades of its disks; one that does not takes a pattern alone
-    # periods around the disk of the loads whose linear responses it computes
-    loads: Callable[[Config], tuple[int, ...]] = lambda config: (config.engine_order or 1,)
-    # lines about the results; the first one stands in a table of several runs
-    report: Callable[[ResultFile], Iterable[str]] = lambda file: ()
-    # what speaks against the results, of which the verdict is made
-    findings: Callable[[ResultFile], Iterable[Finding]] = lambda file: ()
-    # pieces of one task, from what `prepare` returned: (dataset, where in it, values)
-    compute: Callable[[Config, Any, int, Poll], Iterator[Values]] | None = None
-    n_tasks: Callable[[Config], int] = lambda config: 1
-    constants: Callable[[Config], dict[str, Any]] = _nothing  # datasets known without computing
-    source_sizes: Callable[[Config], Counts] = _nothing  # dimensions that only files tell
-    problems: Callable[[Config], Iterable[str]] = lambda config: ()  # keys that do not fit it
-    # what all tasks do together, when a point takes so many seconds until it is steady
-    cost: Callable[[Config, float], Cost] = lambda config, until_steady: Cost()
-    unit: str = "tasks"  # of the job, what it is made of
-    # whether a file that lacks some of its parts is complete nevertheless
-    is_enough: Callable[[ResultFile], bool] = lambda file: False
-    n_sources: int = 0  # result files of contact studies that it starts from
-    integrates: bool = False  # in time, with the contact kernel
-    # of a study that integrates: the Problem in what `prepare` returned
-    problem_of: Callable[[Any], Problem] = lambda prepared: prepared.problem
-    histories: bool = False  # keeps the motion itself, and not only its amplitudes
-    job: Callable[..., "Job"] = field(default=lambda *arguments: Job(*arguments))
+    # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
+    scales: Mapping[str, str] = {}
+    mistunes = True  # draws the blades of its disks; one that does not takes a pattern alone
+    n_sources = 0  # result files of contact studies that it starts from
+    integrates = False  # in time, with the contact kernel
+    histories = False  # keeps the motion itself, and not only its amplitudes
+    of_tasks = True  # which are independent of each other
+    unit = "tasks"  # of the job, what it is made of
+
+    @abstractmethod
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file."""
+
+    def sizes(self, config: Config) -> Counts:
+        """Length of dimensions that `Run.known_sizes` does not know, as far as the input tells."""
+        return {}
+
+    def source_sizes(self, config: Config) -> Counts:
+        """Length of dimensions that only other files tell."""
+        return {}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """Datasets that are known without computing. Raises InputError for a source."""
+        return {}
+
+    def problems(self, config: Config) -> Iterable[str]:
+        """Lines about keys that do not fit the study."""
+        return ()
+
+    @abstractmethod
+    def prepare(self, config: Config) -> Any:
+        """What every rank needs (rank 0). Raises InputError."""
+
+    def problem_of(self, prepared: Any) -> Problem:
+        """The Problem in what `prepare` has returned, of a study that integrates."""
+        return prepared
+
+    def loads(self, config: Config) -> tuple[int, ...]:
+        """Periods around the disk of the loads whose linear responses it computes."""
+        return (config.engine_order or 1,)
+
+    def n_tasks(self, config: Config) -> int:
+        """Number of independent tasks."""
+        return 1
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Pieces of one task: (dataset, where in it, values); problem: what `prepare` returned."""
+        raise NotImplementedError
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """What all tasks do together, when a point takes so many seconds until it is steady."""
+        return Cost()
+
+    def job(self, *arguments: Any) -> "Job":
+        """The job that computes a run; arguments: as for `Job`."""
+        return Job(*arguments)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file that lacks some of its parts is complete nevertheless."""
+        return False
+
+    def report(self, file: ResultFile) -> Iterable[str]:
+        """Lines about the results; the first line stands in a table of several runs."""
+        return ()
+
+    def findings(self, file: ResultFile) -> Iterable[Finding]:
+        """What speaks against the results, of which the verdict is made."""
+        return ()
+
+
+class StudyInTime(Study):
+    """A study of whole histories: of every disk and group of speeds, over `history.duration_s`."""
+
+    mistunes = False
+    integrates = histories = True
+
+    def prepare(self, config: Config) -> Any:
+        """The Problem, and the modes of all disks. Raises InputError."""
+        return prepare_disks(config)
+
+    def problem_of(self, prepared: Any) -> Problem:
+        """The Problem beside the disks."""
+        return prepared.problem
+
+    def n_tasks(self, config: Config) -> int:
+        """One for every disk and group of speeds."""
+        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """All lanes, idle ones too."""
+        lanes = len(history.LANES) * self.n_tasks(config)
+        return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What speaks against the points of all disks, or starts, and against their amplitudes."""
+        names = "amplitude_m", "point_status", "point_reason"
+        amplitude, states, reasons = map(file.read, names)
+        yield from verdict.of_points(file.config, amplitude, states, reasons)
+        yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
 
 
 class Run(NamedTuple):
@@ -88,17 +156,17 @@ class Run(NamedTuple):
     @property
     def n_tasks(self) -> int:
         """Independent tasks; 0 of a study with a job of its own."""
-        return self.study.n_tasks(self.config) if self.study.compute else 0
+        return self.study.n_tasks(self.config) if self.study.of_tasks else 0
 
     def datasets(self) -> tuple[Dataset, ...]:
         """Datasets of the result file, the index scales of its dimensions aside."""
         own = self.study.layout(self.config)
-        return (*own, STATUS) if self.study.compute else own
+        return (*own, STATUS) if self.study.of_tasks else own
 
     def scales(self) -> dict[str, str]:
         """{dimension: name of its scale}."""
         found = {d for line in self.datasets() for d in line.dimensions}
-        named = {"speed": SPEEDS.name} | self.study.scales
+        named = {"speed": SPEEDS.name} | dict(self.study.scales)
         return {d: named.get(d, d) for d in found}
 
     def known_sizes(self) -> Counts:
@@ -130,7 +198,7 @@ class Run(NamedTuple):
         if len(config.sources) != study.n_sources and study.n_sources:
             n_given = len(config.sources)
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
-        if config.is_part and study.compute:
+        if config.is_part and study.of_tasks:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
         yield from study.problems(config)
 
@@ -150,7 +218,7 @@ class Run(NamedTuple):
     def amount(self) -> str:
         """How much there is to compute, in words."""
         config = self.config
-        if self.study.compute:
+        if self.study.of_tasks:
             return f"{self.study.name}, {counted(self.n_tasks, 'task')}"
         levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
         what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
@@ -206,7 +274,7 @@ class Job:
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""
         out = console()
-        for place, line in enumerate(block(self.study.findings(self.file))):
+        for place, line in enumerate(verdict.block(self.study.findings(self.file))):
             print_line(out, f"- {line}" if place else f"Verdict: {line}.")
         for line in self.study.report(self.file):
             print_line(out, line)

@@ -24,10 +24,8 @@ from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import Finding
+from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import Disks, disks, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
@@ -52,53 +50,6 @@ N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump 
 def starts(config: Config) -> list[str]:
     """Names of the initial states."""
     return ["rest", "up", "down", *(f"perturbed {i + 1}" for i in range(config.branches.perturbed))]
-
-
-def n_tasks(config: Config) -> int:
-    """One for every initial state."""
-    return len(starts(config))
-
-
-def cost(config: Config, until_steady: float) -> Cost:
-    """Every start at every speed; a continuation has seven idle lanes."""
-    before = (2 * 8 + n_tasks(config) - 2) * config.speeds.n_values * until_steady
-    revolutions = N_WINDOWS * config.steady_state.window_revolutions
-    lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
-    after = n_tasks(config) * revolutions * lanes / config.speeds.from_hz
-    return Cost(before, after, 1)
-
-
-def prepare(config: Config) -> Disks:
-    """The disk of a configuration. Raises InputError as `build_problem`."""
-    problem = build_problem(config)
-    return Disks(problem, [modes_of(config, problem, disks(config)[-1])])
-
-
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """All speeds from one initial state."""
-    scene, (modes,) = problem.problem.scene, problem.modes
-    speeds = config.speeds.values_hz
-    name = starts(config)[task]
-    motion = Motion.at_rest(len(speeds), modes.n_rows)
-    if name in ("up", "down"):
-        result = follow(modes, scene, speeds, motion, name == "down", poll)
-    else:
-        if name != "rest":
-            size = config.branches.perturbation
-            n_blades, seed = scene.interface.n_blades, config.mistuning.seed
-            start = deflection(modes, n_blades, seed, task, size)
-            motion.position[:] = modes.at_rest(start)
-        result = run_sweep(modes, scene, speeds, poll, motion=motion)
-    amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
-    result = result.continued(reason)
-    amplitude[result.point_status == DIVERGED] = np.nan
-    local[result.point_status == DIVERGED] = np.nan
-    yield "window_amplitude_m", task, amplitude
-    yield "window_localisation", task, local
-    yield "amplitude_m", task, result.amplitude
-    yield "time_s", task, result.time
-    for name in ("localisation", "point_status", "point_reason"):
-        yield name, task, getattr(result, name)
 
 
 def follow(
@@ -166,58 +117,99 @@ def label_file(file: ResultFile) -> np.ndarray:
     return coexistence.label(*map(file.read, names))
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """Where several branches coexist, and what went wrong."""
-    found = label_file(file)
-    several = coexistence.coexisting(found) > 1
-    speeds, local = file.read("speeds_hz"), file.read("window_localisation").mean(axis=-1)
-    reason = file.read("point_reason")
-    yield from status.lines(status.count(reason), reason.size)
-    share = np.mean(file.read("point_status") == STEADY)
-    n_branches = found.max() + 1
-    branches = "1 branch" if n_branches == 1 else f"{n_branches} branches"
-    yield f"{100 * share:.0f} % of the points are steady, {branches}"
-    if several.any():
-        yield (
-            f"several stable motions at {several.sum()} of {len(speeds)} speeds, between "
-            f"{speeds[several].min():.6g} and {speeds[several].max():.6g} Hz"
-        )
-    for branch in range(min(LISTED, n_branches)):
-        mine = found == branch
-        at = speeds[mine.any(axis=0)]
-        yield (
-            f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
-            f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
-        )
-    if n_branches > LISTED:
-        left = np.count_nonzero(found >= LISTED)
-        yield f"branches {LISTED + 1} to {n_branches}: {left} points in all"
+class Branches(StudyInTime):
+    """Coexisting stable motions."""
+
+    name = "branches"
+    what = "coexisting stable motions, from several initial states"
+    figures = "17"
+    sections = ("branches",)
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        return LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        return {"start": len(starts(config)), "window": N_WINDOWS}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The blades of the disk."""
+        return {"deviation": disks(config)[-1]}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        return steady_problems(config)
+
+    def n_tasks(self, config: Config) -> int:
+        """One for every initial state."""
+        return len(starts(config))
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """Every start at every speed; a continuation has seven idle lanes."""
+        before = (2 * 8 + self.n_tasks(config) - 2) * config.speeds.n_values * until_steady
+        revolutions = N_WINDOWS * config.steady_state.window_revolutions
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
+        after = self.n_tasks(config) * revolutions * lanes / config.speeds.from_hz
+        return Cost(before, after, 1)
+
+    def prepare(self, config: Config) -> Disks:
+        """The disk of a configuration. Raises InputError as `build_problem`."""
+        problem = build_problem(config)
+        return Disks(problem, [modes_of(config, problem, disks(config)[-1])])
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """All speeds from one initial state."""
+        scene, (modes,) = problem.problem.scene, problem.modes
+        speeds = config.speeds.values_hz
+        name = starts(config)[task]
+        motion = Motion.at_rest(len(speeds), modes.n_rows)
+        if name in ("up", "down"):
+            result = follow(modes, scene, speeds, motion, name == "down", poll)
+        else:
+            if name != "rest":
+                size = config.branches.perturbation
+                n_blades, seed = scene.interface.n_blades, config.mistuning.seed
+                start = deflection(modes, n_blades, seed, task, size)
+                motion.position[:] = modes.at_rest(start)
+            result = run_sweep(modes, scene, speeds, poll, motion=motion)
+        amplitude, local, reason = windows(modes, scene, speeds, motion, poll)
+        result = result.continued(reason)
+        amplitude[result.point_status == DIVERGED] = np.nan
+        local[result.point_status == DIVERGED] = np.nan
+        yield "window_amplitude_m", task, amplitude
+        yield "window_localisation", task, local
+        yield "amplitude_m", task, result.amplitude
+        yield "time_s", task, result.time
+        for name in ("localisation", "point_status", "point_reason"):
+            yield name, task, getattr(result, name)
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """Where several branches coexist, and what went wrong."""
+        found = label_file(file)
+        several = coexistence.coexisting(found) > 1
+        speeds, local = file.read("speeds_hz"), file.read("window_localisation").mean(axis=-1)
+        reason = file.read("point_reason")
+        yield from status.lines(status.count(reason), reason.size)
+        share = np.mean(file.read("point_status") == STEADY)
+        n_branches = found.max() + 1
+        branches = "1 branch" if n_branches == 1 else f"{n_branches} branches"
+        yield f"{100 * share:.0f} % of the points are steady, {branches}"
+        if several.any():
+            yield (
+                f"several stable motions at {several.sum()} of {len(speeds)} speeds, between "
+                f"{speeds[several].min():.6g} and {speeds[several].max():.6g} Hz"
+            )
+        for branch in range(min(LISTED, n_branches)):
+            mine = found == branch
+            at = speeds[mine.any(axis=0)]
+            yield (
+                f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
+                f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
+            )
+        if n_branches > LISTED:
+            left = np.count_nonzero(found >= LISTED)
+            yield f"branches {LISTED + 1} to {n_branches}: {left} points in all"
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """What speaks against the points of all starts."""
-    names = "amplitude_m", "point_status", "point_reason"
-    amplitude, states, reasons = map(file.read, names)
-    yield from verdict.of_points(file.config, amplitude, states, reasons)
-    yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
-
-
-STUDY = Study(
-    name="branches",
-    figures="17",
-    mistunes=False,
-    sections=("branches",),
-    what="coexisting stable motions, from several initial states",
-    layout=lambda config: LAYOUT,
-    sizes=lambda config: {"start": len(starts(config)), "window": N_WINDOWS},
-    constants=lambda config: {"deviation": disks(config)[-1]},
-    prepare=prepare,
-    n_tasks=n_tasks,
-    cost=cost,
-    problems=steady_problems,
-    integrates=True,
-    histories=True,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = Branches()

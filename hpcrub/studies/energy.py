@@ -22,7 +22,7 @@ from hpcrub.results.layout import DONE, POINT_REASON, POINT_STATUS, SPEEDS, Data
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.plausibility import steady_problems
@@ -59,66 +59,6 @@ class Chosen(NamedTuple):
 
     problem: Problem  # of the tuned disk
     deviation: np.ndarray  # of the samples that were chosen (n, N)
-
-
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets."""
-    stress = _STRESS if config.observes_stress else ()
-    return LAYOUT + (_COATING if config.contact.wears else ()) + stress
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """The samples with the largest A_nl of the source.
-
-    Raises InputError when it has too few finished samples or other physics.
-    """
-    n_wanted = config.energy.samples
-    with open_contact(config.sources[0]) as file:
-        require_complete(file, config)
-        values, done = file.read("samples/amplification"), file.status == DONE
-        if np.count_nonzero(done) < n_wanted:
-            raise InputError(
-                f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} "
-                f"finished samples of {file.path}"
-            )
-        largest = np.argsort(-values[done], kind="stable")[:n_wanted]
-        level, number = (places[largest] for places in np.nonzero(done))
-        return {
-            "level": level,
-            "number": number,
-            "sigma": file.read("sigma")[level],
-            "deviation": file.read("samples/deviation")[level, number],
-            "amplification": values[level, number],
-        }
-
-
-def n_tasks(config: Config) -> int:
-    """The tuned disk, then the samples."""
-    return 1 + config.energy.samples
-
-
-def cost(config: Config, until_steady: float) -> Cost:
-    """Every disk at every speed until it is steady, and over one more window."""
-    n, lanes = n_tasks(config), len(history.LANES) * len(history.groups(config.speeds.values_hz))
-    window = config.steady_state.window_revolutions / config.speeds.from_hz
-    return Cost(n * config.speeds.n_values * until_steady, n * window * lanes, n)
-
-
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Energies of one disk."""
-    tuned, samples = problem
-    deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
-    modes = modes_of(config, tuned, deviation)
-    stiffness = blade_stiffness(tuned.reduced, deviation, modes)
-    found, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
-    group, where = ("", task - 1) if task else ("tuned/", ())
-    yield f"{group}energy_j", where, found
-    yield f"{group}point_status", where, result.point_status
-    yield f"{group}point_reason", where, result.point_reason
-    if config.contact.wears:
-        yield f"{group}wear_energy_j", where, result.wear.energy
-    if config.observes_stress:
-        yield f"{group}stress_pa", where, result.stress
 
 
 def energies(
@@ -181,50 +121,117 @@ def _largest(energy):
     return known.max() if len(known) else np.nan
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """Ranges of both amplifications, and what went wrong."""
-    reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
-    yield from status.lines(status.count(reason), reason.size)
-    found, known = amplification(file), file.read("amplification")
-    yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
-    found = found[np.isfinite(found)]
-    if not len(found):
-        yield "by strain energy: not known, all points of the tuned disk or of the samples diverged"
-        return
-    yield f"by strain energy: {found.min():.3f} to {found.max():.3f}, median {np.median(found):.3f}"
-    if "wear_energy_j" in file:
-        taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
-        yield f"wear takes {np.nanmin(taken):.3g} to {np.nanmax(taken):.3g} J, tuned {tuned:.3g} J"
-    if "stress_pa" in file:
-        largest = 1e-6 * np.array([_largest(stress) for stress in file.read("stress_pa")])
-        tuned = 1e-6 * _largest(file.read("tuned/stress_pa"))
-        yield f"largest stress {largest.min():,.0f} to {largest.max():,.0f} MPa, tuned {tuned:,.0f}"
+class Energy(StudyInTime):
+    """Strain energy of the worst samples of a contact study."""
+
+    name = "energy"
+    what = "amplification of the blades' strain energy"
+    figures = "14"
+    sections = ("energy",)
+    mistunes = True
+    n_sources = 1
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """The samples."""
+        return {"sample": config.energy.samples}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        return steady_problems(config)
+
+    def prepare(self, config: Config) -> Chosen:
+        """The tuned disk, and the blades of the samples. Raises InputError as `constants`."""
+        return Chosen(build_problem(config), self.constants(config)["deviation"])
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        stress = _STRESS if config.observes_stress else ()
+        return LAYOUT + (_COATING if config.contact.wears else ()) + stress
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The samples with the largest A_nl of the source.
+
+        Raises InputError when it has too few finished samples or other physics.
+        """
+        n_wanted = config.energy.samples
+        with open_contact(config.sources[0]) as file:
+            require_complete(file, config)
+            values, done = file.read("samples/amplification"), file.status == DONE
+            if np.count_nonzero(done) < n_wanted:
+                raise InputError(
+                    f"energy.samples: {n_wanted:,} is more than the {np.count_nonzero(done):,} "
+                    f"finished samples of {file.path}"
+                )
+            largest = np.argsort(-values[done], kind="stable")[:n_wanted]
+            level, number = (places[largest] for places in np.nonzero(done))
+            return {
+                "level": level,
+                "number": number,
+                "sigma": file.read("sigma")[level],
+                "deviation": file.read("samples/deviation")[level, number],
+                "amplification": values[level, number],
+            }
+
+    def n_tasks(self, config: Config) -> int:
+        """The tuned disk, then the samples."""
+        return 1 + config.energy.samples
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """Every disk at every speed until it is steady, and over one more window."""
+        n, lanes = (
+            self.n_tasks(config),
+            len(history.LANES) * len(history.groups(config.speeds.values_hz)),
+        )
+        window = config.steady_state.window_revolutions / config.speeds.from_hz
+        return Cost(n * config.speeds.n_values * until_steady, n * window * lanes, n)
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Energies of one disk."""
+        tuned, samples = problem
+        deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
+        modes = modes_of(config, tuned, deviation)
+        stiffness = blade_stiffness(tuned.reduced, deviation, modes)
+        found, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
+        group, where = ("", task - 1) if task else ("tuned/", ())
+        yield f"{group}energy_j", where, found
+        yield f"{group}point_status", where, result.point_status
+        yield f"{group}point_reason", where, result.point_reason
+        if config.contact.wears:
+            yield f"{group}wear_energy_j", where, result.wear.energy
+        if config.observes_stress:
+            yield f"{group}stress_pa", where, result.stress
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """Ranges of both amplifications, and what went wrong."""
+        reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
+        yield from status.lines(status.count(reason), reason.size)
+        found, known = amplification(file), file.read("amplification")
+        yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
+        found = found[np.isfinite(found)]
+        if not len(found):
+            yield (
+                "by strain energy: not known, all points of the tuned disk or of the samples "
+                "diverged"
+            )
+            return
+        low, middle, high = np.percentile(found, [0, 50, 100])
+        yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
+        if "wear_energy_j" in file:
+            taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
+            low, high = np.nanmin(taken), np.nanmax(taken)
+            yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
+        if "stress_pa" in file:
+            largest = 1e-6 * np.array([_largest(stress) for stress in file.read("stress_pa")])
+            tuned = 1e-6 * _largest(file.read("tuned/stress_pa"))
+            low, high = largest.min(), largest.max()
+            yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What speaks against the points of all disks; of the largest energies, the edges."""
+        names = "energy_j", "point_status", "point_reason"
+        of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
+        energy, states, reasons = of_all
+        yield from verdict.of_points(file.config, energy.max(axis=2), states, reasons)
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """What speaks against the points of all disks; of the largest energies, the edges."""
-    names = "energy_j", "point_status", "point_reason"
-    of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
-    energy, states, reasons = of_all
-    yield from verdict.of_points(file.config, energy.max(axis=2), states, reasons)
-
-
-STUDY = Study(
-    name="energy",
-    figures="14",
-    sections=("energy",),
-    what="amplification of the blades' strain energy",
-    layout=layout,
-    sizes=lambda config: {"sample": config.energy.samples},
-    constants=constants,
-    prepare=lambda config: Chosen(build_problem(config), constants(config)["deviation"]),
-    n_tasks=n_tasks,
-    cost=cost,
-    problems=steady_problems,
-    n_sources=1,
-    integrates=True,
-    histories=True,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = Energy()

@@ -13,11 +13,8 @@ from hpcrub.response.revolution import cut_revolution
 from hpcrub.response.sliding import permanent_contact
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs import verdict
-from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Poll, Study, Values
-from hpcrub.runs.verdict import Finding
-from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.runs.study import Poll, StudyInTime, Values
+from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies import worn
@@ -42,101 +39,17 @@ SPECTRUM_RECORDS = 16  # of a window whose spectrum is computed, at least
 SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
-    of_model = () if config.disk.model is None else (AT_SPEED,)
-    return *LAYOUT, *of_model, *worn.layout(config, _DS)
-
-
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own."""
-    return worn.SIZES | {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """The scales."""
-    return {
-        "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
-        "deviation": disks(config),
-    } | worn.CONSTANTS
-
-
-def n_tasks(config: Config) -> int:
-    """One for every disk and group of speeds."""
-    return len(disks(config)) * len(history.groups(config.speeds.values_hz))
-
-
-def cost(config: Config, until_steady: float) -> Cost:
-    """All lanes, idle ones too."""
-    lanes = len(history.LANES) * n_tasks(config)
-    return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
-
-
 def _longest_interval(config):
     """Time between two recorded displacements at the lowest speed [s]."""
     speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
     return grid.stride / (speed * grid.steps_per_revolution)
 
 
-def problems(config: Config) -> Iterator[str]:
-    """Keys that do not fit this study."""
-    if config.spectrum.window_s > config.history.duration_s:
-        yield (
-            f"spectrum.window_s: {config.spectrum.window_s} is more than "
-            f"history.duration_s, {config.history.duration_s}"
-        )
-    elif config.spectrum.window_s < (needed := SPECTRUM_RECORDS * _longest_interval(config)):
-        yield (
-            f"spectrum.window_s: {config.spectrum.window_s} s hold fewer than {SPECTRUM_RECORDS} "
-            f"recorded displacements; at least {needed:.2g} s are needed"
-        )
-    elif config.casing.growth_time > config.history.duration_s - config.spectrum.window_s:
-        yield (
-            f"casing.growth_time_s: the bumps still grow in the last {config.spectrum.window_s} s "
-            f"of history.duration_s, {config.history.duration_s}"
-        )
-
-
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
-    scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
-    disk, number = divmod(task, len(groups))
-    modes, group = problem.modes[disk], groups[number]
-    speeds, duration = config.speeds.values_hz[group], config.history.duration_s
-    followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
-    for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
-        for lane, one in enumerate(followed):
-            one.take(piece, lane)
-        touching = scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
-        parts.append((piece.time, piece.observed, touching, piece.reason))
-    *values, reasons = zip(*parts, strict=True)
-    time, tips, touching = map(np.concatenate, values)
-    if group[0] == groups[0][0]:
-        yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
-    for lane, speed in enumerate(group):
-        if config.disk.model is not None:
-            there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
-            yield AT_SPEED.name, (disk, speed), there
-        # a group is integrated as long as its fastest speed needs; no speed depends on the others
-        end = history.n_records(speeds[lane], duration, scene)
-        interval = time[1, lane] - time[0, lane]
-        last = slice(end - round(config.spectrum.window_s / interval), end)
-        window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
-        reason = reasons[end * len(reasons) // len(time) - 1][lane]
-        if not status.are_fatal(reason):
-            reason = permanent_contact(share, modes, scene, speeds[lane]) or reason
-        yield "point_reason", (disk, speed), reason
-        yield "point_status", (disk, speed), DIVERGED
-        if status.are_fatal(reason):
-            continue
-        found = followed[lane].found
-        yield "point_status", (disk, speed), found.status
-        yield "mean_amplitude_m", (disk, speed), found.amplitude
-        yield "mean_error_m", (disk, speed), found.error
-        if scene.coating:
-            yield from worn.of_speed(followed[lane].wear, (disk, speed))
-        yield "spectrum_m", (disk, speed), spectrum(window, interval, config.spectrum).max(axis=0)
-        yield "amplitude_m", (disk, speed), np.abs(window).max()
+def _judged(found, where):
+    """The amplitude of a point, and how well it is known."""
+    yield "point_status", where, found.status
+    yield "mean_amplitude_m", where, found.amplitude
+    yield "mean_error_m", where, found.error
 
 
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
@@ -152,30 +65,6 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     moving = (signals - signals.mean(axis=0)).T * window
     transform = zoom_fft(moving, [0.0, top], m=wanted.n_frequencies, fs=1.0 / interval)
     return 2.0 * np.abs(transform) / window.sum()
-
-
-def report(file: ResultFile) -> Iterator[str]:
-    """The strongest interactions of every disk, and what went wrong."""
-    speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
-    for disk in range(len(file.read("deviation"))):
-        amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
-        name = DISKS[disk]
-        for line in status.lines(status.count(reason), len(reason)):
-            yield f"{name}: {line}"
-        if not np.isfinite(amplitude).any():
-            continue
-        yield f"{name}: {how_known(file, disk)}"
-        known = np.isin(file.read("point_status", disk), (STEADY, AVERAGED))
-        amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
-        error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
-        best = int(np.nanargmax(amplitude))
-        line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
-        interval = f" ± {1e3 * Z_95 * error[best]:.1f}" if error[best] else ""
-        yield (
-            f"{name}: largest amplitude {1e3 * amplitude[best]:.1f}{interval} mm "
-            f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, {line / speeds[best]:.2f} per turn"
-        )
-        yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
 
 def how_known(file: ResultFile, disk: int) -> str:
@@ -194,31 +83,114 @@ def how_known(file: ResultFile, disk: int) -> str:
     )
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """What speaks against the points of all disks."""
-    names = "amplitude_m", "point_status", "point_reason"
-    amplitude, states, reasons = map(file.read, names)
-    yield from verdict.of_points(file.config, amplitude, states, reasons)
-    yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
+class InteractionMap(StudyInTime):
+    """Spectra over a wide range of speeds."""
+
+    name = "interaction_map"
+    what = "spectra over a wide range of speeds"
+    figures = "6"
+    sections = ("history", "spectrum")
+    scales = SCALES
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
+        of_model = () if config.disk.model is None else (AT_SPEED,)
+        return *LAYOUT, *of_model, *worn.layout(config, _DS)
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        return worn.SIZES | {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The scales."""
+        return {
+            "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
+            "deviation": disks(config),
+        } | worn.CONSTANTS
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        if config.spectrum.window_s > config.history.duration_s:
+            yield (
+                f"spectrum.window_s: {config.spectrum.window_s} is more than "
+                f"history.duration_s, {config.history.duration_s}"
+            )
+        elif config.spectrum.window_s < (needed := SPECTRUM_RECORDS * _longest_interval(config)):
+            yield (
+                f"spectrum.window_s: {config.spectrum.window_s} s hold fewer than "
+                f"{SPECTRUM_RECORDS} recorded displacements; at least {needed:.2g} s are needed"
+            )
+        elif config.casing.growth_time > config.history.duration_s - config.spectrum.window_s:
+            yield (
+                f"casing.growth_time_s: the bumps still grow in the last "
+                f"{config.spectrum.window_s} s of history.duration_s, {config.history.duration_s}"
+            )
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
+        scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
+        disk, number = divmod(task, len(groups))
+        modes, group = problem.modes[disk], groups[number]
+        speeds, duration = config.speeds.values_hz[group], config.history.duration_s
+        followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
+        for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
+            for lane, one in enumerate(followed):
+                one.take(piece, lane)
+            touching = scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
+            parts.append((piece.time, piece.observed, touching, piece.reason))
+        *values, reasons = zip(*parts, strict=True)
+        time, tips, touching = map(np.concatenate, values)
+        if group[0] == groups[0][0]:
+            yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
+        for lane, speed in enumerate(group):
+            if config.disk.model is not None:
+                there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
+                yield AT_SPEED.name, (disk, speed), there
+            # a group is integrated as long as its fastest speed needs; no speed depends on others
+            end = history.n_records(speeds[lane], duration, scene)
+            interval = time[1, lane] - time[0, lane]
+            last = slice(end - round(config.spectrum.window_s / interval), end)
+            window, share = tips[last, :, lane], touching[last, lane].mean(axis=0)
+            reason = reasons[end * len(reasons) // len(time) - 1][lane]
+            if not status.are_fatal(reason):
+                reason = permanent_contact(share, modes, scene, speeds[lane]) or reason
+            yield "point_reason", (disk, speed), reason
+            yield "point_status", (disk, speed), DIVERGED
+            if status.are_fatal(reason):
+                continue
+            yield from _judged(followed[lane].found, (disk, speed))
+            if scene.coating:
+                yield from worn.of_speed(followed[lane].wear, (disk, speed))
+            yield (
+                "spectrum_m",
+                (disk, speed),
+                spectrum(window, interval, config.spectrum).max(axis=0),
+            )
+            yield "amplitude_m", (disk, speed), np.abs(window).max()
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The strongest interactions of every disk, and what went wrong."""
+        speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
+        for disk in range(len(file.read("deviation"))):
+            amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)
+            name = DISKS[disk]
+            for line in status.lines(status.count(reason), len(reason)):
+                yield f"{name}: {line}"
+            if not np.isfinite(amplitude).any():
+                continue
+            yield f"{name}: {how_known(file, disk)}"
+            known = np.isin(file.read("point_status", disk), (STEADY, AVERAGED))
+            amplitude = np.where(known, file.read("mean_amplitude_m", disk), amplitude)
+            error = np.where(known, np.nan_to_num(file.read("mean_error_m", disk)), 0.0)
+            best = int(np.nanargmax(amplitude))
+            line = frequencies[file.read("spectrum_m", (disk, best)).argmax()]
+            interval = f" ± {1e3 * Z_95 * error[best]:.1f}" if error[best] else ""
+            yield (
+                f"{name}: largest amplitude {1e3 * amplitude[best]:.1f}{interval} mm "
+                f"at {speeds[best]:.4g} Hz, mostly at {line:.4g} Hz, "
+                f"{line / speeds[best]:.2f} per turn"
+            )
+            yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
 
-STUDY = Study(
-    name="interaction_map",
-    figures="6",
-    mistunes=False,
-    sections=("history", "spectrum"),
-    what="spectra over a wide range of speeds",
-    layout=layout,
-    scales=SCALES,
-    sizes=sizes,
-    constants=constants,
-    prepare=prepare_disks,
-    n_tasks=n_tasks,
-    cost=cost,
-    problems=problems,
-    integrates=True,
-    histories=True,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = InteractionMap()

@@ -43,49 +43,8 @@ class Prepared(NamedTuple):
     peaks: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
 
 
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own."""
-    return {
-        "level": len(config.mistuning.half_range),
-        "n_diameters": len(config.linear.n_diameters),
-        "sample": config.mistuning.samples,
-    } | air.sizes(config)
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """The levels and the loads."""
-    return {
-        "half_range": config.mistuning.half_range,
-        "sigma": sigma_of(config),
-        "n_diameters": config.linear.n_diameters,
-    }
-
-
-def n_tasks(config: Config) -> int:
-    """Chunks of samples, level by level."""
-    return len(config.mistuning.half_range) * _chunks(config)
-
-
-def cost(config: Config, until_steady: float) -> Cost:
-    """An eigenproblem for every sample, no time steps."""
-    return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
-
-
 def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
-
-
-def prepare(config: Config) -> Prepared:
-    """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
-    model, still = build_model(config), np.zeros(config.disk.n_blades)
-    tuned, radial = (_peaks(config, model, still, radial) for radial in (False, True))
-    lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
-    if lost.size:
-        raise InputError(
-            f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the tips "
-            "of the tuned disk move radially only, and amplitudes are tangential"
-        )
-    return Prepared(model, tuned)
 
 
 def _peaks(config, model, blade_deviation, radial=False):
@@ -106,70 +65,109 @@ def _peaks_of(config, model, modes):
     ])  # fmt: skip
 
 
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Amplifications of a chunk of samples of one level."""
-    model, tuned = problem
-    level, chunk = divmod(task, _chunks(config))
-    samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
-    amplification, waves = np.empty((len(tuned), len(samples))), []
-    for i, sample in enumerate(samples):
-        modes = modes_of(config, model, deviation(config, level, sample))
-        waves += [modes.waves] if modes.waves else []
-        amplification[:, i] = _over(_peaks_of(config, model, modes)[:, 0], tuned[:, 0])
-        poll()
-    if waves:
-        yield from air.values(waves, level, samples.start)
-    if task == 0:
-        yield from air.values_of_tuned(config, model.reduced)
-        yield "tuned/amplitude_m", (), tuned[:, 0]
-        yield "tuned/speed_hz", (), tuned[:, 1]
-    yield "amplification", (level, slice(None), slice(samples.start, samples.stop)), amplification
-
-
 def _over(peaks, tuned):
     """Amplifications; NaN where the sample or the tuned disk flutters, and has no response."""
     known = np.isfinite(peaks) & np.isfinite(tuned)
     return np.where(known, peaks, np.nan) / np.where(known, tuned, np.nan)
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """Percentiles at every level and load, and what the air does."""
-    yield from air.report(file)
-    names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
-    yield f"percentiles {names} of the linear amplification, interval of the last"
-    for d, n_diameters in enumerate(file.read("n_diameters")):
-        for level, sigma in enumerate(file.read("sigma")):
-            values = file.read("amplification", (level, d))
-            values = values[np.isfinite(values)]
-            if len(values) == 0:
-                continue
-            at = file.config.convergence.percentiles
-            text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
-            low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
-            text += f"  [{interval_in_words(low, high)}]"
-            text += air.left_out(file, level)
-            yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
+class Linear(Study):
+    """Linear amplification of many samples."""
+
+    name = "linear"
+    what = "linear amplification, percentiles over σ and n_d"
+    figures = "4"
+    sections = ("linear",)
+    scales = {"level": "half_range"}
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets, with those of disks in air."""
+        return LAYOUT + air.layout(config)
+
+    def loads(self, config: Config) -> tuple[int, ...]:
+        """Nodal diameters of all loads."""
+        return config.linear.n_diameters
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        return {
+            "level": len(config.mistuning.half_range),
+            "n_diameters": len(config.linear.n_diameters),
+            "sample": config.mistuning.samples,
+        } | air.sizes(config)
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The levels and the loads."""
+        return {
+            "half_range": config.mistuning.half_range,
+            "sigma": sigma_of(config),
+            "n_diameters": config.linear.n_diameters,
+        }
+
+    def n_tasks(self, config: Config) -> int:
+        """Chunks of samples, level by level."""
+        return len(config.mistuning.half_range) * _chunks(config)
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """An eigenproblem for every sample, no time steps."""
+        return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
+
+    def prepare(self, config: Config) -> Prepared:
+        """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
+        model, still = build_model(config), np.zeros(config.disk.n_blades)
+        tuned, radial = (_peaks(config, model, still, radial) for radial in (False, True))
+        lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
+        if lost.size:
+            raise InputError(
+                f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the "
+                "tips of the tuned disk move radially only, and amplitudes are tangential"
+            )
+        return Prepared(model, tuned)
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Amplifications of a chunk of samples of one level."""
+        model, tuned = problem
+        level, chunk = divmod(task, _chunks(config))
+        samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
+        amplification, waves = np.empty((len(tuned), len(samples))), []
+        for i, sample in enumerate(samples):
+            modes = modes_of(config, model, deviation(config, level, sample))
+            waves += [modes.waves] if modes.waves else []
+            amplification[:, i] = _over(_peaks_of(config, model, modes)[:, 0], tuned[:, 0])
+            poll()
+        if waves:
+            yield from air.values(waves, level, samples.start)
+        if task == 0:
+            yield from air.values_of_tuned(config, model.reduced)
+            yield "tuned/amplitude_m", (), tuned[:, 0]
+            yield "tuned/speed_hz", (), tuned[:, 1]
+        yield (
+            "amplification",
+            (level, slice(None), slice(samples.start, samples.stop)),
+            amplification,
+        )
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """Percentiles at every level and load, and what the air does."""
+        yield from air.report(file)
+        names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
+        yield f"percentiles {names} of the linear amplification, interval of the last"
+        for d, n_diameters in enumerate(file.read("n_diameters")):
+            for level, sigma in enumerate(file.read("sigma")):
+                values = file.read("amplification", (level, d))
+                values = values[np.isfinite(values)]
+                if len(values) == 0:
+                    continue
+                at = file.config.convergence.percentiles
+                text = " / ".join(f"{v:.3f}" for v in np.percentile(values, at))
+                low, high = np.ravel(percentile_interval(values, at[-1:], Z_95))
+                text += f"  [{interval_in_words(low, high)}]"
+                text += air.left_out(file, level)
+                yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """Percentiles that so few samples do not tell; no peak lies on a grid of speeds."""
+        yield from verdict.few(file.config, file.config.mistuning.samples)
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """Percentiles that so few samples do not tell; peaks are searched for, not read off a grid."""
-    yield from verdict.few(file.config, file.config.mistuning.samples)
-
-
-STUDY = Study(
-    name="linear",
-    figures="4",
-    sections=("linear",),
-    loads=lambda config: config.linear.n_diameters,
-    what="linear amplification, percentiles over σ and n_d",
-    layout=lambda config: LAYOUT + air.layout(config),
-    scales={"level": "half_range"},
-    sizes=sizes,
-    constants=constants,
-    prepare=prepare,
-    n_tasks=n_tasks,
-    cost=cost,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = Linear()

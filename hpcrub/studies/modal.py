@@ -54,60 +54,6 @@ OF_FILE = (  # of a model file
 )
 
 
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of the disk, planar or of a model file, and of a casing that vibrates."""
-    of_disk = PLANAR if config.disk.model is None else OF_FILE
-    return of_disk + casing_waves.layout(config)
-
-
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own that does not need a look into a model file."""
-    found = {"shape": min(MOST_SHAPES, config.n_coordinates)} | casing_waves.sizes(config)
-    if config.disk.model is not None:
-        return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
-    blade = config.disk.blade
-    return found | {
-        "node": config.disk.n_blades * (blade.n_elements + 2),
-        "axis": 2,
-        "end": 2,
-        "blade_node": blade.n_elements + 1,
-        "dof": config.disk.n_dof,
-    }
-
-
-def sizes_of_file(config: Config) -> dict[str, int]:
-    """Nodes, faces and frequencies of a model file."""
-    if config.disk.model is None:
-        return {}
-    seen = imported.scenery(config)
-    n_modes = 0 if seen.is_reduced else min(MOST_SHAPES, config.n_coordinates)
-    return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
-
-
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Frequencies and shapes, and the waves of a casing that vibrates."""
-    yield from casing_waves.values(config, problem.reduced)
-    if config.disk.model is not None:
-        yield from _of_file(config, problem)
-        return
-    disk, reduced = problem
-    n_blades = len(disk.blade_dof)
-    eigenvalues, full = eigh(disk.stiffness, disk.mass)
-    shapes = reduced.basis @ reduced.tuned_modes
-    yield "full/frequencies_hz", (), np.sqrt(eigenvalues) / (2 * np.pi)
-    yield "full/nodal_diameters", (), _diameters(full, n_blades)
-    yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-    diameters = _diameters(shapes, n_blades)
-    yield "reduced/nodal_diameters", (), diameters
-    yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
-    yield "blade_share", (), families.share(reduced)
-    points = disk.points
-    for name in ("blades", "ring", "spokes"):
-        yield name, (), getattr(points, name)
-    yield "position_m", (), points.position
-    yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
-
-
 def _of_file(config: Config, model: Model) -> Iterator[Values]:
     """The same of a model file: the disk of the middle of the band of speeds."""
     disk, reduced = model
@@ -156,28 +102,6 @@ def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
     return xy / largest[:, None, None]
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """First frequencies of both models, and what rules the first family."""
-    for kind in ("full", "reduced"):
-        frequencies, diameters = (
-            file.read(f"{kind}/{name}") for name in ("frequencies_hz", "nodal_diameters")
-        )
-        if not len(frequencies):  # of a model file that is reduced
-            continue
-        n = file.config.disk.n_blades + 2
-        first = ", ".join(
-            f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
-        )
-        yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
-    config, n = file.config, file.config.disk.n_blades
-    full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
-    half_range = config.mistuning.half_range.max()
-    ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
-    yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
-    yield f"without contact, order {config.casing.main_order} {met(file)}"
-    yield from casing_waves.report(file)
-
-
 def met(file: ResultFile) -> str:
     """Where the casing's order meets the first family, in words."""
     speed, order = float(file.read("crossing_hz")), file.config.casing.main_order
@@ -187,30 +111,101 @@ def met(file: ResultFile) -> str:
     return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency}"
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """A reduced model whose first family is not that of the full one."""
-    n = file.config.disk.n_blades
-    full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
-    if len(full):
-        error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())
-        yield Finding(
-            USELESS if error > FAR_OFF else REMARK,
-            f"first family off by {100 * error:.2g} %",
-            f"the reduction changes frequencies of the first family by up to {100 * error:.2g} %: "
-            "reduction.n_modes",
-        )
+class Modal(Study):
+    """Modes of the tuned disk."""
+
+    name = "modal"
+    what = "the disk, its mode shapes, SAFE diagram"
+    figures = "1, 2"
+    mistunes = False
+
+    def prepare(self, config: Config) -> Model:
+        """The tuned disk, in full and reduced."""
+        return build_model(config)
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the disk, planar or of a model file, and of a casing that vibrates."""
+        of_disk = PLANAR if config.disk.model is None else OF_FILE
+        return of_disk + casing_waves.layout(config)
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own that does not need a look into a model file."""
+        found = {"shape": min(MOST_SHAPES, config.n_coordinates)} | casing_waves.sizes(config)
+        if config.disk.model is not None:
+            return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
+        blade = config.disk.blade
+        return found | {
+            "node": config.disk.n_blades * (blade.n_elements + 2),
+            "axis": 2,
+            "end": 2,
+            "blade_node": blade.n_elements + 1,
+            "dof": config.disk.n_dof,
+        }
+
+    def source_sizes(self, config: Config) -> dict[str, int]:
+        """Nodes, faces and frequencies of a model file."""
+        if config.disk.model is None:
+            return {}
+        seen = imported.scenery(config)
+        n_modes = 0 if seen.is_reduced else min(MOST_SHAPES, config.n_coordinates)
+        return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Frequencies and shapes, and the waves of a casing that vibrates."""
+        yield from casing_waves.values(config, problem.reduced)
+        if config.disk.model is not None:
+            yield from _of_file(config, problem)
+            return
+        disk, reduced = problem
+        n_blades = len(disk.blade_dof)
+        eigenvalues, full = eigh(disk.stiffness, disk.mass)
+        shapes = reduced.basis @ reduced.tuned_modes
+        yield "full/frequencies_hz", (), np.sqrt(eigenvalues) / (2 * np.pi)
+        yield "full/nodal_diameters", (), _diameters(full, n_blades)
+        yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
+        diameters = _diameters(shapes, n_blades)
+        yield "reduced/nodal_diameters", (), diameters
+        yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
+        yield "blade_share", (), families.share(reduced)
+        points = disk.points
+        for name in ("blades", "ring", "spokes"):
+            yield name, (), getattr(points, name)
+        yield "position_m", (), points.position
+        yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """First frequencies of both models, and what rules the first family."""
+        for kind in ("full", "reduced"):
+            frequencies, diameters = (
+                file.read(f"{kind}/{name}") for name in ("frequencies_hz", "nodal_diameters")
+            )
+            if not len(frequencies):  # of a model file that is reduced
+                continue
+            n = file.config.disk.n_blades + 2
+            first = ", ".join(
+                f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
+            )
+            yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
+        config, n = file.config, file.config.disk.n_blades
+        full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
+        half_range = config.mistuning.half_range.max()
+        ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
+        yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
+        yield f"without contact, order {config.casing.main_order} {met(file)}"
+        yield from casing_waves.report(file)
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """A reduced model whose first family is not that of the full one."""
+        n = file.config.disk.n_blades
+        full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
+        if len(full):
+            error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())
+            yield Finding(
+                USELESS if error > FAR_OFF else REMARK,
+                f"first family off by {100 * error:.2g} %",
+                f"the reduction changes frequencies of the first family by up to "
+                f"{100 * error:.2g} %: reduction.n_modes",
+            )
 
 
-STUDY = Study(
-    name="modal",
-    figures="1, 2",
-    mistunes=False,
-    what="the disk, its mode shapes, SAFE diagram",
-    layout=layout,
-    sizes=sizes,
-    source_sizes=sizes_of_file,
-    prepare=build_model,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = Modal()

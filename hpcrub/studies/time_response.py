@@ -17,13 +17,13 @@ from hpcrub.response.steady import correlation
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
-from hpcrub.runs.study import Poll, Study, Values
+from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
-from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies import worn
-from hpcrub.studies.interaction_map import DISKS, cost, n_tasks
+from hpcrub.studies.interaction_map import DISKS
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")
@@ -63,36 +63,6 @@ _COATING = (
 SCALES = {"time": "time_s", "check": "check_s", "block": "block_s", **worn.SCALES}
 
 
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets; of a disk with several contact points on a blade, motions are of every point."""
-    more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
-    more += (_STRESS,) if config.observes_stress else ()
-    more += _CASING if config.casing.vibrates else ()
-    if config.disk.n_points == config.disk.n_blades:
-        return LAYOUT + more
-    of_points = ("disk", "time", "point")
-    return (
-        *(s._replace(dimensions=of_points) if s.dimensions == _DTB else s for s in LAYOUT),
-        *more,
-        Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
-        Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
-    )
-
-
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own."""
-    speed, duration = config.speeds.from_hz, config.history.duration_s
-    return worn.SIZES | {
-        "disk": len(disks(config)),
-        "time": history.n_records(speed, duration, time_grid(config)),
-        "point": config.disk.n_points,
-        "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
-        "casing_angle": N_ANGLES,
-        "check": len(_checks(config)),
-        "block": len(_block_ends(config)),
-    }
-
-
 def _grid(config):
     return cut_revolution(config.speeds.from_hz, time_grid(config))
 
@@ -106,66 +76,6 @@ def _block_ends(config):
 
 def _checks(config):
     return history.checks(config.speeds.from_hz, config.history.duration_s, time_grid(config))
-
-
-def constants(config: Config) -> dict[str, Any]:
-    """The disks and the times of the checks."""
-    speed = config.speeds.from_hz
-    return {
-        "deviation": disks(config),
-        "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
-        "window_s": config.steady_state.window_revolutions / speed,
-        "block_s": _block_ends(config),
-        "casing_angle_deg": np.degrees(_casing_angles()),
-    } | worn.CONSTANTS
-
-
-def problems(config: Config) -> Iterator[str]:
-    """Keys that do not fit this study."""
-    if config.speeds.n_values != 1:
-        first, last = config.speeds.from_hz, config.speeds.to_hz
-        text = f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of"
-        yield f"{text} one speed"
-
-
-def compute(config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-    """Integrate one disk in time and test its steady state; of one that diverges, say why."""
-    scene, modes = problem.problem.scene, problem.modes[task]
-    speed, duration = config.speeds.from_hz, config.history.duration_s
-    followed, pieces, worn_depth = history.Follower(modes, scene, speed, duration), [], []
-    for piece in history.integrate(modes, scene, np.array([speed]), duration, poll=poll):
-        followed.take(piece, 0)
-        worn_depth += [depth.max() for depth in piece.worn]
-        pieces.append(piece._replace(worn=()))
-    names = "time", "normal_force", "position", "casing"
-    parts = ([getattr(piece, name)[..., 0] for piece in pieces] for name in names)
-    time, force, position, casing = map(np.concatenate, parts)
-    tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
-    window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
-    reason = pieces[-1].reason[0]
-    if not status.are_fatal(reason):
-        share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
-        reason = permanent_contact(share, modes, scene, speed) or reason
-    if task == 0:
-        yield from _once(config, scene, time)
-    yield "point_reason", task, reason
-    yield "point_status", task, DIVERGED
-    if status.are_fatal(pieces[-1].reason[0]):
-        return
-    moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
-    moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
-    wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
-    moved["gap_m"] = gap(scene, speed, time, radial) + wall
-    if config.casing.vibrates:
-        turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
-        moved["casing_radial_m"] = casing_motion.radial(modes.pairs, casing, turned)
-    yield from ((name, task, values) for name, values in moved.items())
-    if scene.coating:
-        yield "worn_depth_m", task, np.array(worn_depth)
-        yield from worn.of_speed(followed.wear, task)
-    yield from _tests(config, task, tangential, len(time) // len(pieces))
-    if not status.are_fatal(reason):
-        yield from _judged(followed, task)
 
 
 def _judged(followed, task):
@@ -222,62 +132,139 @@ def first_known(file: ResultFile, disk: int) -> int | None:
     return int(np.abs(file.read("check_s") - file.read("judged_s", disk)).argmin())
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """Amplitudes, and since when they are known, or why there are none."""
-    found, reason = file.read("point_status"), file.read("point_reason")
-    for disk, name in enumerate(DISKS[: len(found)]):
-        if found[disk] == DIVERGED:
-            yield f"{name}: {status.words(reason[disk])}"
-            continue
-        check = first_known(file, disk)
-        word = "averaged" if found[disk] == AVERAGED else "steady"
-        known = "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
-        if check is not None:
-            known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
-        if found[disk] == AVERAGED:
-            error = Z_95 * file.read("amplitude_error_m", disk)
-            known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
-        size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
-        force = file.read("force_n", disk).max()
-        if "casing_radial_m" in file:
-            moved = np.abs(file.read("casing_radial_m", disk)).max()
-            known += f", casing moves by {1e3 * moved:.3g} mm"
-        if "stress_pa" in file:
-            stress = np.abs(file.read("stress_pa", disk)).max()
-            known += f", largest stress {1e-6 * stress:,.0f} MPa"
-        care = f"; {status.words(reason[disk])}" if reason[disk] else ""
-        yield (
-            f"{name}: {known}, largest |u_t| {size:.1f} mm, largest mean force {force:.4g} N{care}"
+class TimeResponse(StudyInTime):
+    """One simulation in full."""
+
+    name = "time_response"
+    what = "one simulation in full"
+    figures = "5"
+    sections = ("history",)
+    scales = SCALES
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets; where blades have several contact points, motions are of every point."""
+        more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
+        more += (_STRESS,) if config.observes_stress else ()
+        more += _CASING if config.casing.vibrates else ()
+        if config.disk.n_points == config.disk.n_blades:
+            return LAYOUT + more
+        of_points = ("disk", "time", "point")
+        return (
+            *(s._replace(dimensions=of_points) if s.dimensions == _DTB else s for s in LAYOUT),
+            *more,
+            Dataset("contact_blade", ("point",), "1", "blade of a contact point", "i8"),
+            Dataset("contact_angle_rad", ("point",), "rad", "its angle at the time zero"),
         )
-        yield from (f"{name}: {line}" for line in worn.report(file, disk))
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        speed, duration = config.speeds.from_hz, config.history.duration_s
+        return worn.SIZES | {
+            "disk": len(disks(config)),
+            "time": history.n_records(speed, duration, time_grid(config)),
+            "point": config.disk.n_points,
+            "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
+            "casing_angle": N_ANGLES,
+            "check": len(_checks(config)),
+            "block": len(_block_ends(config)),
+        }
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The disks and the times of the checks."""
+        speed = config.speeds.from_hz
+        return {
+            "deviation": disks(config),
+            "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
+            "window_s": config.steady_state.window_revolutions / speed,
+            "block_s": _block_ends(config),
+            "casing_angle_deg": np.degrees(_casing_angles()),
+        } | worn.CONSTANTS
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        if config.speeds.n_values != 1:
+            first, last = config.speeds.from_hz, config.speeds.to_hz
+            text = f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of"
+            yield f"{text} one speed"
+
+    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
+        """Integrate one disk in time and test its steady state; of one that diverges, say why."""
+        scene, modes = problem.problem.scene, problem.modes[task]
+        speed, duration = config.speeds.from_hz, config.history.duration_s
+        followed, pieces, worn_depth = history.Follower(modes, scene, speed, duration), [], []
+        for piece in history.integrate(modes, scene, np.array([speed]), duration, poll=poll):
+            followed.take(piece, 0)
+            worn_depth += [depth.max() for depth in piece.worn]
+            pieces.append(piece._replace(worn=()))
+        names = "time", "normal_force", "position", "casing"
+        parts = ([getattr(piece, name)[..., 0] for piece in pieces] for name in names)
+        time, force, position, casing = map(np.concatenate, parts)
+        tangential, radial = position @ modes.tangential.T, position @ modes.normal.T
+        window = round(config.steady_state.window_revolutions / speed / (time[1] - time[0]))
+        reason = pieces[-1].reason[0]
+        if not status.are_fatal(reason):
+            share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
+            reason = permanent_contact(share, modes, scene, speed) or reason
+        if task == 0:
+            yield from _once(config, scene, time)
+        yield "point_reason", task, reason
+        yield "point_status", task, DIVERGED
+        if status.are_fatal(pieces[-1].reason[0]):
+            return
+        moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
+        moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
+        wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
+        moved["gap_m"] = gap(scene, speed, time, radial) + wall
+        if config.casing.vibrates:
+            turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
+            moved["casing_radial_m"] = casing_motion.radial(modes.pairs, casing, turned)
+        yield from ((name, task, values) for name, values in moved.items())
+        if scene.coating:
+            yield "worn_depth_m", task, np.array(worn_depth)
+            yield from worn.of_speed(followed.wear, task)
+        yield from _tests(config, task, tangential, len(time) // len(pieces))
+        if not status.are_fatal(reason):
+            yield from _judged(followed, task)
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """Amplitudes, and since when they are known, or why there are none."""
+        found, reason = file.read("point_status"), file.read("point_reason")
+        for disk, name in enumerate(DISKS[: len(found)]):
+            if found[disk] == DIVERGED:
+                yield f"{name}: {status.words(reason[disk])}"
+                continue
+            check = first_known(file, disk)
+            word = "averaged" if found[disk] == AVERAGED else "steady"
+            known = (
+                "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
+            )
+            if check is not None:
+                known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
+            if found[disk] == AVERAGED:
+                error = Z_95 * file.read("amplitude_error_m", disk)
+                known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
+            size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
+            force = file.read("force_n", disk).max()
+            if "casing_radial_m" in file:
+                moved = np.abs(file.read("casing_radial_m", disk)).max()
+                known += f", casing moves by {1e3 * moved:.3g} mm"
+            if "stress_pa" in file:
+                stress = np.abs(file.read("stress_pa", disk)).max()
+                known += f", largest stress {1e-6 * stress:,.0f} MPa"
+            care = f"; {status.words(reason[disk])}" if reason[disk] else ""
+            yield (
+                f"{name}: {known}, largest |u_t| {size:.1f} mm, "
+                f"largest mean force {force:.4g} N{care}"
+            )
+            yield from (f"{name}: {line}" for line in worn.report(file, disk))
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What speaks against the motions of all disks."""
+        moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
+        states, reasons = (file.read(name) for name in ("point_status", "point_reason"))
+        points = (values[:, None] for values in (moved, states, reasons))
+        yield from verdict.of_points(file.config, *points)
+        yield from verdict.kinematics(file.config, float(moved.max()))
 
 
-def findings(file: ResultFile) -> Iterator[Finding]:
-    """What speaks against the motions of all disks."""
-    moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
-    states, reasons = (file.read(name) for name in ("point_status", "point_reason"))
-    points = (values[:, None] for values in (moved, states, reasons))
-    yield from verdict.of_points(file.config, *points)
-    yield from verdict.kinematics(file.config, float(moved.max()))
-
-
-STUDY = Study(
-    name="time_response",
-    figures="5",
-    mistunes=False,
-    sections=("history",),
-    what="one simulation in full",
-    layout=layout,
-    scales=SCALES,
-    sizes=sizes,
-    constants=constants,
-    prepare=prepare_disks,
-    n_tasks=n_tasks,
-    cost=cost,
-    problems=problems,
-    integrates=True,
-    histories=True,
-    compute=compute,
-    report=report,
-    findings=findings,
-)
+STUDY = TimeResponse()

@@ -181,7 +181,7 @@ def test_diverged_points_have_no_energies_and_no_windows(leaning, changes):
     assert np.isnan(found).all()
     assert (result.point_status == DIVERGED).all()
     cfg = Config.from_yaml(TINY.replace("34.4", "34.2"))
-    values = branches.compute(cfg, Disks(model, [modes]), 0, None)
+    values = branches.STUDY.compute(cfg, Disks(model, [modes]), 0, None)
     values = {name: value for name, _, value in values}
     assert status.are_fatal(values["point_reason"]).all()
     for name in ("amplitude_m", "localisation", "window_amplitude_m", "window_localisation"):

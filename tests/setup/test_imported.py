@@ -154,7 +154,8 @@ def test_blades_without_stiffness_of_their_own_cannot_be_mistuned(folder):
 
 def modal_of(text):
     config = read(f"study: modal\n{text}")
-    values = {name: found for name, _, found in modal.compute(config, build_model(config), 0, None)}
+    pieces = modal.STUDY.compute(config, build_model(config), 0, None)
+    values = {name: found for name, _, found in pieces}
     lengths = studies.run_of(config).sizes()
     for line in modal.STUDY.layout(config):
         shape = tuple(lengths[d] for d in line.dimensions)

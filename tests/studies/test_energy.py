@@ -42,7 +42,7 @@ def test_energy_is_taken_over_the_revolutions_of_one_window(monkeypatch):
     monkeypatch.setattr(history, "integrate", watched)
     cfg = config.Config.from_yaml(TINY).replace({"speeds.to_hz": 36.0, "speeds.step_hz": 2})
     problem = energy.Chosen(build_problem(cfg), np.zeros((1, 12)))
-    list(energy.compute(cfg, problem, 0, lambda: None))
+    list(energy.STUDY.compute(cfg, problem, 0, lambda: None))
     assert np.concatenate(spans) == pytest.approx([3.0, 3.0], rel=1e-9)
 
 
@@ -95,17 +95,17 @@ def test_energies_are_those_of_the_full_model(folder):
     assert (folder / "energy.png").exists()
     stress = largest_stress(file.config, deviations[1], 0)
     assert file.read("stress_pa", 1)[0] == pytest.approx(stress, rel=1e-9)
-    assert any(line.startswith("largest stress ") for line in energy.report(file))
+    assert any(line.startswith("largest stress ") for line in energy.STUDY.report(file))
     file.close()
 
     with open_result("energy.h5", mode="r+") as file:
         before = energy.amplification(file)
         file.write({"energy_j": np.nan, "point_reason": status.TOO_LARGE}, 1)
         np.testing.assert_array_equal(energy.amplification(file), [before[0], np.nan, before[2]])
-        assert next(energy.report(file)).startswith("3 of 12 points: diverged")
+        assert next(energy.STUDY.report(file)).startswith("3 of 12 points: diverged")
         plot.energy("energy.h5")
         file.write({"tuned/energy_j": np.nan}, ())
-        assert list(energy.report(file))[-1].startswith("by strain energy: not known")
+        assert list(energy.STUDY.report(file))[-1].startswith("by strain energy: not known")
         plot.energy("energy.h5")
 
 
@@ -174,7 +174,7 @@ def test_energy_needs_as_many_finished_samples_as_it_is_to_take(folder, capfd):
         expected = f"energy.samples: {samples} is more than the 11 finished samples of source.h5"
         assert expected in capfd.readouterr().err
     keys = {"study": "energy", "sources": ["source.h5"], "energy.samples": 11}
-    found = energy.constants(config.Config.from_yaml(TINY).replace(keys))
+    found = energy.STUDY.constants(config.Config.from_yaml(TINY).replace(keys))
     places = list(zip(found["level"], found["number"], strict=True))
     assert len(set(places)) == 11
     assert where not in places

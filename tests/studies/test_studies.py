@@ -257,7 +257,7 @@ def test_the_branches_that_are_listed_are_as_many_as_are_counted():
         window_amplitude_m=amplitude, window_localisation=np.full((8, 1, 60), 0.1),
         point_status=np.full((8, 1), STEADY), point_reason=np.zeros((8, 1), np.uint8),
     )  # fmt: skip
-    lines = list(branches.report(file))
+    lines = list(branches.STUDY.report(file))
     assert "8 branches" in lines[0]
     assert len([line for line in lines if line.startswith("branch ")]) == branches.LISTED
     assert lines[-1] == "branches 7 to 8: 2 points in all"

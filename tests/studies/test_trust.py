@@ -338,4 +338,4 @@ def test_energy_of_the_disks_that_cut(folder, monkeypatch):
     *_, drawn = plot.energy(coated)
     found = np.concatenate([line.get_ydata() for line in drawn.lines])
     np.testing.assert_array_equal(np.sort(found), np.sort(taken.max(axis=1)))
-    assert any(line.startswith("wear takes ") for line in energy.report(coated))
+    assert any(line.startswith("wear takes ") for line in energy.STUDY.report(coated))

@@ -8,15 +8,15 @@ import numpy as np
 
 from hpcrub.config.schema import Config, differences
 from hpcrub.errors import InputError
-from hpcrub.results.layout import DONE, PENDING
+from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Run, Study
+from hpcrub.runs.study import Job, Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
@@ -37,106 +37,108 @@ APART = (
 )
 
 
-def sizes(config: Config) -> dict[str, int]:
-    """Length of every dimension of its own."""
-    return {
-        "level": len(config.levels),
-        "sample": len(config.samples),
-        "percentile": len(config.convergence.percentiles),
-        "run": config.mistuning.tuned_runs,
-        "line": MOST_LINES,
-        "friction": 2,
-        "block": len(config.samples) // config.convergence.step,
-    } | worn.SIZES
+class Contact(Study):
+    """Frequency responses in contact of many samples."""
 
+    name = "contact"
+    what = "frequency response in contact, Monte-Carlo percentiles"
+    figures = "7 to 13"
+    sections = ("part",)
+    scales = SCALES
+    unit = "samples"
+    of_tasks = False
+    integrates = True
 
-def constants(config: Config) -> dict[str, Any]:
-    """What is known before any computation."""
-    n_blocks = sizes(config)["block"]
-    seen = config.convergence.step * np.arange(1, n_blocks + 1)
-    return (
-        {
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        return layout(config)
+
+    def prepare(self, config: Config) -> Problem:
+        """The tuned disk and its scene."""
+        return build_problem(config)
+
+    def job(self, *arguments: Any) -> Job:
+        """A Monte-Carlo simulation, whose parts are no independent tasks."""
+        return MonteCarlo(*arguments)
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """One line: peaks, amplifications and the verdict."""
+        yield self.headline(file)
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        return {
+            "level": len(config.levels),
+            "sample": len(config.samples),
+            "percentile": len(config.convergence.percentiles),
+            "run": config.mistuning.tuned_runs,
+            "line": MOST_LINES,
+            "friction": 2,
+            "block": len(config.samples) // config.convergence.step,
+        } | worn.SIZES
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """What is known before any computation."""
+        n_blocks = self.sizes(config)["block"]
+        seen = config.convergence.step * np.arange(1, n_blocks + 1)
+        return worn.CONSTANTS | {
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
+            SAMPLES_SEEN: seen,
         }
-        | worn.CONSTANTS
-        | {SAMPLES_SEEN: seen}
-    )
 
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """Every disk at every speed."""
+        n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
+        most = config.mistuning.checked_samples
+        half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
+        return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
 
-def cost(config: Config, until_steady: float) -> Cost:
-    """Every disk at every speed."""
-    n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
-    most = config.mistuning.checked_samples
-    half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
-    return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        if config.engine_order is None:
+            yield (
+                "forcing.engine_order: a casing without equal bumps does not say how many periods "
+                "the load of the linear response has; give their number"
+            )
 
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file without all its samples has converged, where that ends the study."""
+        convergence = file.config.convergence
+        if not convergence.stop_when_converged:
+            return False
+        names = "convergence_error", "percentile_low", "percentile_high"
+        known = {name: file.read(AMPLIFICATION.dataset(name)) for name in names}
+        error = judged_error(convergence.criterion, known)
+        return first_converged(error, convergence.target_error) is not None
 
-def problems(config: Config) -> Iterator[str]:
-    """Keys that do not fit this study."""
-    yield from steady_problems(config)
-    if config.engine_order is None:
-        yield (
-            "forcing.engine_order: a casing without equal bumps does not say how many periods the "
-            "load of the linear response has; give their number"
+    def headline(self, file: ResultFile) -> str:
+        """Peaks of the tuned disk and at the widest level [mm], amplifications, verdict."""
+        quantity = amplitude_in_words(file.config)
+        text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
+        done = file.status[-1] == DONE
+        if not done.any():
+            return f"{text}, no sample has a result"
+        at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
+        peaks, amplifications = (
+            " / ".join(form.format(value) for value in np.percentile(values[done], at))
+            for form, values in (
+                ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", -1)),
+                ("{:.3f}", file.read("samples/amplification", -1)),
+            )
         )
+        text += f", mistuned {peaks} mm"
+        if len(at) > 1:
+            text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
+        verdict = read_trust(file)
+        if is_usable(verdict):
+            text += f", A_nl {amplifications}"
+        return f"{text}; {verdict[0]}" if verdict else text
 
 
-def headline(file: ResultFile) -> str:
-    """Peaks of the tuned disk and at the widest level in millimetres, amplifications, verdict."""
-    quantity = amplitude_in_words(file.config)
-    text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
-    done = file.status[-1] == DONE
-    if not done.any():
-        return f"{text}, no sample has a result"
-    at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
-    peaks, amplifications = (
-        " / ".join(form.format(value) for value in np.percentile(values[done], at))
-        for form, values in (
-            ("{:.2f}", 1e3 * file.read("samples/peak_amplitude_m", -1)),
-            ("{:.3f}", file.read("samples/amplification", -1)),
-        )
-    )
-    text += f", mistuned {peaks} mm"
-    if len(at) > 1:
-        text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
-    verdict = read_trust(file)
-    if is_usable(verdict):
-        text += f", A_nl {amplifications}"
-    return f"{text}; {verdict[0]}" if verdict else text
-
-
-def is_enough(file: ResultFile) -> bool:
-    """Whether a file without all its samples has converged, where that ends the study."""
-    convergence = file.config.convergence
-    if not convergence.stop_when_converged:
-        return False
-    names = "convergence_error", "percentile_low", "percentile_high"
-    known = {name: file.read(AMPLIFICATION.dataset(name)) for name in names}
-    error = judged_error(convergence.criterion, known)
-    return first_converged(error, convergence.target_error) is not None
-
-
-STUDY = Study(
-    name="contact",
-    figures="7 to 13",
-    sections=("part",),
-    what="frequency response in contact, Monte-Carlo percentiles",
-    layout=layout,
-    scales=SCALES,
-    sizes=sizes,
-    constants=constants,
-    prepare=build_problem,
-    problem_of=lambda problem: problem,
-    cost=cost,
-    problems=problems,
-    unit="samples",
-    integrates=True,
-    job=MonteCarlo,
-    is_enough=is_enough,
-    report=lambda file: [headline(file)],
-)
+STUDY = Contact()
 
 
 def open_contact(path: str | Path) -> ResultFile:
