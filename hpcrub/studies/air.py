@@ -12,7 +12,7 @@ from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Values
 from hpcrub.setup.aero import curve_of
-from hpcrub.statistics.pairs import share_interval
+from hpcrub.statistics.percentiles import Z_95, probability_interval
 
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
@@ -114,7 +114,7 @@ def spread_in_words(least: np.ndarray) -> str:
     """Damping ratio of the least stable mode of some disks (n,), and which share flutters."""
     low, middle, high = np.percentile(least, [1, 50, 99])
     n_flutter = int(np.count_nonzero(least <= 0.0))
-    ends = [100.0 * end for end in share_interval(n_flutter, len(least))]
+    ends = [100.0 * end for end in probability_interval(n_flutter, len(least), Z_95)]
     return (
         f"least stable mode {low:.3g} / {middle:.3g} / {high:.3g} (percentiles 1/50/99 of the "
         f"damping ratio); {n_flutter} of {len(least)} disks flutter without contact "

@@ -161,11 +161,8 @@ class InteractionMap(StudyInTime):
             yield from _judged(followed[lane].found, (disk, speed))
             if scene.coating:
                 yield from worn.of_speed(followed[lane].wear, (disk, speed))
-            yield (
-                "spectrum_m",
-                (disk, speed),
-                spectrum(window, interval, config.spectrum).max(axis=0),
-            )
+            spectra = spectrum(window, interval, config.spectrum)
+            yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()
 
     def report(self, file: ResultFile) -> Iterator[str]:
