@@ -22,6 +22,8 @@ def problems(config: Any) -> Iterator[str]:
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
     yield from of_casing or _steep_problems(config)
     yield from _ring_problems(config.casing)
+    if config.threshold.lowest >= config.threshold.highest:
+        yield "threshold.highest: is not above threshold.lowest"
     if config.disk.is_resolved:
         yield from aero.problems(config.aero, config.disk.n_blades)
     yield from _contact_problems(config)

@@ -33,6 +33,7 @@ from hpcrub.config.study_keys import (
     Part,
     Spectrum,
     StudyName,
+    Threshold,
 )
 from hpcrub.config.types import (
     FileName,
@@ -76,6 +77,7 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
+    threshold: Threshold = Threshold()
 
     def __init__(self, /, **keys: Any) -> None:
         """Validated configuration of sections and keys. Raises InputError as `from_yaml`."""

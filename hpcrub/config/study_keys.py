@@ -2,6 +2,7 @@
 
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
@@ -15,6 +16,7 @@ StudyName = Literal[
     "interaction_map",
     "energy",
     "branches",
+    "threshold",
 ]
 Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
@@ -23,6 +25,31 @@ Diameters = Annotated[
 Bounds = Annotated[
     tuple[Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)], ...], Field(min_length=2, max_length=2)
 ]
+
+
+MOST_VALUES = 1025
+
+
+class Threshold(Section):
+    """Which value of a key meets the limits."""
+
+    key: str | None = None
+    """key of the input whose value is searched for, such as casing.clearance_mm"""
+    lowest: Number = 0.0
+    """lowest value, in the unit of the key"""
+    highest: Number = 1.0
+    """highest value"""
+    tolerance: Number = Field(0.05, gt=0)
+    """to which the value is to be known, in the unit of the key; values are so far apart or less"""
+    probability: Number = Field(0.01, gt=0, lt=1)
+    """probability of exceeding one of limits, that is to be met [-]"""
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values that may be looked at, a power of two of steps (V,)."""
+        steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
+        n = min(2 ** int(np.ceil(np.log2(steps) - 1e-9)), MOST_VALUES - 1)
+        return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)
 
 
 class Part(Section):

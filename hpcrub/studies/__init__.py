@@ -10,12 +10,29 @@ from hpcrub.config.schema import Config
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.study import Run, Study
-from hpcrub.studies import branches, energy, interaction_map, linear, modal, time_response
+from hpcrub.studies import (
+    branches,
+    energy,
+    interaction_map,
+    linear,
+    modal,
+    threshold,
+    time_response,
+)
 from hpcrub.studies.contact import study as contact
 
 STUDIES: dict[str, Study] = {
     module.STUDY.name: module.STUDY
-    for module in (contact, modal, linear, time_response, interaction_map, energy, branches)
+    for module in (
+        contact,
+        modal,
+        linear,
+        time_response,
+        interaction_map,
+        energy,
+        branches,
+        threshold,
+    )
 }
 
 

@@ -1,0 +1,284 @@
+"""The value of a key at which the probability of exceeding a limit crosses a target.
+
+The same disks are drawn at every value; `statistics.threshold` says which of them are computed.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.config.text import flatten
+from hpcrub.errors import InputError
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Job, Poll, Study
+from hpcrub.runs.verdict import USELESS, Finding
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.statistics.percentiles import Z_95, probability_interval
+from hpcrub.statistics.threshold import UNKNOWN, Search
+from hpcrub.studies.contact.amplification import peak, peak_stress
+
+NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
+LOOKS = 1.5  # values that need all disks that the target asks for, for each bisection
+_V, _VN = ("value",), ("value", "sample")
+LAYOUT = (
+    Dataset("value", _V, "1", "values of the key, in its own unit"),
+    Dataset("n_disks", _V, "1", "disks computed at every value, the first ones drawn", "i8"),
+    Dataset("n_above", _V, "1", "those beyond the limit, or without a result", "i8"),
+    Dataset("probability_low", _V, "1", "lower end of the 95 % interval of the probability"),
+    Dataset("probability_high", _V, "1", "upper end of the 95 % interval of the probability"),
+    Dataset("side", _V, "1", "probability certainly below (-1) or above (1) the target", "i8"),
+    Dataset("crossing", ("end",), "1", "values on either side of the crossing; NaN: none"),
+    Dataset("peak_amplitude_m", _VN, "m", "largest amplitude of a disk over the speeds"),
+    Dataset("peak_stress_pa", _VN, "Pa", "largest stress of a disk over the speeds"),
+    Dataset("status", _VN, "1", "0 pending, 1 done", "u1"),
+)
+
+
+class Threshold(Study):
+    """Where the probability of exceeding a limit crosses a target along the values of a key."""
+
+    name = "threshold"
+    what = "value of a key that meets a limit with a probability"
+    sections = ("threshold",)
+    of_tasks = False
+    integrates = True
+    unit = "disks"
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        return LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        n_values = len(config.threshold.values)
+        return {"value": n_values, "sample": config.mistuning.samples, "end": 2}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The values."""
+        return {"value": config.threshold.values, "sample": np.arange(config.mistuning.samples)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        key, limits = config.threshold.key, config.limits
+        if key is None:
+            yield "threshold.key: missing; the key whose value is searched for is needed"
+            return
+        if limits.amplitude is None and limits.stress is None:
+            yield "limits: a threshold study needs limits.amplitude_mm or limits.stress_mpa"
+        elif limits.stress is not None and not _tells_stress(config):
+            yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
+        if len(config.mistuning.half_range_percent) != 1:
+            yield "mistuning.half_range_percent: a threshold study is of one level"
+        if key.startswith(NEVER_KEYS):
+            yield f"threshold.key: {key} changes no disk"
+            return
+        for value in (config.threshold.lowest, config.threshold.highest):
+            try:
+                at_value(config, value)
+            except InputError as error:
+                yield f"threshold.key: {value:g}: {error}"
+
+    def prepare(self, config: Config) -> Problem:
+        """The disk and scene of the input itself; those of the values are built on every rank."""
+        return build_problem(config)
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """About as many disks as a few values need whose intervals must leave out the target."""
+        disks = round(LOOKS * np.log2(len(config.threshold.values)) * _needed(config))
+        return Cost(disks * config.speeds.n_values * until_steady, disks=disks)
+
+    def job(self, *arguments: Any) -> Job:
+        """A search, of which every look depends on those before."""
+        return Seeking(*arguments)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether nothing is left to look at."""
+        return search_of(file).next_look() is None
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The value, what is known at its sides, and how many disks that took."""
+        yield answer(file)
+        n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
+        share = 100.0 * n_done / (n_values * file.config.mistuning.samples)
+        yield (
+            f"{n_done:,} disks at {np.count_nonzero(file.read('n_disks'))} of {n_values} values, "
+            f"{share:.2g} % of all disks at all values"
+        )
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """A crossing that is not known, or of which there are several."""
+        found, config = search_of(file), file.config
+        if found.next_look() is None and (found.sides()[[0, -1]] == UNKNOWN).any():
+            yield Finding(
+                USELESS, "the ends are not certain",
+                "at an end of the range the probability is too close to the target for "
+                f"{config.mistuning.samples} disks: mistuning.samples, or another range",
+            )  # fmt: skip
+        if not found.is_monotone():
+            yield Finding(
+                USELESS, "several crossings",
+                f"the probability rises and falls again with {config.threshold.key}: one of "
+                "several crossings is told; draw the figure, and search on parts of the range",
+            )  # fmt: skip
+        amplitude = np.nan_to_num(file.read("peak_amplitude_m"))
+        yield from verdict.kinematics(config, float(amplitude.max()))
+
+
+class Seeking(Job):
+    """Looks at one value after the other, each with some more disks (all ranks)."""
+
+    def run(self) -> None:
+        """Compute what the next look needs, until nothing is left to look at."""
+        look = self.team.on_root(self._take_stock)
+        if look:
+            self.phase("loading the kernel")
+            warm_up(self.team, self.config, self.prepared, False, self.progress)
+        self.phase("disks")
+        while look:
+            value, n = look
+            pending = np.flatnonzero(self.status[value, :n] == PENDING) if self.status.size else ()
+            tasks = [(value, int(sample)) for sample in pending]
+            self.team.run_tasks(tasks, self._compute, self._collect)
+            look = self.team.on_root(self._next)
+
+    def n_done(self) -> tuple[int, int]:
+        """Finished disks, and all of all values (rank 0)."""
+        return int(np.count_nonzero(self.status == DONE)), self.status.size
+
+    def _take_stock(self):
+        self.status = self.file.read("status")
+        self.n_disks = np.zeros(len(self.status), dtype=int)
+        return self._next()
+
+    def _next(self):
+        """The next look, whose disks are not all there; None, and the answer is written (rank 0).
+
+        Looks come in the same order whatever the file holds already.
+        """
+        while True:
+            above = exceeds(self.file) & (np.arange(self.status.shape[1]) < self.n_disks[:, None])
+            found = Search(
+                self.n_disks, above.sum(axis=1), self.config.threshold.probability,
+                self.status.shape[1],
+            )  # fmt: skip
+            look = found.next_look()
+            if look and (self.status[look[0], : look[1]] == PENDING).any():
+                return look
+            self._write(found)
+            if look is None:
+                return None
+            self.n_disks[look[0]] = look[1]
+
+    def _write(self, found):
+        ends = np.array([
+            probability_interval(int(k), int(n), Z_95) if n else (np.nan, np.nan)
+            for k, n in zip(found.n_above, found.n_done, strict=True)
+        ])  # fmt: skip
+        crossing = found.crossing()
+        between = self.config.threshold.values[list(crossing)] if crossing else [np.nan, np.nan]
+        self.file.write(
+            {
+                "n_disks": found.n_done,
+                "n_above": found.n_above,
+                "probability_low": ends[:, 0],
+                "probability_high": ends[:, 1],
+                "side": found.sides(),
+                "crossing": np.array(between),
+            },
+            (),
+        )
+
+    def _compute(self, task, poll):
+        value, sample = task
+        size, stress = peaks(self.config, value, sample, poll)
+        self.file.write({"peak_amplitude_m": size, "peak_stress_pa": stress}, task)
+        self.file.write({"status": DONE}, task)
+
+    def _collect(self, task, result):
+        self.status[task] = DONE
+        if self.progress:
+            self.progress.part("disks", *self.n_done())
+
+
+def at_value(config: Config, value: float) -> Config:
+    """The configuration with a value of the key. Raises InputError for one that is not allowed."""
+    key = config.threshold.key or ""
+    before = flatten(config.model_dump(mode="json")).get(key)
+    number = int(value) if isinstance(before, int) and value.is_integer() else value
+    return config.replace({key: [number] if isinstance(before, list) else number})
+
+
+@lru_cache(maxsize=4)
+def _problem_at(text, value):
+    """Configuration and Problem of a value, kept because every disk of a look asks for them."""
+    config = at_value(Config.from_yaml(text), value)
+    return config, build_problem(config)
+
+
+def peaks(config: Config, value: int, sample: int, poll: Poll) -> tuple[float, float]:
+    """Largest amplitude [m] and stress [Pa] of a disk at the value of an index; NaN: none."""
+    here, problem = _problem_at(config.to_yaml(), float(config.threshold.values[value]))
+    modes = modes_of(here, problem, deviation(here, 0, sample))
+    speeds = here.speeds.values_hz
+    result = run_sweep(modes, problem.scene, speeds, poll)
+    return peak(result, speeds)[0], peak_stress(result)
+
+
+def exceeds(file: ResultFile) -> np.ndarray:
+    """Whether disks exceed a limit, or have no result (V, n) of bool."""
+    limits, size = file.config.limits, file.read("peak_amplitude_m")
+    above = ~np.isfinite(size)
+    if limits.amplitude is not None:
+        above |= size > limits.amplitude
+    if limits.stress is not None:
+        factor = limits.stress_per_metre
+        above |= (file.read("peak_stress_pa") if factor is None else factor * size) > limits.stress
+    return above
+
+
+def search_of(file: ResultFile) -> Search:
+    """What a file knows."""
+    n_disks, n_above = file.read("n_disks"), file.read("n_above")
+    most = file.config.mistuning.samples
+    return Search(n_disks, n_above, file.config.threshold.probability, most)
+
+
+def answer(file: ResultFile) -> str:
+    """The value that meets the limit, in words."""
+    asked, (low, high) = file.config.threshold, file.read("crossing")
+    what = f"the probability of exceeding the limit crosses {100 * asked.probability:g} %"
+    if np.isfinite(low):
+        fall = file.read("side")[0] > 0
+        return (
+            f"{what} between {asked.key} = {low:g} and {high:g}; it "
+            f"{'falls' if fall else 'rises'}, so {high if fall else low:g} is on the safe side"
+        )
+    sides = file.read("side")[[0, -1]]
+    if UNKNOWN in sides:
+        return f"{what} at no value of {asked.key} that is known yet"
+    words = "below" if sides[0] < 0 else "above"
+    ends = f"{asked.lowest:g} and {asked.highest:g}"
+    return f"{what} nowhere: it is {words} that at {asked.key} = {ends}, and where it was looked at"
+
+
+def _needed(config):
+    """Disks without one beyond the limit that leave out the target."""
+    return min(4.6 / config.threshold.probability, config.mistuning.samples)
+
+
+def _tells_stress(config):
+    return config.observes_stress or config.limits.stress_per_metre is not None
+
+
+STUDY = Threshold()
