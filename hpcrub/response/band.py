@@ -54,7 +54,7 @@ def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
 
 
 def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
-    """What says of a motion at a speed [Hz] when it is followed no longer; modes: at this speed."""
+    """The rule that ends the integration at a speed [Hz]; modes: of this speed."""
     slowest = float((modes.damping_ratios(scene.damping_ratio) * modes.joined.omega).min())
     decay = max(slowest, NEVER)  # what grows in air never settles by itself
     kind = Windows if scene.steady.rule == "ensemble" else LastWindow

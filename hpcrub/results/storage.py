@@ -292,7 +292,7 @@ class ResultFile:
         return self._dataset(name).dtype
 
     def dimensions(self, name: str) -> tuple[str, ...]:
-        """Name of each axis of a dataset: its scale's, or its label, or that of nothing known."""
+        """Name of each axis of a dataset: of its scale, else its label, else `axis_NUMBER`."""
         dataset = self._dataset(name)
         with self._damage():
             if dataset.is_scale:

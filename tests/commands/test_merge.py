@@ -16,8 +16,9 @@ from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.results import provenance
 from hpcrub.results.layout import PENDING
+from hpcrub.runs import result_files
 from hpcrub.setup import problem as study
-from hpcrub.studies import open_result
+from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import merge as merging
 from tests.program import TINY, datasets, error_lines, lay_out, load, run_here
@@ -135,8 +136,10 @@ def test_an_unfinished_sample_is_not_taken(folder):
 
 
 def test_parts_that_have_not_begun(folder):
+    warnings = attributes("single.h5")[""]["warnings"]  # as a run lays them out, for the verdict
     for k in (1, 2):
-        lay_out(f"{k}.h5", parts.cut(load("study.yaml"), k, 3))
+        run = run_of(parts.cut(load("study.yaml"), k, 3))
+        result_files.lay_out(f"{k}.h5", run, {"warnings": warnings})
     assert merging.merge("whole.h5", ["1.h5", "2.h5"]) == (0, 10)
     with open_result("whole.h5") as file:
         assert contact_file.read_tuned(file) is None
