@@ -14,8 +14,9 @@ ROOMS = [
     "errors", "model", "contact", "response", "statistics", "config", "results", "ranks", "setup",
     "runs", "studies", "plot", "commands",
 ]  # fmt: skip
-# `import_module` loads a room after `ranks`, or a figure, when it is asked for: for time alone
-LAZY = {"hpcrub.__main__", "hpcrub.plot", "hpcrub"}
+# `import_module` loads a room after `ranks`, or a figure, when it is asked for, for time alone;
+# and the studies, which are the modules of their folder
+LAZY = {"hpcrub.__main__", "hpcrub.plot", "hpcrub", "hpcrub.studies"}
 
 
 def name_of(path):

@@ -17,7 +17,8 @@ from hpcrub.runs.execution import Existing, Finished, examine, examine_all
 from hpcrub.runs.study import Run
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.problem import build_problem
-from hpcrub.studies import casing_waves, open_result
+from hpcrub.studies import open_result
+from hpcrub.studies.shared import casing_waves
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:

@@ -1,23 +1,21 @@
 """Keys of the input that only one study reads, or two."""
 
-from typing import Annotated, ClassVar, Literal
+import pkgutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
 
-# `hpcrub.studies.STUDIES` has a module for each
-StudyName = Literal[
-    "contact",
-    "modal",
-    "linear",
-    "time_response",
-    "interaction_map",
-    "energy",
-    "branches",
-    "threshold",
-]
+_MODULES = pkgutil.iter_modules([str(Path(__file__).parents[1] / "studies")])
+# every module of `hpcrub/studies` is the study of its name, but what they share
+STUDY_NAMES = tuple(sorted(module.name for module in _MODULES if module.name != "shared"))
+if TYPE_CHECKING:
+    StudyName = str
+else:
+    StudyName = Literal[STUDY_NAMES]
 Diameters = Annotated[
     tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
 ]

@@ -10,9 +10,9 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_range, draw_response
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.results.layout import DONE
-from hpcrub.studies.casing_motion import PERMANENT
-from hpcrub.studies.casing_waves import SHOWN
 from hpcrub.studies.contact import trust
+from hpcrub.studies.shared.casing_motion import PERMANENT
+from hpcrub.studies.shared.casing_waves import SHOWN
 
 
 @figure("modal", what="waves of the casing and blades over the speed", needs="waves")

@@ -1,7 +1,6 @@
 """What a study is, what one run of it is, and how the ranks compute independent tasks.
 
-A study is a module with a subclass of `Study`, of which `STUDY` is the object, and one line in
-`hpcrub.studies.STUDIES`.
+A study is a module of `hpcrub/studies` with a subclass of `Study`, of which `STUDY` is the object.
 """
 
 import time

@@ -1,38 +1,20 @@
-"""What can be computed: every study is a module with a `STUDY`, and one line in `STUDIES`.
+"""What can be computed: every module here, but `shared`, is the study of its name.
 
-Their names are those of `hpcrub.config.study_keys.StudyName`. In: a `Config`. Out: all that a
-result file holds. `docs/developing_a_study.md` shows how to add a study.
+In: a `Config`. Out: all that a result file holds. `docs/developing_a_study.md` shows how to add one
+more.
 """
 
 import os
+from importlib import import_module
 
 from hpcrub.config.schema import Config
+from hpcrub.config.study_keys import STUDY_NAMES
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.study import Run, Study
-from hpcrub.studies import (
-    branches,
-    energy,
-    interaction_map,
-    linear,
-    modal,
-    threshold,
-    time_response,
-)
-from hpcrub.studies.contact import study as contact
 
 STUDIES: dict[str, Study] = {
-    module.STUDY.name: module.STUDY
-    for module in (
-        contact,
-        modal,
-        linear,
-        time_response,
-        interaction_map,
-        energy,
-        branches,
-        threshold,
-    )
+    name: import_module(f"hpcrub.studies.{name}").STUDY for name in STUDY_NAMES
 }
 
 

@@ -17,7 +17,7 @@ from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
-from hpcrub.studies import worn
+from hpcrub.studies.shared import worn
 
 _DS = ("disk", "speed")
 LAYOUT = (

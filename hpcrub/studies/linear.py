@@ -21,7 +21,7 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import deviation, modes_of, sigma_of
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
-from hpcrub.studies import air
+from hpcrub.studies.shared import air
 
 ROUNDING = 1e-9  # of the radial displacement: no tangential amplitude below
 CHUNK = 50  # samples of a level that make a task

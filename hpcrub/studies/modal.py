@@ -19,7 +19,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.studies import casing_waves
+from hpcrub.studies.shared import casing_waves
 
 FAR_OFF = 0.01  # of the first family's frequencies by the reduction: more moves all crossings
 MOST_SHAPES = 48  # modes whose shapes are kept

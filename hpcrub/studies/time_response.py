@@ -22,8 +22,8 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import disks
 from hpcrub.setup.problem import time_grid
 from hpcrub.statistics.percentiles import Z_95
-from hpcrub.studies import worn
 from hpcrub.studies.interaction_map import DISKS
+from hpcrub.studies.shared import worn
 
 _DTB = ("disk", "time", "blade")
 _DC = ("disk", "check")

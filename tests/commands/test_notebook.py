@@ -43,7 +43,7 @@ def test_input_files_are_configurations_too(folder):
 @pytest.mark.parametrize(
     ("keys_of_input", "message"),
     [
-        ({"study": "modl"}, "study: 'modl' is not one of contact, .*did you mean modal"),
+        ({"study": "modl"}, "study: 'modl' is not one of branches, .*did you mean modal"),
         ({"casing": {"n_bump": 3}}, "casing.n_bump: unknown key; did you mean casing.n_bumps"),
     ],
 )

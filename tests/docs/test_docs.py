@@ -161,18 +161,12 @@ def test_a_figure_leaves_a_notebook_as_it_was(tmp_path):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the program with the module of the page, imported and named in the lists."""
+    """A copy of the program with the module of the page beside the other studies."""
     tree = tmp_path_factory.mktemp("tree")
     shutil.copytree(ROOT / "hpcrub", tree / "hpcrub")
     shutil.copy(ROOT / "main.py", tree)
     (module,) = code("developing_a_study.md", "python")
     (tree / "hpcrub/studies/frequencies.py").write_text(module, encoding="utf-8")
-    for name, n_places in (("studies/__init__.py", 2), ("config/study_keys.py", 1)):
-        path = tree / "hpcrub" / name
-        name = re.compile(r'("?)\benergy\b("?,)')
-        text, n_found = name.subn(r"\g<0> \1frequencies\2", path.read_text("utf-8"))
-        assert n_found == n_places
-        path.write_text(text, "utf-8")
     return tree
 
 

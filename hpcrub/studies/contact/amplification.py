@@ -14,8 +14,8 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import APART
 from hpcrub.setup.problem import Problem
-from hpcrub.studies import casing_motion, worn
 from hpcrub.studies.contact import file as contact_file
+from hpcrub.studies.shared import casing_motion, worn
 
 DIFFERENT = 0.1  # of an amplitude: another motion, or another accuracy
 ROUNDING = 1e-9  # of the clearance and the height of the casing together: no amplitude below

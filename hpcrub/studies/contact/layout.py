@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
-from hpcrub.studies import casing_motion, worn
+from hpcrub.studies.shared import casing_motion, worn
 
 
 class Kind(NamedTuple):

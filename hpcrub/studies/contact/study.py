@@ -18,7 +18,6 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies import worn
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.layout import (
     AMPLIFICATION,
@@ -29,6 +28,7 @@ from hpcrub.studies.contact.layout import (
     layout,
 )
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
+from hpcrub.studies.shared import worn
 
 # keys and sections in which a study that goes on from a contact study may differ from that
 APART = (

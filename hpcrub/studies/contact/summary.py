@@ -22,9 +22,9 @@ from hpcrub.statistics.percentiles import (
     percentile_interval,
     widened,
 )
-from hpcrub.studies import casing_motion
 from hpcrub.studies.contact import limits, measured, survey, trust
 from hpcrub.studies.contact.layout import AMPLIFICATION
+from hpcrub.studies.shared import casing_motion
 
 
 def print_summary(file: ResultFile, job: Any, seconds: float) -> None:

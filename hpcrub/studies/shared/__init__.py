@@ -1,0 +1,1 @@
+"""What studies store and say beside their own results: of coatings, casings and air."""
