@@ -32,6 +32,7 @@ from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.solids import model
+from hpcrub.plot.threshold import threshold
 from hpcrub.plot.waves import casing_motion, casing_waves
 from hpcrub.plot.wear import wear
 
@@ -39,7 +40,7 @@ FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, mode_shapes, casing, linear, time_response, rubbing,
     interaction_map, energy, contact_over_linear, branches, wear,
-    casing_motion, casing_waves, air,
+    casing_motion, casing_waves, air, threshold,
 ]  # fmt: skip
 
 __all__ = [
@@ -47,5 +48,5 @@ __all__ = [
     "casing_waves", "compare", "contact_over_linear",
     "convergence_errors", "disk", "energy", "interaction_map", "linear",
     "mode_shapes", "model", "percentiles", "rubbing", "running_means",
-    "safe_diagram", "summary", "time_response", "wear",
+    "safe_diagram", "summary", "threshold", "time_response", "wear",
 ]  # fmt: skip

@@ -41,15 +41,10 @@ class Search(NamedTuple):
     def next_look(self) -> tuple[int, int] | None:
         """The next value to look at, and its number of disks then; None: nothing is left to do."""
         n, last = len(self.n_done), len(self.n_done) - 1
-        coarse = sorted({round(k * last / (COARSE - 1)) for k in range(COARSE)})
-        for value in coarse:
-            if self.n_done[value] < min(FIRST, self.most):
-                return self._more(value)
-        final = self.is_final()
-        for value in (0, last):
+        final, sides = self.is_final(), self.sides()
+        for value in sorted({round(k * last / (COARSE - 1)) for k in range(COARSE)}):
             if not final[value]:
                 return self._more(value)
-        sides = self.sides()
         for side in (sides[0], sides[last]) if n > 1 else ():
             value = self._boundary(sides, final, side)
             if value is not None:

@@ -74,7 +74,7 @@ class Threshold(Study):
         if key is None:
             yield "threshold.key: missing; the key whose value is searched for is needed"
             return
-        if limits.amplitude is None and limits.stress is None:
+        if limits.amplitude_mm is None and limits.stress is None:
             yield "limits: a threshold study needs limits.amplitude_mm or limits.stress_mpa"
         elif limits.stress is not None and not _tells_stress(config):
             yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
@@ -239,11 +239,12 @@ def exceeds(file: ResultFile) -> np.ndarray:
     """Whether disks exceed a limit, or have no result (V, n) of bool."""
     limits, size = file.config.limits, file.read("peak_amplitude_m")
     above = ~np.isfinite(size)
-    if limits.amplitude is not None:
+    if limits.amplitude_mm is not None:
         above |= size > limits.amplitude
     if limits.stress is not None:
-        factor = limits.stress_per_metre
-        above |= (file.read("peak_stress_pa") if factor is None else factor * size) > limits.stress
+        computed = limits.stress_mpa_per_mm is None
+        stress = file.read("peak_stress_pa") if computed else limits.stress_per_metre * size
+        above |= stress > limits.stress
     return above
 
 
@@ -278,7 +279,7 @@ def _needed(config):
 
 
 def _tells_stress(config):
-    return config.observes_stress or config.limits.stress_per_metre is not None
+    return config.observes_stress or config.limits.stress_mpa_per_mm is not None
 
 
 STUDY = Threshold()

@@ -1,0 +1,67 @@
+"""The value of a key that meets a limit: probability and largest amplitudes over the values."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.statistics.percentiles import percentile_interval
+from hpcrub.studies.threshold import answer
+
+LEAST = 1e-4  # probability at the foot of the figure
+
+
+@figure("threshold", what="probability of exceeding a limit over a key", main=True)
+def threshold(canvas: Canvas) -> None:
+    """Probability of exceeding the limit at the values looked at, and the amplitudes there.
+
+    Bars are 95 % intervals, numbers the disks computed. Between the two values of the band the
+    probability crosses the target.
+    """
+    file = canvas.file
+    chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
+    _draw_probability(chance, file)
+    _draw_amplitudes(size, file)
+    crossing = file.read("crossing")
+    for panel in (chance, size):
+        if np.isfinite(crossing).all():
+            panel.axvspan(*crossing, color=ORANGE, alpha=0.25, lw=0, label="crossing")
+        panel.set_xlabel(file.config.threshold.key)
+    canvas.note(answer(file))
+
+
+def _draw_probability(axes: Axes, file: Any) -> None:
+    """Share of disks beyond the limit with its interval, at every value that was looked at."""
+    n, above = file.read("n_disks"), file.read("n_above")
+    low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
+    seen = n > 0
+    value, share = file.read("value")[seen], above[seen] / n[seen]
+    ends = np.array([share - low[seen], high[seen] - share])
+    axes.errorbar(value, share, ends, fmt="o", ms=5, color=BLUE, capsize=3, label="disks")
+    for x, y, count in zip(value, high[seen], n[seen], strict=True):
+        axes.annotate(
+            f"{count}", (x, y), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=8
+        )
+    axes.axhline(file.config.threshold.probability, color=BLACK, lw=1.2, ls=":", label="target")
+    foot = max(LEAST, 0.3 * min(file.config.threshold.probability, share[share > 0].min(initial=1)))
+    axes.set(yscale="log", ylim=(foot, 1.8), ylabel="probability of exceeding the limit")
+
+
+def _draw_amplitudes(axes: Axes, file: Any) -> None:
+    """Percentiles of the largest amplitudes of the disks computed at every value."""
+    peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
+    at = file.config.convergence.percentiles
+    for value, row, count in zip(file.read("value"), peaks, n, strict=True):
+        found = row[:count][np.isfinite(row[:count])]
+        if not len(found):
+            continue
+        found_at = np.percentile(found, at)
+        low, high = percentile_interval(found, at, 1.96)
+        axes.plot(np.full(len(at), value), found_at, "-o", ms=4, lw=1.0, color=BLUE)
+        axes.vlines(value, np.nanmin(low), np.nanmax(high), color=BLUE, alpha=0.4, lw=3)
+    axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))
+    if file.config.limits.amplitude_mm is not None:
+        axes.axhline(file.config.limits.amplitude_mm, color=BLACK, lw=1.2, ls=":", label="limit")
+    axes.set(ylabel="largest amplitude [mm]", ylim=(0.0, None))

@@ -1,0 +1,102 @@
+"""The value of a key that meets a limit: beside brute force, on ranks, after a stop."""
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_problem
+from hpcrub.statistics.percentiles import probability_interval
+from tests.program import TINY, error_lines, load, run, run_here
+
+N = 60
+STUDY = (
+    TINY.replace("samples: 2", f"samples: {N}")
+    + """\
+study: threshold
+threshold: {key: casing.clearance_mm, lowest: 0.2, highest: 1.4, tolerance: 0.3, probability: 0.4}
+limits: {amplitude_mm: LIMIT}
+"""
+)
+REFUSED = {
+    "threshold.key=casing.clearance": "casing.clearance: unknown key",
+    "threshold.key=limits.amplitude_mm": "limits.amplitude_mm changes no disk",
+    "threshold.lowest=2": "threshold.highest: is not above threshold.lowest",
+    "limits.amplitude_mm=null": "needs limits.amplitude_mm or limits.stress_mpa",
+    "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
+    "threshold.lowest=-1": "casing.clearance_mm",
+}
+
+
+def bits(path):
+    with h5py.File(path, "r") as file:
+        names = [n for n, line in file.items() if isinstance(line, h5py.Dataset) and n != "trust"]
+        return {name: file[name][()].tobytes() for name in names}
+
+
+@pytest.fixture(scope="module")
+def brute(tmp_path_factory):
+    """Folder with the input, its limit the median of all disks half-way, and all their peaks."""
+    folder = tmp_path_factory.mktemp("threshold")
+    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
+    config = load(folder / "study.yaml", ["mistuning.half_range_percent=[4]"])
+    values = config.threshold.values
+    peaks = np.zeros((len(values), N))
+    for v, clearance in enumerate(values):
+        here = config.replace({"casing.clearance_mm": float(clearance)})
+        problem = build_problem(here)
+        for sample in range(N):
+            modes = modes_of(here, problem, deviation(here, 0, sample))
+            result = run_sweep(modes, problem.scene, here.speeds.values_hz)
+            peaks[v, sample] = result.amplitude.max()
+    limit = round(1e3 * float(np.median(peaks[len(values) // 2])), 3)
+    text = STUDY.replace("LIMIT", str(limit)).replace("[2, 4]", "[4]")
+    (folder / "study.yaml").write_text(text)
+    assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+    return folder, peaks, limit / 1e3
+
+
+def test_every_disk_is_that_of_brute_force_and_the_crossing_is_there(brute):
+    folder, peaks, limit = brute
+    with h5py.File(folder / "one.h5", "r") as file:
+        n, above, found = (file[name][()] for name in ("n_disks", "n_above", "peak_amplitude_m"))
+        low, high = file["crossing"][()]
+        values, side = file["value"][()], file["side"][()]
+    for v in range(len(values)):
+        np.testing.assert_array_equal(found[v, : n[v]], peaks[v, : n[v]])
+        assert above[v] == np.count_nonzero(peaks[v, : n[v]] > limit)
+        if side[v]:  # certain: all of its disks say the same
+            ends = probability_interval(int(np.count_nonzero(peaks[v] > limit)), N, 1.96)
+            assert ends[0] > 0.4 or ends[1] < 0.4
+    share = (peaks > limit).mean(axis=1)
+    crosses = values[np.flatnonzero((share[:-1] > 0.4) & (share[1:] <= 0.4))]
+    assert ((low <= crosses) & (crosses <= high)).any()
+    assert n.sum() < len(values) * N
+
+
+@pytest.mark.mpi
+def test_two_ranks_and_a_stop_give_the_same_bits(brute):
+    folder, *_ = brute
+    first = bits(folder / "one.h5")
+    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
+    assert code == 0, out + err
+    assert error_lines(err) == []
+    assert bits(folder / "two.h5") == first
+    with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
+        for name in ("status", "peak_amplitude_m", "peak_stress_pa"):
+            file[name][:, 15:] = 0 if name == "status" else np.nan
+        file["n_disks"][:] = 0
+    assert (
+        run_here("study.yaml", "--output", "two.h5", "--resume", "--no-figures", folder=folder) == 0
+    )
+    assert bits(folder / "two.h5") == first
+
+
+@pytest.mark.parametrize("override", REFUSED)
+def test_what_cannot_be_searched_for_is_refused(brute, override, capsys):
+    folder, *_ = brute
+    options = "--output", "refused.h5", "--set", override
+    assert run_here("study.yaml", *options, folder=folder) == 2
+    assert REFUSED[override] in capsys.readouterr().err
+    assert not (folder / "refused.h5").exists()
