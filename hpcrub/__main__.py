@@ -15,6 +15,7 @@ from hpcrub.ranks import parallel
 COMMANDS = {
     "run": "compute the study of an input file, and draw its figures",
     "plot": "draw figures from result files",
+    "report": "write one HTML file to read, print and sign",
     "merge": "put the files of parts of one study together",
     "inspect": "say what a result file holds, how far it is, and whether it is sound",
     "import": "read the matrices of a finite-element program into a model file",

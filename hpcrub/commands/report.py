@@ -1,0 +1,176 @@
+"""`hpcrub report FILE.h5 ...`: one HTML file to read, print and sign, of one or several results."""
+
+import argparse
+import base64
+import contextlib
+import datetime
+import io
+import tempfile
+from collections.abc import Iterator, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from hpcrub import __version__
+from hpcrub.commands.plot import of_study
+from hpcrub.config.schema import Config, key_table
+from hpcrub.config.text import counted, flatten, show
+from hpcrub.errors import HpcrubError
+from hpcrub.plot import FIGURES
+from hpcrub.ranks.progress import console
+from hpcrub.results import model_file
+from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
+from hpcrub.studies import open_result, run_of
+from hpcrub.studies.contact import summary, trust
+
+KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
+HIDDEN = "output", "config"
+# what a model leaves out unless a key brings it: whether it is left out, and what that means
+LEFT_OUT = (
+    (lambda c: not c.casing.vibrates,
+     "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as the "
+     "disk, both ways."),
+    (lambda c: not c.aero.exists,
+     "Air couples no blades; its damping is in one ratio for all waves (aero)."),
+    (lambda c: c.contact.law == "rigid",
+     "The casing is hard: it neither gives nor wears (contact.law)."),
+    (lambda c: c.casing.clearance_hz_mm is None,
+     "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
+    (lambda c: c.limits.stress_mpa is None,
+     "No stress is looked at (limits.stress_mpa)."),
+    (lambda c: c.limits.stress_mpa is not None and c.limits.static_mpa is None,
+     "The stress of rotation is not in the limit (limits.static_mpa)."),
+    (lambda c: c.disk.model is None,
+     "Blades are plane beams: no torsion, no motion along the axis, no stiffening by rotation."),
+    (lambda c: True, "Displacements are small: a blade that bends does not get shorter."),
+    (lambda c: True, "The hub is held: shaft, bearings and whirl are left out."),
+    (lambda c: True, "Every speed begins at rest: the time of a run-up, heat and growth in time "
+     "are not followed."),
+)  # fmt: skip
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the report; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="hpcrub report", description=__doc__)
+    parser.add_argument("files", nargs="+", metavar="FILE.h5")
+    parser.add_argument("--out", metavar="REPORT.html", help="beside the first file by default")
+    options = parser.parse_args(argv)
+    target = Path(options.out or Path(options.files[0]).with_suffix(".html"))
+    page = render(options.files)
+    try:
+        target.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
+    console().print(f"report:  {target}", soft_wrap=True)
+    return 0
+
+
+def render(paths: Sequence[str]) -> str:
+    """The HTML of a report; nothing in it refers to another file. Raises InputError."""
+    files = [_facts(path) for path in paths]
+    configs = [flatten(file["config"].model_dump(mode="json")) for file in files]
+    for file, own in zip(files, configs, strict=True):
+        differs = [k for k in own if k not in HIDDEN and any(c[k] != own[k] for c in configs)]
+        file["differs"] = [f"{key}: {show(own[key])}" for key in differs]
+    compared = list(_figures(paths)) if len(paths) > 1 else []
+    text = resources.files("hpcrub.commands").joinpath("report.html").read_text("utf-8")
+    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
+        text
+    )
+    title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
+    return template.render(
+        title=title if len(files) == 1 else f"{len(files)} results compared",
+        version=__version__,
+        today=datetime.date.today().isoformat(),
+        files=files,
+        compared=compared,
+    )
+
+
+def _facts(path):
+    """All that the report says of one file."""
+    with open_result(path) as file:
+        study, config, status = run_of(file.config).study, file.config, file.status
+        lines = _verdict(file, study)
+        n_done = int(np.count_nonzero(status == DONE))
+        partly = f"{n_done} of {counted(status.size, study.unit.rstrip('s'))} are done."
+        enough = n_done == status.size or study.is_enough(file)
+        return {
+            "name": Path(path).name,
+            "config": config,
+            "study": study.name,
+            "what": study.what,
+            "verdict": lines,
+            "usable": verdict.is_usable(lines),
+            "headline": next(iter(study.report(file)), ""),
+            "done": "" if enough else f"The study is not complete: {partly}",
+            "asked": list(_asked(config)),
+            "answer": _answer(file, study),
+            "figures": list(_figures([path])),
+            "checks": [*lines[1:], *_warnings(file)] or ["Nothing speaks against these results."],
+            "left_out": [words for is_so, words in LEFT_OUT if is_so(config)],
+            "provenance": list(_provenance(path, file)),
+        }
+
+
+def _verdict(file, study):
+    if study.name == "contact":
+        return trust.lines(file)
+    return verdict.block(study.findings(file))
+
+
+def _answer(file, study):
+    """What the program prints when a study ends."""
+    if study.name != "contact":
+        return "\n".join(list(study.report(file))[1:])
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        summary.print_results(file)
+    lines = text.getvalue().splitlines()
+    return "\n".join(line for line in lines if not line.startswith(("Verdict: ", "- ")))
+
+
+def _asked(config: Config) -> Iterator[dict[str, str]]:
+    """Keys that differ from their defaults, with these and their meaning."""
+    own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
+    meaning = {key.path: key.description for key in key_table()}
+    for key, value in own.items():
+        if key not in HIDDEN and value != usual[key]:
+            text = meaning.get(key, "").replace("\n", " ")
+            yield {
+                "key": key, "value": show(value), "default": show(usual[key]), "meaning": text,
+            }  # fmt: skip
+
+
+def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """The figures of one file, or those that compare several, as pictures inside the page."""
+    what = {figure.__name__: figure.about.what for figure in FIGURES}
+    main = {f.about.studies[0]: f.about.what for f in FIGURES if f.about.main}
+    with tempfile.TemporaryDirectory() as folder, open_result(paths[0]) as file:
+        for found in of_study(paths, folder=folder, kind="svg"):
+            if isinstance(found, HpcrubError):
+                continue
+            words = next((w for name, w in what.items() if found.stem.endswith(name)), None)
+            data = base64.b64encode(found.read_bytes()).decode()
+            yield {
+                "what": words or main.get(file.config.study, found.stem),
+                "data": f"data:{KINDS[found.suffix]};base64,{data}",
+            }
+
+
+def _warnings(file: ResultFile) -> list[str]:
+    return [line for line in str(file.attributes.get("warnings", "")).splitlines() if line]
+
+
+def _provenance(path: str, file: ResultFile) -> Iterator[tuple[str, str]]:
+    """The file with its checksum, and its attributes."""
+    yield "file", str(Path(path).resolve())
+    yield "SHA-256", model_file.checksum(path)
+    for name, value in sorted(file.attributes.items()):
+        if name not in ("config", "warnings"):
+            yield name, str(value)

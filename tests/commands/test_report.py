@@ -1,0 +1,74 @@
+"""`hpcrub report`: a page that stands alone and says what the result file says."""
+
+import html
+import re
+
+import h5py
+import pytest
+
+from hpcrub.__main__ import main
+from hpcrub.commands.report import render
+from hpcrub.studies import open_result
+from hpcrub.studies.contact import trust
+from tests.program import TINY, run_here
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Results of a contact study with a name that HTML must not take for its own, and a linear."""
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "contact.yaml").write_text(TINY)
+    (folder / "linear.yaml").write_text("study: linear\nmistuning: {samples: 20}\n")
+    for name, output in (("contact", "a<b>.h5"), ("linear", "linear.h5")):
+        options = f"{name}.yaml", "--output", output, "--no-figures"
+        assert run_here(*options, folder=folder) == 0
+    harder = "contact.yaml", "--output", "c.h5", "--no-figures", "--set", "contact.friction=0.2"
+    assert run_here(*harder, folder=folder) == 0
+    return folder
+
+
+def pictures(page):
+    return re.findall(r'src="([^"]*)"', page)
+
+
+def test_the_page_has_the_verdict_and_the_numbers_of_the_file(folder):
+    page = render([str(folder / "a<b>.h5")])
+    with open_result(folder / "a<b>.h5") as file:
+        verdict = trust.lines(file)
+    assert verdict[0][1:] in html.unescape(page)
+    for line in verdict[1:]:
+        assert line in html.unescape(page)
+    with h5py.File(folder / "a<b>.h5", "r") as file:
+        tuned = 1e3 * float(file["tuned/reference_amplitude_m"][()])
+    assert f"tuned {tuned:.2f} mm" in page
+    assert "speeds.from_hz" in page  # which differs from its default
+    assert "casing.n_bumps</td>" not in page  # which does not
+    assert "The casing does not vibrate" in page
+
+
+def test_the_page_stands_alone_and_names_are_no_markup(folder):
+    page = render([str(folder / "a<b>.h5")])
+    assert pictures(page)
+    assert all(source.startswith("data:image/") for source in pictures(page))
+    assert "http" not in re.sub(r'src="[^"]*"', "", page)
+    assert "a<b>" not in page
+    assert "a&lt;b&gt;.h5" in page
+
+
+def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
+    paths = [str(folder / "a<b>.h5"), str(folder / "c.h5")]
+    assert main(["report", *paths, "--out", str(folder / "both.html")]) == 0
+    assert "both.html" in capsys.readouterr().out
+    page = (folder / "both.html").read_text()
+    assert "contact.friction: 0.15" in page
+    assert "contact.friction: 0.2" in page
+    assert "2 results compared" in page
+
+
+def test_another_study_has_its_own_answer(folder):
+    page = render([str(folder / "linear.h5")])
+    assert "percentiles 1/50/99 of the linear amplification" in page
+
+
+def test_what_is_no_result_file_is_refused(folder):
+    assert main(["report", str(folder / "contact.yaml")]) == 2
