@@ -107,7 +107,7 @@ def _facts(path):
             "what": study.what,
             "verdict": lines,
             "usable": verdict.is_usable(lines),
-            "headline": next(iter(study.report(file)), ""),
+            "headline": next(iter(study.report(file)), "").removesuffix(f"; {lines[0]}"),
             "done": "" if enough else f"The study is not complete: {partly}",
             "asked": list(_asked(config)),
             "answer": _answer(file, study),
