@@ -200,6 +200,23 @@ def test_limits_have_a_probability_with_its_interval(file):
     assert line == "largest amplitude of all disks: 50 mm; largest stress: 2,000 MPa"
 
 
+@pytest.mark.parametrize("n", [10, 40, 190])
+def test_engines_that_stay_below_the_largest_do_so_in_19_of_20_trials(file, n, monkeypatch):
+    """By trial: n disks and the engines after them, drawn alike, twenty thousand times."""
+    drawn = np.random.default_rng(n).weibull(2.0, size=(20_000, n + 2 * (n // 19) + 1))
+    monkeypatch.setattr(limits, "finished", lambda file, level, name: drawn[0, :n])
+    told = list(limits.engines_lines(file, usable=True))
+    assert list(limits.engines_lines(file, usable=False)) == []
+    assert len(told) == (2 if n >= 19 else 0)
+    for more in (n // 19, 2 * (n // 19) + 1):
+        below = drawn[:, n : n + more].max(axis=1, initial=0.0) <= drawn[:, :n].max(axis=1)
+        error = 4.0 * np.sqrt(0.05 * 0.95 / len(drawn))
+        assert (below.mean() > 0.95 - error) == (more <= n // 19)
+    if told:
+        assert f"no blade of another {n // 19} engine" in told[0]
+        assert f"more than {1e3 * drawn[0, :n].max():.3g} mm" in told[0]
+
+
 def test_a_stress_by_a_factor_says_on_what_it_rests(file):
     """20 to 30 mm at ±2 %, 30 to 50 mm at ±4 %, by 40 MPa/mm; half of 2,400 MPa is left."""
     keys = {"limits.stress_mpa": 2400.0, "limits.stress_mpa_per_mm": 40.0}

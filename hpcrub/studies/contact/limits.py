@@ -5,11 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
 from hpcrub.model.coating import Coating
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import Survey, finished
 
+CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 REACHED = 1.0 - 1e-9  # of the depth of a coating that is worn through: rounding
 
 
@@ -24,6 +26,25 @@ def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
+
+
+def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
+    """How many more engines stay below the largest amplitude of a level, with 95 % confidence.
+
+    Of n + N disks drawn alike the largest is one of the first n with the probability n/(n + N),
+    whatever the distribution.
+    """
+    if file.config.pattern_deviation is not None or not usable:
+        return
+    for level, half_range in enumerate(file.read("half_range")):
+        peaks = finished(file, level, "peak_amplitude_m")
+        n_more = int(len(peaks) * (1.0 / CONFIDENCE - 1.0) + 1e-9)
+        if n_more:
+            yield (
+                f"±{100 * half_range:.3g} %: no blade of another {counted(n_more, 'engine')} moves "
+                f"by more than {1e3 * peaks.max():.3g} mm, with 95 % confidence (of N engines: "
+                "19 N disks are needed)"
+            )
 
 
 def _stresses(file, level):

@@ -63,6 +63,7 @@ def print_results(file: ResultFile) -> None:
     print_line(out, tuned_line(file))
     for line in (
         *limits.largest_line(file, found),
+        *limits.engines_lines(file, is_usable(verdict)),
         *limits.depth_lines(file),
         *casing_motion.lines(file),
         *limits.limit_lines(file, is_usable(verdict)),
