@@ -6,7 +6,7 @@ from rich import box
 from rich.table import Table
 
 from hpcrub.config.schema import PROFILE, differences
-from hpcrub.config.text import counted, flatten, show
+from hpcrub.config.text import counted, flatten, is_table, show
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
@@ -112,5 +112,5 @@ def _own_keys(runs, config):
     values = flatten(config.model_dump(mode="json"))
     if not keys.isdisjoint(PROFILE):
         keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}
-    keys = {key for key in keys if values[key] is not None}
+    keys = {key for key in keys if values[key] is not None and not is_table(values[key])}
     return ", ".join(f"{key}={show(values[key])}" for key in sorted(keys)) or config.output

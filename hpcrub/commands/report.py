@@ -20,6 +20,7 @@ from hpcrub.config.schema import Config, key_table
 from hpcrub.config.text import counted, flatten, show
 from hpcrub.errors import HpcrubError
 from hpcrub.plot import FIGURES
+from hpcrub.plot.families import labels
 from hpcrub.ranks.progress import console
 from hpcrub.results import model_file
 from hpcrub.results.layout import DONE
@@ -30,6 +31,7 @@ from hpcrub.studies.contact import summary, trust
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
 HIDDEN = "output", "config"
+FILLED_IN = "filled in when a run begins"  # what the key table says of keys that nobody writes
 # what a model leaves out unless a key brings it: whether it is left out, and what that means
 LEFT_OUT = (
     (lambda c: not c.casing.vibrates,
@@ -73,10 +75,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def render(paths: Sequence[str]) -> str:
     """The HTML of a report; nothing in it refers to another file. Raises InputError."""
     files = [_facts(path) for path in paths]
-    configs = [flatten(file["config"].model_dump(mode="json")) for file in files]
-    for file, own in zip(files, configs, strict=True):
-        differs = [k for k in own if k not in HIDDEN and any(c[k] != own[k] for c in configs)]
-        file["differs"] = [f"{key}: {show(own[key])}" for key in differs]
+    with contextlib.ExitStack() as opened:
+        what_differs = labels([opened.enter_context(open_result(path)) for path in paths])
+    for file, words in zip(files, what_differs, strict=True):
+        file["differs"] = words
     compared = list(_figures(paths)) if len(paths) > 1 else []
     text = resources.files("hpcrub.commands").joinpath("report.html").read_text("utf-8")
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
@@ -136,14 +138,15 @@ def _answer(file, study):
 
 
 def _asked(config: Config) -> Iterator[dict[str, str]]:
-    """Keys that differ from their defaults, with these and their meaning."""
+    """Keys that the user has set to another value than the default, with both and the meaning."""
     own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
     meaning = {key.path: key.description for key in key_table()}
     for key, value in own.items():
-        if key not in HIDDEN and value != usual[key]:
-            text = meaning.get(key, "").replace("\n", " ")
+        text = " ".join(meaning[key].split())
+        if key not in HIDDEN and value != usual[key] and FILLED_IN not in text:
+            short = float(f"{value:.6g}") if isinstance(value, float) else value
             yield {
-                "key": key, "value": show(value), "default": show(usual[key]), "meaning": text,
+                "key": key, "value": show(short), "default": show(usual[key]), "meaning": text,
             }  # fmt: skip
 
 

@@ -65,7 +65,7 @@ class Casing(Section):
     profile_deg: Degrees | None = None
     """angles of its points, filled in when a run begins [deg]"""
     profile_mm: Changes | None = None
-    """change of radius there, outward positive, filled in as well [mm]"""
+    """change of radius there, outward positive, filled in when a run begins [mm]"""
     smoothing_mm: Number | None = Field(None, ge=0, le=1e6)
     """cut-off wavelength along the circumference with which the measured points are smoothed; null:
     a fiftieth of the circumference; 0: straight lines between them [mm]"""

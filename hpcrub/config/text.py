@@ -47,6 +47,11 @@ def show(value: Any) -> str:
     return text if len(text) <= 80 else text[:77] + "..."
 
 
+def is_table(value: Any) -> bool:
+    """Whether a value is a list of sections, such as waves or modes: too long for a few words."""
+    return isinstance(value, (list, tuple)) and any(isinstance(row, dict) for row in value)
+
+
 def counted(n: int, what: str) -> str:
     """A number of things: "1 sample", "1,200 samples"."""
     return f"{n:,} {what}{'' if n == 1 else 's'}"

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.ticker import EngFormatter
 
 from hpcrub.config.schema import PROFILE, Config, key_table
-from hpcrub.config.text import flatten, show
+from hpcrub.config.text import flatten, is_table, show
 from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -59,9 +59,12 @@ def labels(files: list[ResultFile]) -> list[str]:
     keys = _differing(rows)
     if "casing.n_bumps" in keys:
         return [f"$n_d$ = {row['casing.n_bumps']}" for row in rows]
-    words = {key: _words(key, [row[key] for row in rows]) for key in keys if key not in PROFILE}
-    if len(words) < len(keys):
+    known = {*PROFILE, *(key for key in keys if any(is_table(row[key]) for row in rows))}
+    words = {key: _words(key, [row[key] for row in rows]) for key in keys if key not in known}
+    if not {*keys}.isdisjoint(PROFILE):
         words = {PROFILE[0]: [file.config.casing.words for file in files]} | words
+    if not {*keys} & known <= {*PROFILE}:  # tables of waves or modes: the user's name of the file
+        words = {"output": [without_suffix(file.path).name for file in files]} | words
     keys, usual = list(words), {}
     if len(keys) > FEW:
         usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
