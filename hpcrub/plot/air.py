@@ -26,6 +26,12 @@ def air(canvas: Canvas) -> None:
     _draw_least(least, file)
 
 
+@figure("modal", what="damping of waves in air, tuned disk", needs="air")
+def wave_damping(canvas: Canvas) -> None:
+    """Damping of the tuned waves, as given and as the complex modes have them."""
+    _draw_waves(canvas.panels(1, 1, (7.5, 5.2))[0, 0], canvas.file)
+
+
 def draw_limit(axes: Axes, file: Any, diameters: int) -> None:
     """Limit of the linear amplification under a load of so many diameters, where nothing grows."""
     ratio = file.read("aero/tuned_damping_ratio")

@@ -82,7 +82,7 @@ class Linear(Study):
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets, with those of disks in air."""
-        return LAYOUT + air.layout(config)
+        return LAYOUT + air.layout(config, air.TUNED, air.MISTUNED)
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Nodal diameters of all loads."""
@@ -149,7 +149,8 @@ class Linear(Study):
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Percentiles at every level and load, and what the air does."""
-        yield from air.report(file)
+        yield from air.report_of_tuned(file)
+        yield from air.report_of_mistuned(file)
         names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
         yield f"percentiles {names} of the linear amplification, interval of the last"
         for d, n_diameters in enumerate(file.read("n_diameters")):

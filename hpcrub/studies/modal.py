@@ -19,7 +19,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, USELESS, Finding
 from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
-from hpcrub.studies.shared import casing_waves
+from hpcrub.studies.shared import air, casing_waves
 
 FAR_OFF = 0.01  # of the first family's frequencies by the reduction: more moves all crossings
 MOST_SHAPES = 48  # modes whose shapes are kept
@@ -124,13 +124,14 @@ class Modal(Study):
         return build_model(config)
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the disk, planar or of a model file, and of a casing that vibrates."""
+        """Datasets of the disk, planar or of a model file, of its casing's waves and of the air."""
         of_disk = PLANAR if config.disk.model is None else OF_FILE
-        return of_disk + casing_waves.layout(config)
+        return of_disk + casing_waves.layout(config) + air.layout(config, air.TUNED)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own that does not need a look into a model file."""
-        found = {"shape": min(MOST_SHAPES, config.n_coordinates)} | casing_waves.sizes(config)
+        shapes = {"shape": min(MOST_SHAPES, config.n_coordinates)}
+        found = shapes | casing_waves.sizes(config) | air.sizes(config)
         if config.disk.model is not None:
             return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
         blade = config.disk.blade
@@ -151,8 +152,9 @@ class Modal(Study):
         return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Frequencies and shapes, and the waves of a casing that vibrates."""
+        """Frequencies and shapes, the waves of a casing that vibrates, and damping by the air."""
         yield from casing_waves.values(config, problem.reduced)
+        yield from air.values_of_tuned(config, problem.reduced)
         if config.disk.model is not None:
             yield from _of_file(config, problem)
             return
@@ -193,6 +195,7 @@ class Modal(Study):
         yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
         yield f"without contact, order {config.casing.main_order} {met(file)}"
         yield from casing_waves.report(file)
+        yield from air.report_of_tuned(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """A reduced model whose first family is not that of the full one."""

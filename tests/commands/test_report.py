@@ -60,8 +60,8 @@ def test_of_several_files_it_says_in_which_keys_they_differ(folder, capsys):
     assert main(["report", *paths, "--out", str(folder / "both.html")]) == 0
     assert "both.html" in capsys.readouterr().out
     page = (folder / "both.html").read_text()
-    assert "contact.friction: 0.15" in page
-    assert "contact.friction: 0.2" in page
+    assert "<td>friction 0.15</td>" in page
+    assert "<td>friction 0.20</td>" in page
     assert "2 results compared" in page
 
 

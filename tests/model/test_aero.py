@@ -71,6 +71,24 @@ def test_the_mean_decay_stays_and_mistuning_stabilises(matrices):
     assert least[0] + 5e-4 < least[1] < least[2] < RATIO.mean()
 
 
+def test_alternate_blades_part_neighbours():
+    """Far apart in frequency, blades feel only those of their kind: influence at even distances."""
+    distance, omega = np.array([0, 1, -1, 2, -2]), np.full(N, OMEGA.mean())
+    damping = np.array([0.005, 0.0008, -0.0008, 0.0005, -0.0005])
+    shift = np.array([0.0, 0.0024, -0.0021, 0.0003, 0.0002])
+    ratio, shifts = aero.of_influence(N, distance, damping, shift)
+    wanted = aero.eigenvalues(omega, aero.Curve(0, ratio, shifts))
+    D, K = (of_waves(values).real for values in aero.coefficients(wanted))
+    kind = distance % 2 == 0
+    limit = aero.of_influence(N, distance[kind], damping[kind], shift[kind])[0].min()
+    least = [ratio.min()]  # decay over the mean frequency
+    for size in (0.01, 0.05, 0.2):
+        found = aero.eigen(D, K + size * omega[0] ** 2 * np.diag((-1.0) ** R))[0]
+        least.append(-found.real.max() / omega[0])
+    assert 5 * least[0] < least[1] < least[2] < least[3] < limit
+    assert least[3] == pytest.approx(limit, rel=0.015)
+
+
 def test_left_and_right_vectors_are_complete(matrices):
     """Re(r l) takes positions back to themselves; an impulse moves nothing at once."""
     _, damping, stiffness = matrices

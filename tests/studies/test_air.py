@@ -64,3 +64,15 @@ def test_a_disk_that_flutters_has_no_amplification(found):
     _, values = found
     assert (values["least_damping_ratio"][1] > 0).any()
     assert np.isnan(values["amplification"]).all()
+
+
+def test_a_modal_study_has_the_waves_of_the_tuned_disk(found, tmp_path, capsys):
+    (tmp_path / "modal.yaml").write_text(
+        "\n".join(["study: modal", *STUDY.splitlines()[1:6], "reduction: {n_modes: 24}"])
+    )
+    assert run_here("modal.yaml", "--output", "modal.h5", "--no-figures", folder=tmp_path) == 0
+    assert "least stable wave has 6 nodal diameters" in capsys.readouterr().out
+    with h5py.File(tmp_path / "modal.h5", "r") as file:
+        np.testing.assert_allclose(
+            file["aero/tuned_damping_ratio"][()], found[1]["tuned_damping_ratio"], atol=1e-9
+        )

@@ -1,4 +1,4 @@
-"""What a linear study says of disks in air: damping of every wave, and which disks flutter."""
+"""What modal and linear studies say of disks in air: damping of waves, and which disks flutter."""
 
 from collections.abc import Iterator
 
@@ -16,12 +16,14 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval
 
 MOST_SHOWN = 200  # disks of a level whose complex modes are kept
 _WAVE, _SHOWN = ("wave",), ("level", "disk", "wave")
-LAYOUT = (
+TUNED = (
     Dataset("aero/diameters", _WAVE, "1", "nodal diameters, below 0: against the rotation", "i8"),
     Dataset("aero/given_damping_ratio", _WAVE, "1", "damping ratio of every wave, as given"),
     Dataset("aero/tuned_damping_ratio", _WAVE, "1", "damping ratio of the tuned disk's wave"),
     Dataset("aero/tuned_decay_per_s", _WAVE, "1/s", "rate at which it decays; below 0: grows"),
     Dataset("aero/tuned_frequency_hz", _WAVE, "Hz", "frequency of the tuned disk's wave"),
+)
+MISTUNED = (
     Dataset("aero/decay_per_s", _SHOWN, "1/s", "of the complex modes of the first samples"),
     Dataset("aero/frequency_hz", _SHOWN, "Hz", "frequencies of these"),
     Dataset(
@@ -31,15 +33,17 @@ LAYOUT = (
 )  # fmt: skip
 
 
-def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a linear study in air; none without."""
-    return LAYOUT if config.aero.exists else ()
+def layout(config: Config, *parts: tuple[Dataset, ...]) -> tuple[Dataset, ...]:
+    """Datasets of a study in air, of TUNED and MISTUNED; none without air."""
+    return sum(parts, ()) if config.aero.exists else ()
 
 
 def sizes(config: Config) -> dict[str, int]:
     """Length of their dimensions."""
-    shown = min(MOST_SHOWN, config.mistuning.samples)
-    return {"wave": config.disk.n_blades, "disk": shown} if config.aero.exists else {}
+    if not config.aero.exists:
+        return {}
+    shown = {} if config.study == "modal" else {"disk": min(MOST_SHOWN, config.mistuning.samples)}
+    return {"wave": config.disk.n_blades} | shown
 
 
 def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
@@ -79,8 +83,8 @@ def values(waves: list[Waves], level: int, first: int) -> Iterator[Values]:
         yield "aero/frequency_hz", where, shown.imag / (2.0 * np.pi)
 
 
-def report(file: ResultFile) -> Iterator[str]:
-    """Least stable wave of the tuned disk, and of mistuned ones at every level."""
+def report_of_tuned(file: ResultFile) -> Iterator[str]:
+    """Least stable wave of the tuned disk; nothing without air."""
     if not file.config.aero.exists:
         return
     ratio, diameters = file.read("aero/tuned_damping_ratio"), file.read("aero/diameters")
@@ -90,6 +94,12 @@ def report(file: ResultFile) -> Iterator[str]:
         f"a damping ratio of {ratio[least]:.3g}; the mean of all is {ratio.mean():.3g}"
         + (", and below 0 no mistuning helps" if ratio.mean() < 0.0 else "")
     )
+
+
+def report_of_mistuned(file: ResultFile) -> Iterator[str]:
+    """Least stable mode of the mistuned disks of every level; nothing without air."""
+    if not file.config.aero.exists:
+        return
     for sigma, found in zip(file.read("sigma"), file.read("aero/least_damping_ratio"), strict=True):
         known = found[np.isfinite(found)]
         if len(known):
