@@ -27,6 +27,7 @@ from hpcrub.config.sections import (
 )
 from hpcrub.config.study_keys import (
     Branches,
+    Checklist,
     Energy,
     History,
     Linear,
@@ -77,6 +78,7 @@ class Config(Section):
     spectrum: Spectrum = Spectrum()
     energy: Energy = Energy()
     branches: Branches = Branches()
+    checklist: Checklist = Checklist()
     threshold: Threshold = Threshold()
 
     def __init__(self, /, **keys: Any) -> None:

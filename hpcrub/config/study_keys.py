@@ -28,6 +28,13 @@ Bounds = Annotated[
 MOST_VALUES = 1025
 
 
+class Checklist(Section):
+    """Which disks are computed again with one thing changed after the other."""
+
+    disks: Whole = Field(8, ge=1, le=10_000)
+    """mistuned disks beside the tuned one, the first samples of the last level"""
+
+
 class Threshold(Section):
     """Which value of a key meets the limits."""
 

@@ -44,7 +44,7 @@ WRONG = [
     ("mistuning: {half_range_percent: [1, 100]}",
      "mistuning.half_range_percent[1]: 100 is out of range, allowed is a number from 0 and"),
     # choices
-    ("study: wrong", "study: 'wrong' is not one of branches, contact"),
+    ("study: wrong", "study: 'wrong' is not one of branches, checklist, contact"),
     ("time: {scheme: euler}", "'euler' is not one of central_difference, exact_modal"),
     # keys that do not fit together
     ("disk: {hub_radius_mm: 500}", "disk.hub_radius_mm: 500.0 is not below disk.tip_radius_mm"),

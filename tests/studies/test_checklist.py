@@ -1,0 +1,82 @@
+"""What moves the answer of a contact study: beside runs of the changed input, and on ranks."""
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.response.sweep import run_sweep
+from hpcrub.runs import verdict
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_problem
+from hpcrub.studies import open_result
+from hpcrub.studies.checklist import CHANGES, STUDY, moved
+from tests.program import TINY, load, run, run_here
+
+TEXT = TINY + "study: checklist\nchecklist: {disks: 2}\n"
+NUMBER = {change.what: number for number, change in enumerate(CHANGES)}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("checklist")
+    (folder / "study.yaml").write_text(TEXT)
+    assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+    with h5py.File(folder / "one.h5", "r") as file:
+        return folder, file["peak_amplitude_m"][()]
+
+
+@pytest.mark.parametrize(
+    ("what", "keys"),
+    [
+        ("as asked", {}),
+        ("half the damping", {"material.damping_ratio": 0.0025}),
+        ("clearance 10 % smaller", {"casing.clearance_mm": 0.225}),
+    ],
+)
+def test_a_disk_with_a_change_is_that_of_the_changed_input(found, what, keys):
+    folder, size = found
+    config = load(folder / "study.yaml").replace({"study": "contact"} | keys)
+    problem, level = build_problem(config), len(config.mistuning.half_range) - 1
+    for disk, own in enumerate([np.zeros(12), *(deviation(config, level, s) for s in (0, 1))]):
+        modes = modes_of(config, problem, own)
+        result = run_sweep(modes, problem.scene, config.speeds.values_hz)
+        assert size[NUMBER[what], disk] == result.amplitude.max()
+
+
+def test_what_the_scene_has_not_is_left_out_and_all_else_is_there(found):
+    _, size = found
+    nothing = np.isnan(size).all(axis=1)
+    assert nothing[NUMBER["coating 20 % harder"]]
+    assert np.isfinite(size[~nothing]).all()
+    assert np.count_nonzero(~nothing) >= 9
+
+
+def test_a_change_counts_where_it_is_more_than_chance(found):
+    folder, before = found
+    changed = np.array([[1.0, 2.0, 4.0], [1.1, 2.2, 4.4], [1.1, 1.8, 4.0], [np.nan] * 3])
+    every, chance, nothing = moved(changed)
+    np.testing.assert_allclose(every, (0.1, 0.0, 0.1), atol=1e-12)
+    np.testing.assert_allclose(chance, (0.0, 1.96 * 0.1 / np.sqrt(3), 0.1), atol=1e-4)
+    assert np.isnan(nothing).all()
+    rows = np.repeat([[0.01, 0.02, 0.03]], len(CHANGES), axis=0)
+    rows[NUMBER["half the time step"]] *= [1.07, 1.08, 1.09]
+    rows[NUMBER["half the damping"]] *= [1.3, 1.31, 1.32]
+    rows[NUMBER["twice the modes"]] *= [1.5, 0.5, 1.0]
+    with open_result(folder / "one.h5", mode="r+") as file:
+        file.write({"peak_amplitude_m": rows}, ())
+        lines = verdict.block(STUDY.findings(file))
+        file.write({"peak_amplitude_m": before}, ())
+    words = "half the time step moves the answer by +8 %"
+    assert lines[0] == f"not usable: {words}"
+    assert lines[1] == f"{words}: time.step_s"
+    assert "half the damping moves the answer by +31 %: material.damping_ratio must" in lines[-1]
+    assert not any("twice the modes" in line for line in lines)
+
+
+@pytest.mark.mpi
+def test_two_ranks_have_the_same_bits(found):
+    folder, size = found
+    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
+    assert code == 0, out + err
+    with h5py.File(folder / "two.h5", "r") as file:
+        np.testing.assert_array_equal(file["peak_amplitude_m"][()], size)
