@@ -211,7 +211,7 @@ def _counts(mean, error):
 
 @lru_cache(maxsize=2)
 def _changed(text, number):
-    """Configuration and Problem with a change, kept for all disks; None where there is none to make.
+    """Configuration and Problem with a change, kept for all disks; None where nothing changes.
 
     Raises InputError for a change that the input does not allow.
     """
