@@ -32,6 +32,7 @@ from hpcrub.config.study_keys import (
     History,
     Linear,
     Part,
+    Patterns,
     Spectrum,
     StudyName,
     Threshold,
@@ -79,6 +80,7 @@ class Config(Section):
     energy: Energy = Energy()
     branches: Branches = Branches()
     checklist: Checklist = Checklist()
+    patterns: Patterns = Patterns()
     threshold: Threshold = Threshold()
 
     def __init__(self, /, **keys: Any) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from hpcrub.config.types import MOST_SAMPLES, Number, Section, Whole, si
+from hpcrub.config.types import MOST_SAMPLES, Deviations, Number, Section, Whole, si
 
 _MODULES = pkgutil.iter_modules([str(Path(__file__).parents[1] / "studies")])
 # every module of `hpcrub/studies` is the study of its name, but what they share
@@ -33,6 +33,22 @@ class Checklist(Section):
 
     disks: Whole = Field(8, ge=1, le=10_000)
     """mistuned disks beside the tuned one, the first samples of the last level"""
+
+
+class Patterns(Section):
+    """Which pattern of blade types makes mistuned disks vibrate least."""
+
+    types_percent: Annotated[Deviations, Field(max_length=3)] = (2.0, -2.0)
+    """deviations of stiffness of the two or three types of blades, beneath the random part [%]"""
+    candidates: Whole = Field(2000, ge=2, le=20_000)
+    """most patterns that are tried; where there are more, those that repeat themselves around the
+    disk, and random ones"""
+    percentile: Number = Field(99.0, gt=0, lt=100)
+    """percentile of the linear amplification by which patterns are ranked [%]"""
+    kept: Whole = Field(8, ge=1, le=1000)
+    """patterns that are left in the end"""
+    contact_samples: Whole = Field(0, ge=0, le=MOST_SAMPLES)
+    """disks of each of these, and of the disk without a pattern, that are computed in contact"""
 
 
 class Threshold(Section):

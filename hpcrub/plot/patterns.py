@@ -1,0 +1,74 @@
+"""Patterns of blade types: how they rank, and what contact makes of the best."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hpcrub.plot.canvas import Canvas, figure
+from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.studies.patterns import Rounds, in_letters
+
+
+@figure("patterns", what="patterns of blade types, ranked", main=True)
+def patterns(canvas: Canvas) -> None:
+    """Percentile of the linear amplification of all patterns, and of those left beside contact.
+
+    Every pattern is drawn with the disks that it had when it was dropped; the dotted line is the
+    disk without a pattern.
+    """
+    file = canvas.file
+    found = Rounds(file)
+    in_contact = np.isfinite(file.read("contact_amplitude_m")).any()
+    panels = canvas.panels(1, 3 if in_contact else 2, (17.0 if in_contact else 12.0, 5.2))[0]
+    _draw_all(panels[0], file, found)
+    rows = [*found.left, 0]
+    for panel in panels[1:]:
+        panel.set(yticks=range(len(rows)), ylim=(len(rows) - 0.4, -0.6))
+        panel.set_yticklabels([])
+        panel.grid(visible=False, axis="y")
+    panels[1].set_yticklabels([in_letters(found.words[p]) for p in rows], family="monospace")
+    _draw_left(panels[1], file, found, rows)
+    if in_contact:
+        _draw_contact(panels[2], file, rows)
+
+
+def _draw_all(axes: Axes, file: Any, found: Rounds) -> None:
+    """Percentiles of all patterns, sorted, by the number of their disks."""
+    order = 1 + np.argsort(found.percentile[1:])
+    place = np.arange(1, len(order) + 1)
+    for n in sorted(set(found.n_disks[1:])):
+        these = found.n_disks[order] == n
+        shade = 0.25 + 0.75 * np.log(max(n, 2)) / np.log(max(found.most, 2))
+        axes.plot(place[these], found.percentile[order][these], ".", ms=5, color=BLUE, alpha=shade)
+    axes.axhline(found.percentile[0], color=BLACK, lw=1.2, ls=":", label="no pattern")
+    axes.plot([], [], ".", ms=7, color=BLUE, label="patterns; the darker, the more disks")
+    at = file.config.patterns.percentile
+    axes.set(xlabel="rank", ylabel=f"percentile {at:g} of the linear amplification")
+
+
+def _draw_left(axes: Axes, file: Any, found: Rounds, rows: list[int]) -> None:
+    """Linear amplification of the patterns left: median and the percentile ranked by."""
+    at = 50.0, file.config.patterns.percentile
+    for place, p in enumerate(rows):
+        values = file.read("amplification", p)[: found.n_disks[p]]
+        middle, high = np.percentile(values[np.isfinite(values)], at)
+        axes.plot([middle, high], [place, place], "-", color=BLUE, lw=1.0)
+        axes.plot(middle, place, "o", color=BLUE, ms=5)
+        axes.plot(high, place, "^", color=BLUE, ms=7)
+    axes.plot([], [], "o", color=BLUE, ms=5, label="median")
+    axes.plot([], [], "^", color=BLUE, ms=7, label=f"percentile {at[1]:g}")
+    axes.set(xlabel="linear amplification", title="patterns left")
+
+
+def _draw_contact(axes: Axes, file: Any, rows: list[int]) -> None:
+    """Largest amplitudes of their disks in contact."""
+    for place, p in enumerate(rows):
+        size = 1e3 * file.read("contact_amplitude_m", p)
+        size = size[np.isfinite(size)]
+        axes.plot(size, np.full(len(size), place), ".", color="0.6", ms=4)
+        if size.size:
+            axes.plot(np.median(size), place, "o", color=ORANGE, ms=6)
+    axes.plot([], [], ".", color="0.6", label="a disk")
+    axes.plot([], [], "o", color=ORANGE, label="median")
+    axes.set(xlabel="largest amplitude in contact [mm]", title="the same in contact")

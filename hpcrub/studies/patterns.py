@@ -1,0 +1,309 @@
+"""Which pattern of blade types makes mistuned disks vibrate least: intentional mistuning.
+
+Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles the disks of the
+patterns that are left and drops the worse half of them. All patterns get the same random disks.
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.response.linear import linear_peak
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Job, Study
+from hpcrub.runs.verdict import REMARK, Finding
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.statistics.necklaces import candidates, compare
+from hpcrub.studies.contact.amplification import peak
+
+FIRST = 64  # disks of every pattern in the first round
+BLOCK = 32  # disks of a task
+_P, _PN = ("pattern",), ("pattern", "sample")
+LAYOUT = (
+    Dataset("types", ("pattern", "blade"), "1", "type of every blade; pattern 0: none", "i8"),
+    Dataset("n_disks", _P, "1", "disks of the linear analysis, the first ones drawn", "i8"),
+    Dataset("percentile", _P, "1", "percentile of the linear amplification of these"),
+    Dataset("worse_by", _P, "1", "certainly worse than the best of its round by, if above 0"),
+    Dataset("amplification", _PN, "1", "linear amplitude over that of the tuned disk"),
+    Dataset("least_damping_ratio", _PN, "1", "of the least stable mode; below 0 it flutters"),
+    Dataset("status", _PN, "1", "0 pending, 1 done", "u1"),
+    Dataset("contact_amplitude_m", ("pattern", "contact_sample"), "m",
+            "largest amplitude in contact over the speeds; NaN: not computed, or none"),
+    Dataset("contact_status", ("pattern", "contact_sample"), "1", "0 pending, 1 done", "u1"),
+)  # fmt: skip
+
+
+class Prepared(NamedTuple):
+    """What every rank needs."""
+
+    problem: Problem
+    tuned: float  # linear amplitude of the tuned disk [m]
+
+
+def words_of(config: Config) -> np.ndarray:
+    """Types of the blades of every pattern (P, N); the first row, −1, is the disk without one."""
+    asked = config.patterns
+    found = candidates(
+        config.disk.n_blades, len(asked.types_percent), asked.candidates, config.mistuning.seed
+    )
+    return np.vstack([np.full(config.disk.n_blades, -1), found])
+
+
+def in_letters(word: np.ndarray) -> str:
+    """A pattern in letters, such as "AAB x 4"."""
+    if word[0] < 0:
+        return "no pattern"
+    text = "".join("ABC"[kind] for kind in word)
+    period = next(p for p in range(1, len(text) + 1) if text == text[:p] * (len(text) // p))
+    return text if period == len(text) else f"{text[:period]} x {len(text) // period}"
+
+
+class PatternStudy(Study):
+    """Patterns of blade types, ranked by what random mistuning makes of them."""
+
+    name = "patterns"
+    what = "which pattern of blade types makes mistuned disks vibrate least"
+    sections = ("patterns",)
+    of_tasks = False
+    integrates = True
+    unit = "disks"
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        return LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Patterns with the disk without one, and their disks."""
+        return {
+            "pattern": len(words_of(config)),
+            "sample": config.mistuning.samples,
+            "contact_sample": config.patterns.contact_samples,
+        }
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The patterns."""
+        return {"types": words_of(config)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        if len(config.mistuning.half_range_percent) != 1:
+            yield "mistuning.half_range_percent: a study of patterns is of one level"
+        if config.mistuning.pattern is not None or config.mistuning.intentional_percent:
+            yield "patterns: mistuning.pattern and intentional_percent are what is searched for"
+        if config.patterns.contact_samples > config.mistuning.samples:
+            yield "patterns.contact_samples: more than mistuning.samples"
+        if config.engine_order is None:
+            yield "patterns: there is no engine order of a linear load (forcing, casing)"
+
+    def prepare(self, config: Config) -> Prepared:
+        """The disk and scene, and the linear amplitude of the tuned disk. Raises InputError."""
+        problem = build_problem(config)
+        return Prepared(problem, _linear(config, problem, np.zeros(config.disk.n_blades))[0])
+
+    def problem_of(self, prepared: Prepared) -> Problem:
+        """The Problem beside the tuned amplitude."""
+        return prepared.problem
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """All rounds of the linear analysis, and the disks in contact."""
+        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
+        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
+        contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
+        points = contact * config.speeds.n_values * until_steady
+        return Cost(points, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
+
+    def job(self, *arguments: Any) -> Job:
+        """Rounds, of which each depends on those before."""
+        return Halving(*arguments)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether all rounds are over and the patterns left are computed in contact."""
+        found = Rounds(file)
+        return found.missing() is None and not found.missing_in_contact().size
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The patterns left, beside the disk without one."""
+        found, asked = Rounds(file), file.config.patterns
+        known, n_blades = found.percentile, file.config.disk.n_blades
+        if found.missing() is not None:
+            yield "the rounds are not over"
+            return
+        best, none = found.left[0], known[0]
+        yield (
+            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
+            f"{asked.percentile:g} of A_lin {known[best]:.3f}, without a pattern {none:.3f}"
+        )
+        for p in [*found.left, 0]:
+            stable = np.nanmin(file.read("least_damping_ratio", p))
+            line = f"{in_letters(found.words[p]):{n_blades + 6}}{known[p]:.3f}"
+            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
+            line += _in_contact(file, p)
+            yield line + (f", damping ratio down to {stable:.3g}" if np.isfinite(stable) else "")
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What was not decided."""
+        found = Rounds(file)
+        if found.missing() is not None:
+            return
+        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
+        if alike > 1:
+            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
+            yield Finding(REMARK, words, f"{words}: take any of them, or mistuning.samples")
+        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
+        if unsure:
+            words = f"{unsure} patterns were dropped that were not certainly worse"
+            yield Finding(REMARK, words, f"{words}: patterns.kept, or other patterns as good exist")
+        yield from verdict.few(file.config, file.config.mistuning.samples)
+
+
+class Rounds:
+    """What the disks in a file say of the patterns, round by round."""
+
+    def __init__(self, file: ResultFile) -> None:
+        """Of the disks that are done."""
+        config, asked = file.config, file.config.patterns
+        self.words, self.most = file.read("types"), config.mistuning.samples
+        self.status, self.contact_status = file.read("status"), file.read("contact_status")
+        values = file.read("amplification")
+        n_patterns = len(self.words)
+        self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
+        self.n_disks = np.zeros(n_patterns, dtype=int)
+        self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
+        self._pending: tuple[np.ndarray, int] | None = None
+        while True:
+            here = np.append(0, self.left)
+            if (self.status[here, :n] == PENDING).any():
+                self._pending = here, n
+                return
+            found = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
+            self.n_disks[here] = n
+            self.percentile[here] = compare(found, asked.percentile)[0]
+            self.worse_by[self.left] = compare(found[1:], asked.percentile)[1]
+            self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
+            if n == self.most:
+                self.left = self.left[: asked.kept]
+                return
+            self.left = self.left[: max(asked.kept, -(-len(self.left) // 2))]
+            n = min(2 * n, self.most)
+
+    def missing(self) -> tuple[np.ndarray, int] | None:
+        """Patterns whose first n disks the next round needs, and n; None: all rounds are over."""
+        return self._pending
+
+    def missing_in_contact(self) -> np.ndarray:
+        """Patterns and samples (n, 2) of the disks in contact that are pending."""
+        here = np.append(0, self.left)
+        rows, samples = np.nonzero(self.contact_status[here] == PENDING)
+        return np.column_stack([here[rows], samples])
+
+
+class Halving(Job):
+    """Round after round of linear analyses, then the patterns left in contact (all ranks)."""
+
+    def run(self) -> None:
+        """Compute what the next round needs, until all is there."""
+        self.words, self.computed, self.planned = words_of(self.config), 0, 0
+        self.phase("linear disks")
+        while blocks := self.team.on_root(self._blocks):
+            self.team.run_tasks(blocks, self._linear, self._collect)
+        disks = self.team.on_root(self._contact)
+        if disks:
+            self.phase("loading the kernel")
+            warm_up(self.team, self.config, self.prepared.problem, False, self.progress)
+        self.phase("disks in contact")
+        self.team.run_tasks(disks, self._in_contact, self._collect)
+
+    def n_done(self) -> tuple[int, int]:
+        """Tasks computed in this run, and those that are known of so far (rank 0)."""
+        return self.computed, self.planned
+
+    def _blocks(self):
+        """Tasks (pattern, first disk, last disk) of the next round; none: all rounds are over."""
+        found = Rounds(self.file)
+        self._write(found)
+        if found.missing() is None:
+            return []
+        here, n = found.missing()
+        blocks = [
+            (int(p), first, min(first + BLOCK, n))
+            for p in here
+            for first in range(0, n, BLOCK)
+            if (found.status[p, first : min(first + BLOCK, n)] == PENDING).any()
+        ]
+        self.planned += len(blocks)
+        return blocks
+
+    def _write(self, found):
+        for name in ("n_disks", "percentile", "worse_by"):
+            self.file.write({name: getattr(found, name)}, ())
+
+    def _contact(self):
+        disks = [tuple(map(int, task)) for task in Rounds(self.file).missing_in_contact()]
+        self.planned += len(disks)
+        return disks
+
+    def _linear(self, task, poll):
+        pattern, first, last = task
+        found = np.empty((2, last - first))
+        for i, sample in enumerate(range(first, last)):
+            own = _deviation(self.config, self.words[pattern], sample)
+            size, found[1, i] = _linear(self.config, self.prepared.problem, own)
+            found[0, i] = size / self.prepared.tuned if np.isfinite(size) else np.nan
+            poll()
+        where = pattern, slice(first, last)
+        self.file.write({"amplification": found[0], "least_damping_ratio": found[1]}, where)
+        self.file.write({"status": DONE}, where)
+
+    def _in_contact(self, task, poll):
+        pattern, sample = task
+        own = _deviation(self.config, self.words[pattern], sample)
+        modes = modes_of(self.config, self.prepared.problem, own)
+        speeds = self.config.speeds.values_hz
+        result = run_sweep(modes, self.prepared.problem.scene, speeds, poll)
+        self.file.write({"contact_amplitude_m": peak(result, speeds)[0]}, task)
+        self.file.write({"contact_status": DONE}, task)
+
+    def _collect(self, task, result):
+        self.computed += 1
+        if self.progress:
+            self.progress.part("tasks", *self.n_done())
+
+
+def _deviation(config: Config, word: np.ndarray, sample: int) -> np.ndarray:
+    """Stiffness deviations (N,) [-] of a disk: those of its pattern and its random ones."""
+    types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # the last of −1: no pattern
+    return deviation(config, 0, sample) + types[word]
+
+
+def _linear(config: Config, problem: Problem, own: np.ndarray) -> tuple[float, float]:
+    """Linear amplitude [m] of a disk, and the damping ratio of its least stable mode in air."""
+    modes = modes_of(config, problem, own)
+    order = config.forcing.sense * (config.engine_order or 1)
+    face, n_blades = problem.reduced.interface, config.disk.n_blades
+    force = config.forcing.amplitude
+    size = linear_peak(modes, config.damping, force, order, face, n_blades)[0]
+    return size, float(modes.waves.damping_ratio.min()) if modes.waves else np.nan
+
+
+def _in_contact(file, pattern):
+    """What contact says of a pattern, in words."""
+    size = 1e3 * file.read("contact_amplitude_m", pattern)
+    size = size[np.isfinite(size)]
+    if not size.size:
+        return ""
+    at = file.config.patterns.percentile
+    middle, high = np.median(size), np.percentile(size, at)
+    return f", in contact {middle:.4g} mm (percentile 50), {high:.4g} ({at:g})"
+
+
+STUDY = PatternStudy()

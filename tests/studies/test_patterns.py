@@ -1,0 +1,115 @@
+"""Patterns of blade types: beside all disks of all patterns, on ranks, after a stop."""
+
+import h5py
+import numpy as np
+import pytest
+
+from hpcrub.response.linear import linear_peak
+from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_problem
+from hpcrub.statistics.necklaces import compare
+from hpcrub.studies.patterns import in_letters
+from tests.program import TINY, error_lines, load, run, run_here
+
+N = 256
+TEXT = TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]") + """\
+study: patterns
+patterns: {types_percent: [3, -3], percentile: 90, kept: 2, contact_samples: 2}
+disk: {n_blades: 6}
+"""
+REFUSED = {
+    "mistuning.half_range_percent=[1, 2]": "a study of patterns is of one level",
+    "mistuning.intentional_percent=[1, -1]": "are what is searched for",
+    "patterns.contact_samples=300": "patterns.contact_samples: more than mistuning.samples",
+    "patterns.types_percent=[1]": "patterns.types_percent",
+}
+
+
+def contents(path):
+    with h5py.File(path, "r") as file:
+        names = [n for n, line in file.items() if isinstance(line, h5py.Dataset) and n != "trust"]
+        return {name: file[name][()] for name in names}
+
+
+def bits(path):
+    return {name: values.tobytes() for name, values in contents(path).items()}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Folder with the results, and the amplifications of all disks with every pattern."""
+    folder = tmp_path_factory.mktemp("patterns")
+    (folder / "study.yaml").write_text(TEXT)
+    assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+    config = load(folder / "study.yaml")
+    problem, words = build_problem(config), contents(folder / "one.h5")["types"]
+
+    def size(own):
+        modes = modes_of(config, problem, own)
+        face, order = problem.reduced.interface, config.engine_order
+        return linear_peak(modes, config.damping, config.forcing.amplitude, order, face, 6)[0]
+
+    every = np.array([
+        [size(np.choose(word + 1, [0.0, 0.03, -0.03]) + deviation(config, 0, s)) for s in range(N)]
+        for word in words
+    ])  # fmt: skip
+    return folder, config, problem, every / size(np.zeros(6))
+
+
+def test_what_is_left_is_among_the_best_of_all_disks_of_all_patterns(found):
+    folder, _, _, every = found
+    here = contents(folder / "one.h5")
+    n, words = here["n_disks"], here["types"]
+    assert [in_letters(word) for word in words[:3]] == ["no pattern", "AAAAAB", "AAAABB"]
+    assert in_letters(words[-1]) == "ABBBBB"
+    assert "AB x 3" in map(in_letters, words)
+    for p in range(len(words)):
+        np.testing.assert_allclose(here["amplification"][p, : n[p]], every[p, : n[p]], rtol=1e-9)
+        assert np.isnan(here["amplification"][p, n[p] :]).all()
+    left = np.flatnonzero(n[1:] == N) + 1
+    known, low = compare(every[1:], 90.0)
+    assert 2 <= len(left) < 8
+    assert n.sum() < 0.7 * every.size
+    best = left[np.argmin(here["percentile"][left])]
+    assert low[best - 1] <= 0.0  # not worse than the best of all, as far as all disks tell
+    np.testing.assert_allclose(here["percentile"][left], known[left - 1], rtol=1e-9)
+
+
+def test_the_best_are_computed_in_contact(found):
+    folder, config, problem, _ = found
+    here = contents(folder / "one.h5")
+    seen = np.isfinite(here["contact_amplitude_m"]).all(axis=1)
+    assert seen[0]
+    assert np.count_nonzero(seen) == 3
+    p = np.flatnonzero(seen)[-1]
+    own = np.choose(here["types"][p], [0.03, -0.03]) + deviation(config, 0, 1)
+    result = run_sweep(modes_of(config, problem, own), problem.scene, config.speeds.values_hz)
+    assert here["contact_amplitude_m"][p, 1] == result.amplitude.max()
+
+
+@pytest.mark.mpi
+def test_two_ranks_and_a_stop_give_the_same_bits(found):
+    folder, *_ = found
+    first = bits(folder / "one.h5")
+    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
+    assert code == 0, out + err
+    assert error_lines(err) == []
+    assert bits(folder / "two.h5") == first
+    with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
+        for name in ("amplification", "least_damping_ratio", "contact_amplitude_m"):
+            file[name][3:] = np.nan
+        for name in ("status", "contact_status"):
+            file[name][3:] = 0
+    resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
+    assert run_here(*resumed, folder=folder) == 0
+    assert bits(folder / "two.h5") == first
+
+
+@pytest.mark.parametrize("override", REFUSED)
+def test_what_cannot_be_searched_is_refused(found, override, capsys):
+    folder, *_ = found
+    options = "--output", "refused.h5", "--set", override
+    assert run_here("study.yaml", *options, folder=folder) == 2
+    assert REFUSED[override] in capsys.readouterr().err
+    assert not (folder / "refused.h5").exists()
