@@ -13,11 +13,14 @@ from hpcrub.studies.patterns import in_letters
 from tests.program import TINY, error_lines, load, run, run_here
 
 N = 256
-TEXT = TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]") + """\
+TEXT = (
+    TINY.replace("samples: 2", f"samples: {N}").replace("[2, 4]", "[2]")
+    + """\
 study: patterns
 patterns: {types_percent: [3, -3], percentile: 90, kept: 2, contact_samples: 2}
 disk: {n_blades: 6}
 """
+)
 REFUSED = {
     "mistuning.half_range_percent=[1, 2]": "a study of patterns is of one level",
     "mistuning.intentional_percent=[1, -1]": "are what is searched for",
