@@ -25,6 +25,7 @@ STEPS_PER_REBOUND = 36.0  # from a casing that gives or wears
 FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
 NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
+TRANSIENT = 0.05  # of a transient that may be left when the rule last_window first judges
 LOOKED_AT = 100  # mistuned disks of which flutter without contact is told before a run
 FAST = 1.5  # times as fast as the first family vibrates
 # harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
@@ -188,11 +189,13 @@ def _time_warnings(config, problem):
             f"steady_state.max_time_s is "
             f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"
         )
-    if steady.rule == "last_window" and constant > steady.first_check:
+    left = float(np.exp(-steady.first_check / constant))
+    if steady.rule == "last_window" and left > TRANSIENT:
         yield (
-            f"not steady: transients decay with a time constant of {constant:.2g} s, "
-            f"steady_state.first_check_s is "
-            f"{steady.first_check_s:g}: what is called steady may still grow or decay"
+            f"not steady: transients decay with a time constant of {constant:.2g} s, of which "
+            f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to "
+            f"{100 * left:.2g} %: what the rule last_window calls steady may still grow or decay; "
+            "the rule ensemble waits for it"
         )
 
 
