@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 NO_POINT, STEADY, NOT_STEADY, DIVERGED, AVERAGED = range(5)  # status of a point
 
-# reasons; BALANCE is found in files of versions before 0.2 only
+# reasons; BALANCE is given by the stress tests alone, which audit the energy of every run
 NONE, NOT_FINITE, TOO_LARGE, UNSOLVED, JAMMING, NOT_UNIQUE, UNPROVEN, BALANCE = range(8)
 PERMANENT, FLUTTER, REVERSED, RUNAWAY = 8, 9, 10, 11
 WORDS = (
