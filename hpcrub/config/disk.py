@@ -100,8 +100,8 @@ class Material(Section):
     damping_ratio: Number = Field(0.005, ge=1e-6, lt=1)
     """damping ratio of every mode [-]"""
     damping_ratios: Ratios | None = None
-    """damping ratios of single modes, families or bands (damping_of), in place of the one ratio; the
-    last is that of all modes above, too [-]"""
+    """damping ratios of single modes, families or bands (damping_of), in place of the one ratio;
+    the last is that of all modes above, too [-]"""
     damping_of: Literal["modes", "families", "bands"] = "modes"
     """to what each of damping_ratios belongs: a mode, by increasing frequency; as many modes as
     there are blades; a band of frequencies"""
