@@ -26,6 +26,7 @@ def patterns(canvas: Canvas) -> None:
     for panel in panels[1:]:
         panel.set(yticks=range(len(rows)), ylim=(len(rows) - 0.4, -0.6))
         panel.set_yticklabels([])
+        panel.locator_params(axis="x", nbins=6)
         panel.grid(visible=False, axis="y")
     panels[1].set_yticklabels([in_letters(found.words[p]) for p in rows], family="monospace")
     _draw_left(panels[1], file, found, rows)
