@@ -10,7 +10,6 @@ interaction*), at the difference they only exchange energy. A wave travels aroun
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hpcrub.model.casing_modes import CasingModes
 from hpcrub.model.crossings import folded
@@ -59,6 +58,8 @@ def interactions(
     Returns (J, N_FAMILIES, 2), nΩ = ω_c + ω_b and nΩ = |ω_c − ω_b| of every pair and family
     [rad/s], the lowest of each; NaN where they do not meet up to the highest speed.
     """
+    from scipy.optimize import brentq  # a fifth of the program's start, for one kind of casing
+
     found = np.full((len(casing.omega), N_FAMILIES, len(SIGNS)), np.nan)
     for j, (n, omega) in enumerate(zip(casing.n_waves, casing.omega, strict=True)):
         for family in range(N_FAMILIES if n else 0):

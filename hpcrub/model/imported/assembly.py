@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported.blades import joined
@@ -57,6 +56,8 @@ def pair_sides(
 
 
 def _pair(nodes, low, high, n_sectors):
+    from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
+
     if not np.isfinite(nodes[np.concatenate([low, high])]).all():
         raise InputError("low, high: a node of the sides has no place")
     distance, nearest = cKDTree(turned(nodes[low], 2 * np.pi / n_sectors)).query(nodes[high])

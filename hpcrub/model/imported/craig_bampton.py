@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import scipy.sparse.linalg as sla
 from scipy.linalg import cholesky, eigh, solve_triangular
-from scipy.spatial import cKDTree
 
 from hpcrub.errors import InputError
 from hpcrub.model import families
@@ -52,6 +51,8 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
 
 def like_rows(disk: SparseDisk) -> np.ndarray:
     """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
+    from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
+
     N = disk.n_blades
     placed = np.flatnonzero(np.isfinite(disk.nodes).all(axis=1) & (disk.row >= 0).all(axis=1))
     at = disk.nodes[placed]
