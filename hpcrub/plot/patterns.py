@@ -53,7 +53,8 @@ def _draw_left(axes: Axes, file: Any, found: Rounds, rows: list[int]) -> None:
     at = 50.0, file.config.patterns.percentile
     for place, p in enumerate(rows):
         values = file.read("amplification", p)[: found.n_disks[p]]
-        middle, high = np.percentile(values[np.isfinite(values)], at)
+        values = np.where(np.isfinite(values), values, np.inf)  # as ranked: flutter is the worst
+        middle, high = np.percentile(values, at, method="higher")
         axes.plot([middle, high], [place, place], "-", color=BLUE, lw=1.0)
         axes.plot(middle, place, "o", color=BLUE, ms=5)
         axes.plot(high, place, "^", color=BLUE, ms=7)

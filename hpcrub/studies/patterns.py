@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.config.schema import Config
+from hpcrub.config.text import counted
+from hpcrub.model.reduction import Modes
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PENDING, Dataset
@@ -17,7 +19,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
-from hpcrub.runs.verdict import REMARK, Finding
+from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
@@ -31,9 +33,10 @@ _P, _PN = ("pattern",), ("pattern", "sample")
 LAYOUT = (
     Dataset("types", ("pattern", "blade"), "1", "type of every blade; pattern 0: none", "i8"),
     Dataset("n_disks", _P, "1", "disks of the linear analysis, the first ones drawn", "i8"),
-    Dataset("percentile", _P, "1", "percentile of the linear amplification of these"),
-    Dataset("worse_by", _P, "1", "certainly worse than the best of its round by, if above 0"),
-    Dataset("amplification", _PN, "1", "linear amplitude over that of the tuned disk"),
+    Dataset("percentile", _P, "1", "percentile of their linear amplification; infinite: flutter"),
+    Dataset("worse_by", _P, "1", "low end of how much worse than the best of its round"),
+    Dataset("amplification", _PN, "1",
+            "linear amplitude over the tuned disk's, that without air where this flutters"),
     Dataset("least_damping_ratio", _PN, "1", "of the least stable mode; below 0 it flutters"),
     Dataset("status", _PN, "1", "0 pending, 1 done", "u1"),
     Dataset("contact_amplitude_m", ("pattern", "contact_sample"), "m",
@@ -46,7 +49,7 @@ class Prepared(NamedTuple):
     """What every rank needs."""
 
     problem: Problem
-    tuned: float  # linear amplitude of the tuned disk [m]
+    tuned: float  # linear amplitude of the tuned disk, without air where it flutters [m]
 
 
 def words_of(config: Config) -> np.ndarray:
@@ -108,7 +111,10 @@ class PatternStudy(Study):
     def prepare(self, config: Config) -> Prepared:
         """The disk and scene, and the linear amplitude of the tuned disk. Raises InputError."""
         problem = build_problem(config)
-        return Prepared(problem, _linear(config, problem, np.zeros(config.disk.n_blades))[0])
+        modes = modes_of(config, problem, np.zeros(config.disk.n_blades))
+        if _flutters(modes):
+            modes = modes._replace(waves=None)
+        return Prepared(problem, _size(config, problem, modes))
 
     def problem_of(self, prepared: Prepared) -> Problem:
         """The Problem beside the tuned amplitude."""
@@ -138,31 +144,40 @@ class PatternStudy(Study):
         if found.missing() is not None:
             yield "the rounds are not over"
             return
-        best, none = found.left[0], known[0]
+        best = found.left[0]
         yield (
             f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
-            f"{asked.percentile:g} of A_lin {known[best]:.3f}, without a pattern {none:.3f}"
+            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
+            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
         )
         for p in [*found.left, 0]:
-            stable = np.nanmin(file.read("least_damping_ratio", p))
-            line = f"{in_letters(found.words[p]):{n_blades + 6}}{known[p]:.3f}"
+            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
             line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
             line += _in_contact(file, p)
-            yield line + (f", damping ratio down to {stable:.3g}" if np.isfinite(stable) else "")
+            least = found.least_damping(file, p)
+            if len(least):
+                line += f", damping ratio down to {least.min():.3g}"
+                line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
+            yield line
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """What was not decided."""
         found = Rounds(file)
         if found.missing() is not None:
             return
+        if found.percentile[0] <= found.percentile[found.left[0]]:
+            words = "no pattern is seen to be better than none"
+            yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
         alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
         if alike > 1:
             words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
-            yield Finding(REMARK, words, f"{words}: take any of them, or mistuning.samples")
+            advice = "take any of them, or more mistuning.samples"
+            yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
         unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
         if unsure:
-            words = f"{unsure} patterns were dropped that were not certainly worse"
-            yield Finding(REMARK, words, f"{words}: patterns.kept, or other patterns as good exist")
+            words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
+            yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
+        yield from _flutter(found.least_damping(file, found.left[0]))
         yield from verdict.few(file.config, file.config.mistuning.samples)
 
 
@@ -187,14 +202,18 @@ class Rounds:
                 return
             found = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
             self.n_disks[here] = n
-            self.percentile[here] = compare(found, asked.percentile)[0]
-            self.worse_by[self.left] = compare(found[1:], asked.percentile)[1]
+            self.percentile[here], self.worse_by[here] = compare(found, asked.percentile)
             self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
             if n == self.most:
                 self.left = self.left[: asked.kept]
                 return
             self.left = self.left[: max(asked.kept, -(-len(self.left) // 2))]
             n = min(2 * n, self.most)
+
+    def least_damping(self, file: ResultFile, pattern: int) -> np.ndarray:
+        """Damping ratios of the least stable modes of its disks; none without air."""
+        found = file.read("least_damping_ratio", pattern)
+        return found[np.isfinite(found)]
 
     def missing(self) -> tuple[np.ndarray, int] | None:
         """Patterns whose first n disks the next round needs, and n; None: all rounds are over."""
@@ -288,11 +307,33 @@ def _deviation(config: Config, word: np.ndarray, sample: int) -> np.ndarray:
 def _linear(config: Config, problem: Problem, own: np.ndarray) -> tuple[float, float]:
     """Linear amplitude [m] of a disk, and the damping ratio of its least stable mode in air."""
     modes = modes_of(config, problem, own)
+    least = float(modes.waves.damping_ratio.min()) if modes.waves else np.nan
+    return _size(config, problem, modes), least
+
+
+def _size(config: Config, problem: Problem, modes: Modes) -> float:
     order = config.forcing.sense * (config.engine_order or 1)
     face, n_blades = problem.reduced.interface, config.disk.n_blades
-    force = config.forcing.amplitude
-    size = linear_peak(modes, config.damping, force, order, face, n_blades)[0]
-    return size, float(modes.waves.damping_ratio.min()) if modes.waves else np.nan
+    return linear_peak(
+        modes, config.damping, config.forcing.amplitude, order, face, n_blades
+    )[0]  # fmt: skip
+
+
+def _flutters(modes: Modes) -> bool:
+    return bool(modes.waves and modes.waves.damping_ratio.min() <= 0.0)
+
+
+def _flutter(least: np.ndarray) -> Iterator[Finding]:
+    """What the air does to the disks of the best pattern; least: their damping ratios."""
+    lost = int(np.count_nonzero(least <= 0.0))
+    if lost:
+        words = f"{lost} of {len(least)} disks of the best pattern flutter"
+        advice = "without contact: types further apart in patterns.types_percent"
+        yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
+
+
+def _in_words(percentile: float) -> str:
+    return f"{percentile:.3f}" if np.isfinite(percentile) else "infinite (flutter)"
 
 
 def _in_contact(file, pattern):

@@ -48,3 +48,20 @@ def test_disks_without_a_result_make_a_pattern_worse():
     assert known[1] == np.inf
     assert low[0] == 0.0
     assert low[1] > 0.0
+
+
+@pytest.mark.parametrize(("percentile", "n", "most"), [(99.0, 64, 3), (90.0, 256, 3)])
+def test_of_patterns_that_are_equal_hardly_any_is_called_worse(percentile, n, most):
+    drawn, wrong = np.random.default_rng(5), 0
+    for _ in range(200):  # 0.5 % of them: 1
+        values = drawn.normal(size=n) + drawn.normal(size=(30, n))
+        wrong += (compare(values, percentile)[1] > 0.0).any()
+    assert wrong <= most
+
+
+def test_how_much_worse_is_a_low_end_of_what_is_true():
+    drawn = np.random.default_rng(6)
+    values = drawn.normal(size=2048) + 0.3 * drawn.normal(size=(2, 2048))
+    values[1] += 1.0
+    low = compare(values, 90.0)[1]
+    assert 0.5 < low[1] < 1.0

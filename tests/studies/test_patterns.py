@@ -4,12 +4,15 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub import plot
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import run_sweep
+from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import compare
-from hpcrub.studies.patterns import in_letters
+from hpcrub.studies.patterns import Rounds, in_letters
+from tests.plot.drawn import lines
 from tests.program import TINY, error_lines, load, run, run_here
 
 N = 256
@@ -107,6 +110,40 @@ def test_two_ranks_and_a_stop_give_the_same_bits(found):
     resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
     assert run_here(*resumed, folder=folder) == 0
     assert bits(folder / "two.h5") == first
+
+
+AIR = """\
+mistuning: {half_range_percent: [0.5], samples: 64}
+aero:
+  influence:
+    - {blades: 0, damping_ratio: %s}
+    - {blades: 1, damping_ratio: 0.002, frequency_shift: 0.0024}
+    - {blades: -1, damping_ratio: -0.002, frequency_shift: -0.0021}
+"""  # a wave of one diameter has its mean less 0.0045 sin 60°; no pattern moves the mean
+
+
+@pytest.mark.parametrize(("own", "stays"), [(0.003, True), (-0.001, False)])
+def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
+    tmp_path, capsys, own, stays
+):
+    base = TEXT.replace("contact_samples: 2", "contact_samples: 0")
+    base = "".join(line for line in base.splitlines(True) if not line.startswith("mistuning"))
+    (tmp_path / "air.yaml").write_text(base + AIR % own)
+    assert run_here("air.yaml", "--output", "air.h5", folder=tmp_path) == 0
+    out, here = capsys.readouterr().out, contents(tmp_path / "air.h5")
+    flutter = here["least_damping_ratio"] <= 0.0
+    seen = np.isfinite(here["least_damping_ratio"])
+    assert flutter[0].all()
+    assert np.isnan(here["amplification"][flutter]).all()
+    assert (here["amplification"][seen & ~flutter] > 0.1).all()
+    assert "without a pattern infinite (flutter)" in out
+    assert ("disks of the best pattern flutter" in out) != stays
+    assert ("Verdict: not usable: 64 of 64 disks" in out) != stays
+    with ResultFile(tmp_path / "air.h5") as file:
+        known, left = here["percentile"], Rounds(file).left
+        triangles = [line for line in lines(plot.patterns(file)[1]) if len(line) == 1][1::2]
+    np.testing.assert_array_equal(np.array(triangles)[:, 0, 0], known[[*left, 0]])
+    assert np.isinf(known[0])
 
 
 @pytest.mark.parametrize("override", REFUSED)
