@@ -66,6 +66,8 @@ def compare(values: np.ndarray, percentile: float) -> tuple[np.ndarray, np.ndarr
     On the same disks a sign test counts those that exceed the percentile of the best with one
     pattern alone. How far a pattern can be lowered until the test no longer tells is the low end.
     The error is shared among all ordered pairs, because the values also say which is the best.
+    The test compares how often this amplitude is exceeded: of few disks it is below or above the
+    true percentile of the best.
 
     values: of the same disks with every pattern (P, n); infinite where a disk has no result.
     Returns percentiles (P,); low ends of their difference to the lowest (P,): above zero for a
