@@ -1,0 +1,160 @@
+"""A small probability by double sampling: a cheap first look at all disks, a full result of some.
+
+Every disk gets a first look; it is computed in full with an inclusion probability π that follows
+from the look alone. The disks beyond the limit among these, each counted 1/π times, estimate the
+probability without bias, whatever the look is worth (Horvitz, Thompson, J. Am. Stat. Assoc. 47,
+1952; Neyman, J. Am. Stat. Assoc. 33, 1938). A look that tells much makes it cheap: π is then large
+where the look is high, and small elsewhere. Results are *severities*: the largest amplitude or
+stress as a part of its limit, so that a disk is beyond a limit when its severity is above 1.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import gammainccinv, gammaincinv, ndtr
+
+TAIL = 0.025  # of each end of a 95 % interval
+LEAST = 0.5, 0.25, 0.125, 0.0625, 0.03125  # smallest inclusion probabilities that are tried
+FACTORS = 0.0625 * 2.0 ** np.arange(13)  # that are tried
+MOST = 1e12  # disks
+
+
+class Goal(NamedTuple):
+    """When a probability is known well enough; None: not asked for."""
+
+    error: float | None  # half of the interval, relative to the probability
+    below: float | None  # the interval lies on one side of it
+
+    def is_met(self, chance: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Whether probabilities with their intervals' ends, all of one shape, are known."""
+        met = np.full(np.shape(chance), True)
+        if self.error is not None:
+            met &= (chance > 0.0) & (high - low <= 2.0 * self.error * chance)
+        if self.below is not None:
+            met &= (high < self.below) | (low > self.below)
+        return met
+
+
+class Rule(NamedTuple):
+    """Inclusion probabilities of disks by their first look.
+
+    The severity is taken for log-normal about a power of the look. That may be wrong: it changes
+    how many disks are needed, and never what the estimate tends to.
+    """
+
+    slope: float = 0.0  # of the logarithm of the severity over that of the look
+    offset: float = 0.0  # of that straight line
+    scatter: float = 1.0  # standard deviation about it
+    factor: float = 1.0
+    least: float = 1.0
+
+    def chance(self, look: np.ndarray) -> np.ndarray:
+        """Probability that disks with these looks (n,) are beyond the limit; 1 without a look."""
+        known = np.isfinite(look) & (look > 0.0)
+        line = self.offset + self.slope * np.log(look, where=known, out=np.zeros(len(look)))
+        return np.where(known, ndtr(line / self.scatter), 1.0)
+
+    def inclusion(self, look: np.ndarray) -> np.ndarray:
+        """Probability with which disks with these looks (n,) are computed in full."""
+        return np.clip(self.factor * np.sqrt(self.chance(look)), self.least, 1.0)
+
+
+class Plan(NamedTuple):
+    """A rule, and what is expected of it."""
+
+    rule: Rule
+    n_disks: float  # that the goal needs
+    cost: float  # of these, in the unit of the costs given
+
+
+def estimate(above: np.ndarray, inclusion: np.ndarray) -> tuple[float, float, float]:
+    """Probability, and both ends of its 95 % interval, from n disks drawn alike.
+
+    - above: whether a disk is known to be beyond the limit (n,), False where not computed.
+    - inclusion: probability with which each was computed (n,), known before it was.
+    """
+    weight, n = 1.0 / inclusion[above], len(above)
+    if not n:
+        return np.nan, 0.0, 1.0
+    total, squares = weight.sum(), (weight * weight).sum()
+    low, high = interval(total, squares, 1.0 / inclusion.mean(), n)
+    return float(total / n), float(low), float(high)
+
+
+def interval(
+    total: npt.ArrayLike, squares: npt.ArrayLike, next_one: npt.ArrayLike, n: npt.ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the 95 % interval of a probability from weighted counts, all of one shape.
+
+    - total, squares: sum of the weights and of their squares of all events among n disks.
+    - next_one: weight that one more event would have.
+
+    The counts are taken for Poisson variables, whose variance is a little above the binomial one.
+    Of weights that are all 1 the ends are those of Garwood. Fay and Feuer give the next event the
+    largest weight of all. Here it is that of an event whose look tells nothing, one over the mean
+    inclusion probability: less by half or more, and still too much where a higher look makes an
+    event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
+    """
+    total, squares, next_one = map(np.asarray, (total, squares, next_one))
+    some = np.maximum(total, 1e-300)
+    scale = np.maximum(squares, 1e-300) / some
+    low = np.where(total > 0.0, scale * gammaincinv(some / scale, TAIL), 0.0)
+    one_more = total + next_one
+    scale = (squares + next_one * next_one) / one_more
+    high = scale * gammainccinv(one_more / scale, TAIL)
+    return np.minimum(low / n, 1.0), np.minimum(high / n, 1.0)
+
+
+def n_needed(
+    goal: Goal, chance: float, squares: npt.ArrayLike, next_one: npt.ArrayLike
+) -> np.ndarray:
+    """Disks that a goal needs, where the sums of the weights are what is expected.
+
+    - chance: probability.
+    - squares: mean over all disks of the squared weights of events, of any shape.
+    - next_one: as of `interval`, of this shape.
+
+    Returns numbers of this shape, at most MOST. Plain sampling has squares = chance, next_one = 1.
+    """
+    squares = np.asarray(squares)
+    low, high = np.zeros(np.shape(squares)), np.full(np.shape(squares), np.log(MOST))
+    for _ in range(40):
+        n = np.exp((low + high) / 2.0)
+        ends = interval(n * chance, n * squares, next_one, n)
+        met = goal.is_met(np.full(np.shape(n), chance), *ends)
+        low, high = np.where(met, low, np.log(n)), np.where(met, np.log(n), high)
+    return np.ceil(np.exp(high) - 1e-6)
+
+
+def plan(
+    look: np.ndarray, severity: np.ndarray, costs: tuple[float, float], goal: Goal
+) -> Plan:
+    """The rule that is expected to meet a goal at the least cost, and the least number of disks.
+
+    - look: of all disks so far (n,).
+    - severity: of those of them that were computed in full, NaN of others (n,). Which these are has
+      to follow from the looks alone.
+    - costs: of a look and of a full result.
+
+    Of factors and smallest inclusion probabilities all are tried; plain sampling, which has no look
+    to pay for, is one of them.
+    """
+    known = np.isfinite(severity) & (severity > 0.0) & np.isfinite(look) & (look > 0.0)
+    x, y = np.log(look[known]), np.log(severity[known])
+    slope = np.cov(x, y)[0, 1] / x.var(ddof=1) if len(x) > 2 and np.ptp(x) > 0.0 else 0.0
+    offset = y.mean() - slope * x.mean() if len(x) else 0.0
+    scatter = np.std(y - offset - slope * x, ddof=2) if len(x) > 2 else 1.0
+    line = Rule(float(slope), float(offset), float(max(scatter, 1e-6)))
+    chance = line.chance(look)
+    rules = [Rule()] + [line._replace(factor=f, least=p) for p in LEAST for f in FACTORS]
+    share, squares = np.array([_expected(rule.inclusion(look), chance) for rule in rules]).T
+    n = n_needed(goal, float(chance.mean()), squares, 1.0 / share)
+    cost = n * (costs[1] * share + costs[0] * (np.arange(len(rules)) > 0))
+    best = int(cost.argmin())
+    return Plan(rules[best], float(n[best]), float(cost[best]))
+
+
+def _expected(inclusion, chance):
+    """Mean inclusion probability, and mean squared weight of events."""
+    return inclusion.mean(), (chance / inclusion).mean()
