@@ -60,15 +60,16 @@ def test_a_look_that_correlates_costs_less_and_another_is_left_out():
     rng, limit = np.random.default_rng(1), norm.isf(1e-3)
     goal = Goal(0.1, None)
     plain = float(n_needed(goal, 1e-3, 1e-3, 1.0))
-    for rho, most in ((0.9, 0.3), (0.77, 0.4)):
+    for rho, most in ((0.9, 0.6), (0.8, 0.75)):
         look, severity = drawn(200_000, rho, limit, rng)
-        found = plan(look, np.where(np.arange(len(look)) < 400, severity, np.nan), COSTS, goal)
+        known = np.where(np.arange(len(look)) < 400, severity, np.nan)
+        found = plan(look, known, np.ones(len(look)), COSTS, goal)
         inclusion = found.rule.inclusion(look)
         squares = ((severity > 1.0) / inclusion).mean()
         n = n_needed(goal, 1e-3, squares, 1.0 / inclusion.mean())
         assert n * (COSTS[0] + inclusion.mean()) < most * plain
     look, severity = drawn(400, 0.0, 1.0, rng)
-    assert plan(look, severity, COSTS, goal).rule == PLAIN
+    assert plan(look, severity, np.ones(400), COSTS, goal).rule == PLAIN
 
 
 def test_a_study_that_ends_when_it_knows_enough_holds_the_truth():
@@ -77,20 +78,17 @@ def test_a_study_that_ends_when_it_knows_enough_holds_the_truth():
     limit, found = norm.isf(chance), []
     for _ in range(40):
         look, severity = drawn(20_000, 0.8, limit, rng)
-        inclusion, n = np.ones(0), 100
-        above = np.zeros(0, dtype=bool)
+        chosen, n = rng.uniform(size=20_000), 100
+        inclusion = np.ones(n)
         while True:
-            part = slice(len(above), n)
-            pi = rule.inclusion(look[part]) if len(above) else np.ones(n)
-            computed = rng.uniform(size=len(pi)) < pi
-            inclusion = np.concatenate([inclusion, pi])
-            above = np.concatenate([above, computed & (severity[part] > 1.0)])
-            known = np.concatenate([known, computed]) if n > 100 else computed
-            ends = estimate(above, inclusion)
+            known = np.where(chosen[:n] < inclusion, severity[:n], np.nan)
+            ends = estimate(known > 1.0, inclusion)
             if goal.is_met(*ends):
                 break
-            rule = plan(look[:n], np.where(known, severity[:n], np.nan), COSTS, goal).rule
-            n = int(np.ceil(1.3 * n))
+            rule = plan(look[:n], known, inclusion, COSTS, goal).rule
+            more = rule.inclusion(look[n : int(1.3 * n)])
+            inclusion = np.concatenate([inclusion, more])
+            n = len(inclusion)
         found.append(ends)
     values, low, high = np.array(found).T
     assert abs(values.mean() / chance - 1) < 0.25 * goal.error
@@ -100,4 +98,6 @@ def test_a_study_that_ends_when_it_knows_enough_holds_the_truth():
 def test_a_disk_without_a_look_is_computed():
     rule = Rule(1.0, 0.0, 0.1, 1.0, 0.1)
     np.testing.assert_array_equal(rule.inclusion(np.array([np.nan, 0.0, 1e-9])), [1.0, 1.0, 0.1])
-    assert isinstance(plan(np.full(3, np.nan), np.ones(3), COSTS, Goal(0.1, None)), Plan)
+    assert isinstance(
+        plan(np.full(3, np.nan), np.ones(3), np.ones(3), COSTS, Goal(0.1, None)), Plan
+    )
