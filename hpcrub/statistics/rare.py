@@ -201,6 +201,8 @@ def extrapolated(
 
     rng, share = np.random.default_rng(0), weight / weight.sum()
     n = min(int(1.0 / (share * share).sum()), len(severity))
+    unit = np.median(severity)  # the fits start from values about 1
+    severity, at = severity / unit, at / unit
     weibull, pareto = np.empty((2, runs, len(at)))
     for run in range(runs):
         drawn = rng.choice(severity, n, p=share)
