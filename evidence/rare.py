@@ -8,7 +8,7 @@
 What is computed is kept in FOLDER. An hour on one core, most of it for the contact.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import numpy as np
@@ -121,7 +121,11 @@ def linear_table(size):
 
 def main():
     """Compute what FOLDER lacks, and print both tables."""
-    folder = Path(sys.argv[1])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, help="where disks are kept")
+    folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
     print("\n".join(contact_table(*kept(folder / "contact.npy", lambda: contact(N_CONTACT)))))
     print("\n".join(linear_table(kept(folder / "linear.npy", lambda: linear(N_LINEAR)))))

@@ -2,9 +2,18 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, expon, norm, weibull_max
 
-from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, interval, n_needed, plan
+from hpcrub.statistics.rare import (
+    Goal,
+    Plan,
+    Rule,
+    estimate,
+    extrapolated,
+    interval,
+    n_needed,
+    plan,
+)
 
 COSTS = 0.1, 1.0
 PLAIN = Rule()
@@ -101,3 +110,19 @@ def test_a_disk_without_a_look_is_computed():
     assert isinstance(
         plan(np.full(3, np.nan), np.ones(3), np.ones(3), COSTS, Goal(0.1, None)), Plan
     )
+
+
+def test_distributions_that_are_fitted_to_their_own_draws_say_the_truth():
+    """Of Weibull draws with an upper end, and of exponential ones, whose Pareto shape is zero."""
+    draws = weibull_max(4.0, 1.5, 0.5).ppf((np.arange(4000) + 0.5) / 4000)
+    at = weibull_max(4.0, 1.5, 0.5).isf([0.1, 0.01])
+    low, _, high = extrapolated(draws, np.ones(4000), at, runs=8)["three-parameter Weibull"]
+    assert (low < [0.11, 0.012]).all()
+    assert (high > [0.09, 0.008]).all()
+    draws = 1.0 + expon.ppf((np.arange(4000) + 0.5) / 4000)
+    low, _, high = extrapolated(draws, np.ones(4000), 1.0 - np.log([0.05, 0.002]), 8)[
+        "generalised Pareto"
+    ]
+    assert (low < [0.052, 0.003]).all()
+    assert (high > [0.048, 0.0013]).all()
+    assert (high - low < [0.02, 0.01]).all()
