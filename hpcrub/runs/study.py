@@ -228,9 +228,7 @@ class Run(NamedTuple):
         if config.is_part:
             what += f" (samples {samples[0]} to {samples[-1]})"
         needs = self.study.needs(config)
-        return (
-            f"{self.study.name}, {what} at most; {needs}" if needs else f"{self.study.name}, {what}"
-        )
+        return f"{self.study.name}, {what}" + (f" at most; {needs}" if needs else "")
 
 
 class Job:

@@ -193,9 +193,9 @@ def extrapolated(
     """Probabilities to exceed values (X,) by distributions that are fitted to severities (n,).
 
     weight: how many disks each one stands for (n,); runs: of the bootstrap. Returns the percentiles
-    2.5, 50 and 97.5 of the probabilities (3, X) by name. Sources: Castanier, Pierre, AIAA J. 35
-    (1997), the Weibull distribution of largest values with an upper end; Pickands, Ann. Stat. 3
-    (1975), of what is above the 90th percentile.
+    2.5, 50 and 97.5 of the probabilities (3, X) by name. Sources: Castanier, Pierre, J. Propuls.
+    Power 22 (2006), on the Weibull distribution of largest values, which has an upper end;
+    Pickands, Ann. Stat. 3 (1975), on what is above the 90th percentile.
     """
     from scipy.stats import genpareto, weibull_max  # half a second, where it is drawn alone
 
