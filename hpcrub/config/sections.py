@@ -255,6 +255,12 @@ class Limits(Section):
     line [MPa]"""
     strength_mpa: Number | None = Field(None, gt=0, le=1e6)
     """tensile strength, at which Goodman's line leaves no vibration [MPa]"""
+    probability_error: Number | None = Field(None, ge=0.01, le=1)
+    """of a rare study, which ends when half the 95 % interval of the probability of exceeding a
+    limit is below this part of the probability [-]"""
+    probability_below: Number | None = Field(None, ge=1e-9, lt=1)
+    """of a rare study, which ends when the 95 % interval of this probability lies below or above
+    this one [-]"""
 
     amplitude: ClassVar = si("amplitude_mm", "m", per=1000)
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-STIFFNESS, START = range(2)  # streams: what is drawn
+STIFFNESS, START, INCLUSION = range(3)  # streams: what is drawn
 
 
 class Law(NamedTuple):

@@ -31,6 +31,7 @@ from hpcrub.plot.disks import casing, disk, mode_shapes, safe_diagram
 from hpcrub.plot.histories import rubbing, time_response
 from hpcrub.plot.maps import branches, interaction_map
 from hpcrub.plot.patterns import patterns
+from hpcrub.plot.rare import rare
 from hpcrub.plot.responses import compare, summary
 from hpcrub.plot.samples import contact_over_linear, energy
 from hpcrub.plot.solids import model
@@ -42,13 +43,13 @@ FIGURES: list[Drawing] = [
     summary, compare, percentiles, amplitudes, running_means, convergence_errors, disk,
     safe_diagram, mode_shapes, casing, linear, time_response, rubbing,
     interaction_map, energy, contact_over_linear, branches, wear,
-    casing_motion, casing_waves, air, wave_damping, threshold, checklist, patterns,
+    casing_motion, casing_waves, air, wave_damping, threshold, checklist, patterns, rare,
 ]  # fmt: skip
 
 __all__ = [
     "FIGURES", "air", "amplitudes", "branches", "casing", "casing_motion",
     "casing_waves", "checklist", "compare", "contact_over_linear",
     "convergence_errors", "disk", "energy", "interaction_map", "linear",
-    "mode_shapes", "model", "patterns", "percentiles", "rubbing", "running_means",
+    "mode_shapes", "model", "patterns", "percentiles", "rare", "rubbing", "running_means",
     "safe_diagram", "summary", "threshold", "time_response", "wave_damping", "wear",
 ]  # fmt: skip

@@ -98,6 +98,10 @@ class Study(ABC):
         """What all tasks do together, when a point takes so many seconds until it is steady."""
         return Cost()
 
+    def needs(self, config: Config) -> str:
+        """How much it has to compute, where it finds that out itself, in words."""
+        return ""
+
     def job(self, *arguments: Any) -> "Job":
         """The job that computes a run; arguments: as for `Job`."""
         return Job(*arguments)
@@ -197,7 +201,7 @@ class Run(NamedTuple):
         if len(config.sources) != study.n_sources and study.n_sources:
             n_given = len(config.sources)
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
-        if config.is_part and study.of_tasks:
+        if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
         yield from study.problems(config)
 
@@ -223,7 +227,8 @@ class Run(NamedTuple):
         what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
         if config.is_part:
             what += f" (samples {samples[0]} to {samples[-1]})"
-        return f"{self.study.name}, {what}"
+        needs = self.study.needs(config)
+        return f"{self.study.name}, {what}" + (f" at most; {needs}" if needs else "")
 
 
 class Job:

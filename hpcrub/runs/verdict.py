@@ -126,10 +126,15 @@ def of_points(
     known = np.isfinite(amplitude).any(axis=1)
     if not known.any() or amplitude.shape[1] == 1:
         return
-    best, speeds = np.nanargmax(amplitude[known], axis=1), config.speeds
+    yield from of_peaks(config, np.nanargmax(amplitude[known], axis=1))
+
+
+def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:
+    """Peaks at the ends of the speeds; best: indices of the speeds of all peaks (D,)."""
+    speeds = config.speeds
     for place, word, key in (
         (0, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
-        (amplitude.shape[1] - 1, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
+        (speeds.n_values - 1, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
     ):
         count = int(np.count_nonzero(best == place))
         yield from at_the_edge(count, len(best), word, key, SINGLE)

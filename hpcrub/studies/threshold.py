@@ -26,6 +26,7 @@ from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
 from hpcrub.studies.contact.amplification import peak, peak_stress
+from hpcrub.studies.contact.limits import severity
 
 NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
 LOOKS = 1.5  # values that need all disks that the target asks for, for each bisection
@@ -70,16 +71,11 @@ class Threshold(Study):
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         yield from steady_problems(config)
-        key, limits = config.threshold.key, config.limits
+        yield from limit_problems(config)
+        key = config.threshold.key
         if key is None:
             yield "threshold.key: missing; the key whose value is searched for is needed"
             return
-        if limits.amplitude_mm is None and limits.stress is None:
-            yield "limits: a threshold study needs limits.amplitude_mm or limits.stress_mpa"
-        elif limits.stress is not None and not _tells_stress(config):
-            yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
-        if len(config.mistuning.half_range_percent) != 1:
-            yield "mistuning.half_range_percent: a threshold study is of one level"
         if key.startswith(NEVER_KEYS):
             yield f"threshold.key: {key} changes no disk"
             return
@@ -211,6 +207,17 @@ class Seeking(Job):
             self.progress.part("disks", *self.n_done())
 
 
+def limit_problems(config: Config) -> Iterator[str]:
+    """Why a study cannot tell the probability of exceeding a limit."""
+    limits = config.limits
+    if limits.amplitude_mm is None and limits.stress is None:
+        yield f"limits: a {config.study} study needs limits.amplitude_mm or limits.stress_mpa"
+    elif limits.stress and not (limits.stress_mpa_per_mm or config.observes_stress):
+        yield "limits.stress_mpa: the model tells no stress, give limits.stress_mpa_per_mm"
+    if len(config.mistuning.half_range_percent) != 1:
+        yield f"mistuning.half_range_percent: a {config.study} study is of one level"
+
+
 def at_value(config: Config, value: float) -> Config:
     """The configuration with a value of the key. Raises InputError for one that is not allowed."""
     key = config.threshold.key or ""
@@ -237,15 +244,9 @@ def peaks(config: Config, value: int, sample: int, poll: Poll) -> tuple[float, f
 
 def exceeds(file: ResultFile) -> np.ndarray:
     """Whether disks exceed a limit, or have no result (V, n) of bool."""
-    limits, size = file.config.limits, file.read("peak_amplitude_m")
-    above = ~np.isfinite(size)
-    if limits.amplitude_mm is not None:
-        above |= size > limits.amplitude
-    if limits.stress is not None:
-        computed = limits.stress_mpa_per_mm is None
-        stress = file.read("peak_stress_pa") if computed else limits.stress_per_metre * size
-        above |= stress > limits.stress
-    return above
+    return ~(
+        severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa")) <= 1.0
+    )
 
 
 def search_of(file: ResultFile) -> Search:
@@ -276,10 +277,6 @@ def answer(file: ResultFile) -> str:
 def _needed(config):
     """Disks without one beyond the limit that leave out the target."""
     return min(4.6 / config.threshold.probability, config.mistuning.samples)
-
-
-def _tells_stress(config):
-    return config.observes_stress or config.limits.stress_mpa_per_mm is not None
 
 
 STUDY = Threshold()

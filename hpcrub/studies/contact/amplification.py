@@ -40,14 +40,14 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating it is that of any time: what is left when the motion
     has worn itself free does not say what a blade had to bear.
     """
-    amplitude = _amplitudes(result)
+    amplitude = amplitudes(result)
     if not np.isfinite(amplitude).any():
         return np.nan, np.nan
     best = np.nanargmax(amplitude)
     return float(amplitude[best]), float(speeds_hz[best])
 
 
-def _amplitudes(result):
+def amplitudes(result: SweepResult) -> np.ndarray:
     """Amplitudes of which the largest is the peak (S,) [m]; NaN where there is none."""
     amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
     usable = np.isin(result.point_status, (STEADY, AVERAGED, NOT_STEADY))
@@ -64,7 +64,7 @@ def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, fl
     """What half the time step changes of a disk, by names in the result file; none unchecked."""
     if found.result is None or found.half_step is None:
         return {}
-    whole, half = _amplitudes(found.result), _amplitudes(found.half_step)
+    whole, half = amplitudes(found.result), amplitudes(found.half_step)
     known = np.isfinite(whole) & np.isfinite(half)
     differs = np.abs(half - whole)[known] > DIFFERENT * np.maximum(half, whole)[known]
     return {

@@ -15,6 +15,18 @@ CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
 REACHED = 1.0 - 1e-9  # of the depth of a coating that is worn through: rounding
 
 
+def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.ndarray:
+    """Amplitudes [m] and stresses [Pa] as parts of their limits, the larger one; NaN: no result."""
+    limits, found = config.limits, np.where(np.isfinite(amplitude), 0.0, np.nan)
+    if limits.amplitude_mm is not None:
+        found = np.maximum(found, amplitude / limits.amplitude)
+    if limits.stress is not None:
+        by_factor = limits.stress_mpa_per_mm is not None
+        of = limits.stress_per_metre * amplitude if by_factor else stress
+        found = np.maximum(found, of / limits.stress)
+    return found
+
+
 def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     """The largest amplitude of all disks, and the largest stress where it is limited."""
     size = 1e3 * found.largest

@@ -1,0 +1,400 @@
+"""A small probability of exceeding a limit: a cheap first look at all disks, a full result of few.
+
+A first look has a few speeds for a short time. The first disks, the *pilot*, get it at all speeds,
+and a full result. They tell which speeds are worth looking at; `statistics.rare` then says how
+probable it is that a disk is computed in full.
+"""
+
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hpcrub.config.schema import Config
+from hpcrub.contact.status import NOT_STEADY
+from hpcrub.model import mistuning
+from hpcrub.response.sweep import run_sweep
+from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.storage import ResultFile
+from hpcrub.runs import verdict
+from hpcrub.runs.cost import Cost
+from hpcrub.runs.study import Job, Study
+from hpcrub.runs.verdict import USELESS, Finding
+from hpcrub.runs.warmup import warm_up
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.plausibility import steady_problems
+from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
+from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
+from hpcrub.studies.contact.limits import percent, severity
+from hpcrub.studies.threshold import limit_problems
+
+PILOT = 100  # disks
+GROWTH = 1.3  # of the number of disks from one estimate to the next
+EARLY = 0.8  # of the time of the first check: when a first look ends
+FEW = 4, 8, 16, 32  # speeds of a first look that are tried
+SUPPOSED = 1e-3  # probability for which disks are counted before anything is known
+ESTIMATE = "probability", "probability_low", "probability_high"
+_E, _N, _P = ("estimate",), ("sample",), ("pilot",)
+LAYOUT = (
+    Dataset("n_disks", _E, "1", "disks of every estimate, the first ones drawn", "i8"),
+    Dataset("probability", _E, "1", "probability of exceeding a limit; NaN: not estimated"),
+    Dataset("probability_low", _E, "1", "lower end of its 95 % interval"),
+    Dataset("probability_high", _E, "1", "upper end of its 95 % interval"),
+    Dataset("look_speeds", ("speed",), "1", "whether a first look has a speed; none: plain", "u1"),
+    Dataset("pilot_look", (*_P, "speed"), "1", "early severity of the pilot's disks"),
+    Dataset("pilot_peak_hz", _P, "Hz", "speed of the largest amplitude of the pilot's disks"),
+    Dataset("look", _N, "1", "largest early severity at the speeds of the first look; NaN: none"),
+    Dataset("inclusion", _N, "1", "probability with which a disk is computed in full"),
+    Dataset("computed", _N, "1", "whether a disk was computed in full", "u1"),
+    Dataset("peak_amplitude_m", _N, "m", "largest amplitude of a disk over the speeds"),
+    Dataset("peak_stress_pa", _N, "Pa", "largest stress of a disk over the speeds"),
+    Dataset("peak_status", _N, "1", "status of the point of the largest amplitude", "u1"),
+    Dataset("time_s", _N, "s", "simulated time of a disk computed in full, of all speeds"),
+    Dataset("status", _N, "1", "0 pending, 1 done", "u1"),
+)
+
+
+class Step(NamedTuple):
+    """The first n disks, the speeds of their first look (indices), and who is computed in full."""
+
+    n: int
+    speeds: tuple[int, ...] = ()
+    rule: Rule = Rule()
+
+
+class Rare(Study):
+    """A small probability of exceeding a limit, by double sampling."""
+
+    name = "rare"
+    what = "small probability of exceeding a limit, by double sampling"
+    of_tasks = False
+    integrates = True
+    unit = "disks"
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets."""
+        return LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        n = config.mistuning.samples
+        return {"sample": n, "pilot": min(PILOT, n), "estimate": len(numbers(config))}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """Numbers of disks after which there is an estimate."""
+        return {"n_disks": numbers(config), "sample": np.arange(config.mistuning.samples)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        yield from limit_problems(config)
+        if goal_of(config) == Goal(None, None):
+            yield (
+                "limits: a rare study ends by limits.probability_error or "
+                "limits.probability_below; give one of them"
+            )
+        if config.pattern_deviation is not None:
+            yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
+
+    def prepare(self, config: Config) -> Problem:
+        """The tuned disk and its scene."""
+        return build_problem(config)
+
+    def needs(self, config: Config) -> str:
+        """How many disks the goal needs, in words."""
+        chance, n = _supposed(config)
+        return (
+            f"the goal needs {n:,} disks in full if the probability is {chance:.2g}; the first "
+            f"{PILOT} disks tell how many of them a first look saves"
+        )
+
+    def cost(self, config: Config, until_steady: float) -> Cost:
+        """Every disk that plain sampling needs at every speed."""
+        disks = min(_supposed(config)[1], config.mistuning.samples)
+        return Cost(disks * config.speeds.n_values * until_steady, disks=disks)
+
+    def job(self, *arguments: Any) -> Job:
+        """Disks in groups, of which every one depends on those before."""
+        return Sampling(*arguments)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether the goal is met."""
+        found = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
+        return bool(found.any())
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The probability, what it took, and what it says of engines."""
+        yield answer(file)
+        n = last_estimate(file)[0]
+        if not n:
+            return
+        computed, above = (np.count_nonzero(found[:n]) for found in (in_full(file), beyond(file)))
+        yield f"{n:,} disks, {computed:,} computed in full, {above:,} of them beyond the limit"
+        yield look_in_words(file)
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """A probability that is not known well enough, and peaks that are no results."""
+        config, speeds, computed = file.config, file.config.speeds, in_full(file)
+        if not self.is_enough(file):
+            yield Finding(
+                USELESS, "the probability is not known as well as asked",
+                f"{config.mistuning.samples:,} disks do not tell the probability as well as "
+                "asked: more mistuning.samples, or another goal in limits",
+            )  # fmt: skip
+        size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
+        lost = int(np.count_nonzero(~np.isfinite(size)))
+        if lost:
+            words = f"{lost} of {n} disks have no result"
+            weight = USELESS if lost > verdict.FEW * n else verdict.REMARK
+            yield Finding(weight, words, f"{words} at any speed, and count as beyond the limit")
+        unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
+        yield from verdict.unsettled(config, unsteady, n, "peaks")
+        if speeds.n_values > 1:
+            at = file.read("pilot_peak_hz")
+            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
+        yield from verdict.kinematics(config, float(np.nan_to_num(size).max(initial=0.0)))
+
+
+class Sampling(Job):
+    """Looks at some more disks again and again, until the goal is met (all ranks)."""
+
+    def run(self) -> None:
+        """Compute what the next estimate needs, until no more is needed."""
+        self.seconds: list[float] = []  # of the pilot's disks, rank 0
+        self.step = self.team.on_root(self._take_stock)
+        if self.step:
+            self.phase("loading the kernel")
+            warm_up(self.team, self.config, self.prepared, False, self.progress)
+        self.phase("disks")
+        while self.step:
+            pending = np.flatnonzero(self.status[: self.step.n] == PENDING)
+            self.team.run_tasks(map(int, pending), self._compute, self._collect)
+            self.step = self.team.on_root(self._next)
+
+    def n_done(self) -> tuple[int, int]:
+        """Disks looked at, and all that may be (rank 0)."""
+        return int(np.count_nonzero(self.status == DONE)), self.status.size
+
+    def _take_stock(self):
+        self.status = self.file.read("status")
+        return self._next()
+
+    def _next(self):
+        """The next step, whose disks are not all there; None: nothing is left to do (rank 0).
+
+        What a step does follows from the disks before it alone, whatever else is in the file.
+        """
+        goal, before = goal_of(self.config), 0
+        for place, n in enumerate(map(int, numbers(self.config))):
+            if (self.status[:n] == PENDING).any():
+                return self._step(before, n)
+            found = [self.file.read(name)[place] for name in ESTIMATE]
+            if np.isnan(found[0]):
+                if not before:
+                    self._choose_look(goal)
+                found = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
+                self.file.write(dict(zip(ESTIMATE, found, strict=True)), place)
+            if goal.is_met(*found):
+                return None
+            before = n
+        return None
+
+    def _choose_look(self, goal):
+        """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
+        tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
+        speeds, best = min(tried.items(), key=lambda one: one[1].saving)
+        looks = _looks(self.file, speeds)
+        if best.rule == Rule():
+            speeds = ()
+        mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
+        self.file.write({"look_speeds": mask}, ())
+        self.file.write({"look": looks}, slice(len(looks)))
+        if self.progress and self.seconds:
+            hours = best.cost * np.mean(self.seconds) / sum(costs(self.file, mask >= 0)) / 3600
+            disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
+            self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
+
+    def _step(self, before, n):
+        """The step to n disks, by what the first `before` disks say (rank 0)."""
+        speeds = tuple(map(int, np.flatnonzero(self.file.read("look_speeds")))) if before else ()
+        if not speeds:
+            return Step(n)
+        return Step(n, speeds, _plan(self.file, before, speeds, goal_of(self.config)).rule)
+
+    def _compute(self, sample, poll):
+        """Look at a disk, and compute it in full where the draw says so; returns the seconds."""
+        start, step, speeds = time.perf_counter(), self.step, range(self.config.speeds.n_values)
+        modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
+        inclusion = 1.0
+        if sample < PILOT:
+            self.file.write({"pilot_look": self._early(modes, speeds, poll)}, sample)
+        elif step.speeds:
+            look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
+            inclusion = step.rule.inclusion(look)[0]
+            self.file.write({"look": look[0]}, sample)
+        computed = drawn(self.config, sample) < inclusion
+        if computed:
+            self._compute_in_full(modes, sample, poll)
+        self.file.write({"inclusion": inclusion, "computed": int(computed)}, sample)
+        self.file.write({"status": DONE}, sample)
+        return time.perf_counter() - start
+
+    def _early(self, modes, speeds, poll):
+        """Severity at some speeds (S,) after a short time; NaN at the others."""
+        scene, config, end = self.prepared.scene, self.config, early_time(self.config)
+        scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
+        found = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
+        return severity(config, amplitudes(found), found.stress)
+
+    def _compute_in_full(self, modes, sample, poll):
+        speeds = self.config.speeds.values_hz
+        result = run_sweep(modes, self.prepared.scene, speeds, poll)
+        size, at = peak(result, speeds)
+        if sample < PILOT:
+            self.file.write({"pilot_peak_hz": at}, sample)
+        values = {
+            "peak_amplitude_m": size,
+            "peak_stress_pa": peak_stress(result),
+            "peak_status": result.point_status[speeds == at].max(initial=0),
+            "time_s": result.time.sum(),
+        }
+        self.file.write(values, sample)
+
+    def _collect(self, sample, seconds):
+        self.status[sample] = DONE
+        if sample < PILOT:
+            self.seconds.append(seconds)
+        if self.progress:
+            self.progress.part("disks", *self.n_done())
+
+
+def numbers(config: Config) -> np.ndarray:
+    """Numbers of disks after which there is an estimate, increasing (E,)."""
+    most, found = config.mistuning.samples, [min(PILOT, config.mistuning.samples)]
+    while found[-1] < most:
+        found.append(min(int(np.ceil(GROWTH * found[-1])), most))
+    return np.array(found)
+
+
+def goal_of(config: Config) -> Goal:
+    """When the study ends."""
+    return Goal(config.limits.probability_error, config.limits.probability_below)
+
+
+def drawn(config: Config, sample: int) -> float:
+    """Random number in [0, 1) that says whether a disk is computed in full."""
+    found = mistuning.uniform(config.mistuning.seed, mistuning.INCLUSION, 0, sample, 1)
+    return float(found[0] + 1.0) / 2.0
+
+
+def early_time(config: Config) -> float:
+    """When a first look ends [s]."""
+    return EARLY * config.steady_state.first_check
+
+
+def candidates(file: ResultFile) -> list[tuple[int, ...]]:
+    """Speeds (indices) of first looks: places where the peaks of the pilot are, all as likely."""
+    at = np.sort(file.read("pilot_peak_hz"))
+    at = at[np.isfinite(at)] if np.isfinite(at).any() else file.config.speeds.values_hz
+    places = (((np.arange(few) + 0.5) / few * len(at)).astype(int) for few in FEW)
+    speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[one])) for one in places)
+    return list(dict.fromkeys(tuple(map(int, one)) for one in speeds))
+
+
+def costs(file: ResultFile, speeds: Any) -> tuple[float, float]:
+    """Simulated time of a first look at some speeds, and of a full result of the pilot [s]."""
+    return len(speeds) * early_time(file.config), float(file.read("time_s")[:PILOT].mean())
+
+
+def severities(file: ResultFile) -> np.ndarray:
+    """Severity of every disk (n,); NaN where it was not computed, or has no result."""
+    return severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa"))
+
+
+def in_full(file: ResultFile) -> np.ndarray:
+    """Whether disks were computed in full (n,)."""
+    return file.read("computed") == 1
+
+
+def beyond(file: ResultFile) -> np.ndarray:
+    """Whether disks were computed and are beyond a limit, or have no result (n,)."""
+    return in_full(file) & ~(severities(file) <= 1.0)
+
+
+def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
+    """Disks of the last estimate, 0 without one; probability and both ends of its interval (3,)."""
+    found = np.array([file.read(name) for name in ESTIMATE])
+    known = np.flatnonzero(np.isfinite(found[0]))
+    if not len(known):
+        return 0, np.full(3, np.nan)
+    return int(file.read("n_disks")[known[-1]]), found[:, known[-1]]
+
+
+def answer(file: ResultFile) -> str:
+    """The probability, in words."""
+    limits, (n, (chance, low, high)) = file.config.limits, last_estimate(file)
+    of = [f"{limits.amplitude_mm:g} mm"] if limits.amplitude_mm is not None else []
+    of += [f"{1e-6 * limits.stress:.4g} MPa"] if limits.stress is not None else []
+    if not n:
+        return f"probability of exceeding {' or '.join(of)}: not known yet"
+    text = (
+        f"a disk exceeds {' or '.join(of)} with a probability of {percent(chance)} % "
+        f"(95 % interval {percent(low)} to {percent(high)} %)"
+    )
+    if limits.probability_below is None:
+        return text
+    side = "below" if high < limits.probability_below else "not certainly below"
+    side = "above" if low > limits.probability_below else side
+    return f"{text}, {side} the {percent(limits.probability_below)} % asked for"
+
+
+def look_in_words(file: ResultFile) -> str:
+    """The first look, how far it agrees with full results, and what it saved."""
+    from scipy.stats import spearmanr  # half a second, on rank 0 alone
+
+    speeds, (n, (chance, low, high)) = np.flatnonzero(file.read("look_speeds")), last_estimate(file)
+    tried = [tuple(map(int, speeds))] if len(speeds) else candidates(file)
+    agree = "; ".join(
+        f"{len(one)} speeds {spearmanr(_looks(file, one), severities(file)[:PILOT])[0]:.2f}"
+        for one in tried
+    )
+    text = f"{in_words(file.config, speeds)} (rank correlation with full results: {agree})"
+    early, full = costs(file, speeds)
+    if not (len(speeds) and chance > 0.0):
+        return text
+    of_pilot = costs(file, file.config.speeds.values_hz)[0] * PILOT
+    took = np.nansum(file.read("time_s")[:n]) + n * early + of_pilot
+    plain = n_needed(Goal((high - low) / (2.0 * chance), None), chance, chance, 1.0) * full
+    return f"{text}; {took / plain:.2f} of the simulated time of plain sampling to this interval"
+
+
+def in_words(config: Config, speeds: Any) -> str:
+    """A first look, in words."""
+    if not len(speeds):
+        return "plain sampling, for no first look is worth its cost"
+    return f"first look at {len(speeds)} speeds for {early_time(config):.3g} s"
+
+
+def _looks(file, speeds):
+    """First looks at some speeds of the pilot's disks."""
+    return np.fmax.reduce(file.read("pilot_look")[:, list(speeds)], axis=1)
+
+
+def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan:
+    """The rule by the first n disks, the pilot's with looks at these speeds."""
+    pilot, look = _looks(file, speeds), file.read("look")[:n]
+    look[: len(pilot)] = pilot
+    inclusion = file.read("inclusion")[:n]
+    return plan(look, severities(file)[:n], inclusion, costs(file, speeds), goal)
+
+
+def _supposed(config):
+    """A probability, and the disks that the goal needs if it is true."""
+    below = config.limits.probability_below
+    chance = SUPPOSED if below is None else below / 3.0
+    return chance, int(n_needed(goal_of(config), chance, chance, 1.0))
+
+
+STUDY = Rare()
