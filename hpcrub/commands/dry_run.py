@@ -20,6 +20,8 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from hpcrub.studies.shared import casing_waves
 
+LONGEST_WORD = 48  # in a table of runs, that is not cut: a key with its value
+
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
     """Print what one run, or several, would compute and cost (rank 0).
@@ -102,6 +104,9 @@ def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Ta
             with open_result(run.config.output) as file:
                 result = next(iter(run.study.report(file)), "")
         found.add_row(str(number), _own_keys(runs, run.config), hours, result)
+    for column in found.columns[:3]:  # no number is cut in two
+        words = " ".join(str(cell) for cell in column.cells).split()
+        column.min_width = min(LONGEST_WORD, max(map(len, words)))
     return found
 
 

@@ -179,7 +179,7 @@ def _time_warnings(config, problem):
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
     if needed > steady.window_revolutions:
         yield (
-            f"not steady: {steady.window_revolutions} revolutions at {config.speeds.to_hz:g} Hz "
+            f"not resolved: {steady.window_revolutions} revolutions at {config.speeds.to_hz:g} Hz "
             "are less than a period of the slowest mode; steady_state.window_revolutions of "
             f"{needed} are needed"
         )
@@ -192,7 +192,7 @@ def _time_warnings(config, problem):
     left = float(np.exp(-steady.first_check / constant))
     if steady.rule == "last_window" and left > TRANSIENT:
         yield (
-            f"not steady: transients decay with a time constant of {constant:.2g} s, of which "
+            f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "
             f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to "
             f"{100 * left:.2g} %: what the rule last_window calls steady may still grow or decay; "
             "the rule ensemble waits for it"

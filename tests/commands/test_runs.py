@@ -1,9 +1,11 @@
 """Several runs of one input: all are checked first, one that fails keeps no other."""
 
+import io
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from hpcrub import plot, studies
 from hpcrub.commands import dry_run
@@ -146,3 +148,16 @@ def test_keys_without_a_value_are_no_keys_of_a_run(tmp_path):
     assert "null" not in rigid
     assert "contact.law='rigid'" in rigid
     assert "contact.casing_stiffness_n_per_m=240000000.0" in given
+
+
+@pytest.mark.parametrize("width", [80, 106])
+def test_the_table_of_runs_cuts_no_number_in_two(width, tmp_path):
+    """A stiffness read "2400000" and "00.0" on two lines beside a long result."""
+    path = tmp_path / "a.yaml"
+    elastic = "{contact: {law: elastic, casing_stiffness_n_per_m: 2.4e8}, output: b.h5}"
+    path.write_text(f"{TINY}runs: [{{output: a.h5}}, {elastic}]\n")
+    runs = [studies.run_of(config) for config in load_runs(path)]
+    table = dry_run.table(runs, [InputError("peaks of 40.11 / 52.33 / 71.00 mm " * 8)] * 2)
+    out = io.StringIO()
+    Console(width=width, file=out).print(table)
+    assert "contact.casing_stiffness_n_per_m=240000000.0" in out.getvalue()

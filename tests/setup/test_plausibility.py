@@ -4,6 +4,7 @@ Truth: a time step many times finer; counts of steps by hand; the limits of the 
 """
 
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
+from hpcrub.studies.contact import trust
 from tests.program import ROOT, TINY, load
 
 
@@ -33,7 +35,7 @@ def test_inputs_that_come_along_keep_their_step_and_are_resolved(path, monkeypat
         if studies.run_of(config).study.integrates and not few:  # which shows what few modes do
             found = plausibility.warnings(config, build_problem(config))
             # which thin rings of inputs/ring*.yaml show; what the paper's rule leaves out, too
-            true = "overtaken waves: ", "not steady: transients decay with a time constant"
+            true = "overtaken waves: ", "not resolved: transients decay with a time constant"
             assert [line for line in found if not line.startswith(true)] == []
 
 
@@ -63,6 +65,8 @@ def test_a_transient_that_the_first_check_does_not_outlast_is_marked(first_check
     found = [w for w in plausibility.warnings(config, build_problem(config)) if "transients" in w]
     assert len(found) == bool(share)
     assert all(f"leaves up to {share}" in line for line in found)
+    warned = SimpleNamespace(attributes={"warnings": "\n".join(found)})  # of a result file
+    assert len(list(trust._not_resolved(warned))) == bool(share)  # the verdict says it, too
 
 
 @pytest.mark.parametrize(
