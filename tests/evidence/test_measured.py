@@ -1,14 +1,10 @@
-"""Programs that measure: the C program that the kernel's speed is compared with computes the same
-motion, and the measurement of scaling runs to its end, with one sample."""
-
-import re
+"""The C program that the kernel's speed is compared with computes the same motion."""
 
 import numpy as np
 import pytest
 
 from evidence.benchmarks import spatial_speed
 from evidence.benchmarks.kernel_speed import Lanes
-from evidence.scaling import __main__ as scaling
 
 SPEED = 214.0  # [Hz]
 N_BLOCKS = 12
@@ -23,14 +19,3 @@ def test_the_c_program_in_three_dimensions_finds_the_motion_of_the_kernel():
     _, largest, failed = spatial_speed.plain_c(lanes, SPEED, n_steps)
     assert failed == 0
     assert largest == pytest.approx(own, rel=1e-8)
-
-
-@pytest.mark.mpi
-def test_the_measurement_ends_with_its_page(capsys):
-    assert scaling.main(["--fast"]) == 0
-    page = capsys.readouterr().out
-    one, two = re.findall(r"^\| ([12]) \| ([\d.]+) \| ([\d.]+) \|", page, re.MULTILINE)
-    assert (one[0], two[0]) == ("1", "2")
-    assert one[1] == one[2]  # the simulated speed is that of one rank
-    efficiency = [float(n) for n in re.findall(r"([\d.]+) %", page.split("as it is", 1)[1])]
-    assert all(0.0 < number <= 100.0 for number in efficiency[:2])

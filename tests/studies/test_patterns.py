@@ -147,8 +147,8 @@ def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
 
 
 @pytest.mark.parametrize("override", REFUSED)
-def test_what_cannot_be_searched_is_refused(found, override, capsys):
-    folder, *_ = found
+def test_what_cannot_be_searched_is_refused(folder, override, capsys):
+    (folder / "study.yaml").write_text(TEXT)
     options = "--output", "refused.h5", "--set", override
     assert run_here("study.yaml", *options, folder=folder) == 2
     assert REFUSED[override] in capsys.readouterr().err

@@ -123,16 +123,16 @@ def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):
 
 
 @pytest.mark.parametrize("override", REFUSED)
-def test_what_has_no_probability_is_refused(brute, override, capsys):
-    folder, *_ = brute
+def test_what_has_no_probability_is_refused(folder, override, capsys):
+    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
     options = "--output", "refused.h5", "--set", override
     assert run_here("study.yaml", *options, folder=folder) == 2
     assert REFUSED[override] in capsys.readouterr().err
     assert not (folder / "refused.h5").exists()
 
 
-def test_one_pattern_is_refused(brute):
-    text = (brute[0] / "study.yaml").read_text()
+def test_one_pattern_is_refused():
+    text = STUDY.replace("LIMIT", "10")
     config = Config.from_yaml(
         text.replace("half_range_percent: [4]", f"pattern: {list(range(12))}")
     )

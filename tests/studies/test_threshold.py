@@ -94,8 +94,8 @@ def test_two_ranks_and_a_stop_give_the_same_bits(brute):
 
 
 @pytest.mark.parametrize("override", REFUSED)
-def test_what_cannot_be_searched_for_is_refused(brute, override, capsys):
-    folder, *_ = brute
+def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
+    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]"))
     options = "--output", "refused.h5", "--set", override
     assert run_here("study.yaml", *options, folder=folder) == 2
     assert REFUSED[override] in capsys.readouterr().err
