@@ -26,7 +26,10 @@ def finished(file: ResultFile, name: str) -> list[Any]:
 
 
 def uncertainty(file: ResultFile, name: str) -> Any:
-    """What all amplifications in contact have in common, their reference; nothing else has."""
+    """By how much all values of a quantity may be lower, and higher, with another tuned reference.
+
+    Amplifications in contact alone have such a reference; zero for every other quantity.
+    """
     return shared_uncertainty(file) if name == "amplification" else (0.0, 0.0)
 
 

@@ -146,8 +146,8 @@ def _graze_warnings(config):
     if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
         yield (
             f"not resolved: the casing is grazed, {found:.3g} time steps for what reaches beyond "
-            f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; blades that vibrate no further "
-            "need a shorter step (time.steps_per_bump_width)"
+            f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; where blades hardly "
+            "vibrate, a shorter step is needed (time.steps_per_bump_width)"
         )
 
 

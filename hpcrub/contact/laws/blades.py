@@ -62,10 +62,10 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
 
 @compiled(inner=True)
 def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
-    """Points that carry a force, from those of the step before (state, law are modified).
+    """Guess which points carry a force, from those of the step before (state, law are modified).
 
-    A point that penetrates does, unless others have held it out in the step before: on the first
-    line of its surface, or that of the step before.
+    A point that penetrates carries a force, unless the forces on other points held it out in the
+    step before. It is guessed on the first line of its surface, or on that of the step before.
 
     deepest: (L,) deepest penetration of the step [m]; lanes without contact keep their guess.
     """

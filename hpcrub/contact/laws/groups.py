@@ -153,7 +153,7 @@ def solve_group(
     Returns tried (L,), sets that were tried; unfinished (L,), 1 for lanes in which none was right,
     else 0.
 
-    On return ``law.wrong`` holds the multipliers from before.
+    On return ``law.wrong`` holds the multipliers that the points had before the call.
     """
     zero = v.splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]
