@@ -1,11 +1,11 @@
 """Double sampling and extrapolations held against brute force: python -m evidence.rare FOLDER.
 
-1. Contact: full results and first looks of 3,750 planar disks at 16 speeds; from these, studies are
-   drawn again and again, with the cost of a full result as it is and as at 41 speeds.
-2. Linear amplification of 100,000 disks: what distributions that are fitted to 1,000 of them say of
-   the values that one of 1,000 and one of 10,000 exceeds.
+1. Contact: full results and first looks of 20,000 planar disks at 16 speeds; from these, studies
+   are drawn again and again, with the cost of a full result as it is and as at 41 speeds.
+2. Linear amplification of 1,000,000 disks: what distributions that are fitted to 1,000 of them say
+   of the values that one of 1,000 and one of 10,000 exceeds.
 
-What is computed is kept in FOLDER. An hour on one core, most of it for the contact.
+What is computed is kept in FOLDER, block by block. Three hours on one core, most for the contact.
 """
 
 import argparse
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from evidence.progress import followed
 from hpcrub.config.schema import Config
 from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
@@ -21,42 +22,49 @@ from hpcrub.statistics.rare import Goal, Rule, estimate, extrapolated, n_needed,
 from hpcrub.studies.contact.amplification import linear_amplitude
 from hpcrub.studies.rare import GROWTH, PILOT, early_time
 
-N_CONTACT, N_LINEAR, STUDIES = 3750, 100_000, 40
+N_CONTACT, N_LINEAR, STUDIES, BLOCK = 20_000, 1_000_000, 40, 250
+MOST = 400_000  # disks of a study
 
 
-def contact(n):
-    """Full and early amplitudes (n, S) [m], and simulated times of full ones (n, S) [s]."""
+def contact(samples):
+    """Full and early amplitudes [m], and simulated times of full ones [s], of a range (n, 3, S)."""
     keys = {"from_hz": 33.7, "to_hz": 35.2, "step_hz": 0.1}
-    config = Config(speeds=keys, mistuning={"half_range_percent": [4], "samples": n})
+    config = Config(speeds=keys, mistuning={"half_range_percent": [4], "samples": samples.stop})
     problem, speeds = build_problem(config), config.speeds.values_hz
     end, steady = early_time(config), problem.scene.steady
     early = problem.scene._replace(steady=steady._replace(first_check=end, max_time=end))
     found = []
-    for sample in range(n):
+    for sample in samples:
         modes = modes_of(config, problem, deviation(config, 0, sample))
         full = run_sweep(modes, problem.scene, speeds)
         found.append((full.amplitude, run_sweep(modes, early, speeds).amplitude, full.time))
-    return np.array(found).transpose(1, 0, 2)
+    return np.array(found)
 
 
-def linear(n):
-    """Linear amplitudes of n disks (n,) [m]."""
-    config = Config(mistuning={"half_range_percent": [4], "samples": n})
+def linear(samples):
+    """Linear amplitudes of a range of disks (n,) [m]."""
+    config = Config(mistuning={"half_range_percent": [4], "samples": samples.stop})
     problem = build_problem(config)
-    disks = (modes_of(config, problem, deviation(config, 0, sample)) for sample in range(n))
+    disks = (modes_of(config, problem, deviation(config, 0, sample)) for sample in samples)
     return np.array([linear_amplitude(config, problem, modes) for modes in disks])
 
 
-def kept(path, compute):
-    """An array that was computed before, or now."""
-    if not path.exists():
-        np.save(path, compute())
-    return np.load(path)
+def kept(path, compute, n, block):
+    """Results of n disks, those computed before and the others now, which are kept block by block.
+
+    compute: samples to an array, a row for each.
+    """
+    parts = [np.load(path)] if path.exists() else []
+    first = sum(map(len, parts))
+    for start in followed(range(first, n, block), f"{path.stem}, blocks of {block:,} disks"):
+        parts.append(compute(range(start, min(start + block, n))))
+        np.save(path, np.concatenate(parts))
+    return np.concatenate(parts)[:n]
 
 
 def study(look, severity, costs, goal, rng):
     """One study of disks drawn from a population: n, estimate, disks in full, cost over plain."""
-    order, drawn = rng.integers(0, len(look), 20_000), rng.uniform(size=20_000)
+    order, drawn = rng.integers(0, len(look), MOST), rng.uniform(size=MOST)
     look, severity, inclusion, rule = look[order], severity[order], np.ones(PILOT), Rule()
     n_looks = PILOT
     while True:
@@ -86,7 +94,7 @@ def contact_table(full, early, time):
         "| disks in full of all | cost over plain |"
     )
     yield "| --- | --- | --- | --- | --- | --- | --- |"
-    for chance in (0.05, 0.02):
+    for chance in (0.05, 0.02, 0.005, 0.001):
         limit = np.sort(size)[-int(chance * len(size)) - 1]
         truth = (size > limit).mean()
         for speeds in (np.arange(16), np.arange(1, 16, 2)):
@@ -99,7 +107,7 @@ def contact_table(full, early, time):
                 n, mean, low, high, n_full, cost = np.array(runs).T
                 held = ((low <= truth) & (truth <= high)).mean()
                 yield (
-                    f"| {truth:.3f} | {len(speeds)} | {words} | {mean.mean() / truth:.3f} ± "
+                    f"| {truth:g} | {len(speeds)} | {words} | {mean.mean() / truth:.3f} ± "
                     f"{mean.std() / truth / np.sqrt(STUDIES):.3f} | {100 * held:.0f} % | "
                     f"{n_full.sum() / n.sum():.2f} | {np.mean(cost):.2f} |"
                 )
@@ -127,8 +135,9 @@ def main():
     parser.add_argument("folder", type=Path, help="where disks are kept")
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
-    print("\n".join(contact_table(*kept(folder / "contact.npy", lambda: contact(N_CONTACT)))))
-    print("\n".join(linear_table(kept(folder / "linear.npy", lambda: linear(N_LINEAR)))))
+    found = kept(folder / "contact.npy", contact, N_CONTACT, BLOCK)
+    print("\n".join(contact_table(*found.transpose(1, 0, 2))))
+    print("\n".join(linear_table(kept(folder / "linear.npy", linear, N_LINEAR, 40 * BLOCK))))
 
 
 if __name__ == "__main__":

@@ -14,11 +14,37 @@ _SIGN = 2.0 * np.array(CORNERS) - 1.0
 
 def matrices(nodes, elements):
     """K and M of trilinear hexahedra; nodes (n, 3) [m]. Returns two (3n, 3n) sparse arrays."""
+    D = elasticity()
+    K, M = (np.zeros((len(elements), 24, 24)) for _ in "KM")
+    for shape, size, B in points(nodes, elements):
+        K += size[:, None, None] * (B.transpose(0, 2, 1) @ D @ B)
+        N = np.kron(shape, np.eye(3))
+        M += DENSITY * size[:, None, None] * (N.T @ N)
+    rows = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
+    i, j = (np.broadcast_to(x, K.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
+    n = 3 * len(nodes)
+    return tuple(sp.coo_array((A.ravel(), (i, j)), shape=(n, n)).tocsr() for A in (K, M))
+
+
+def stresses(nodes, elements, moved):
+    """Stresses (k, e, 8, 6) of displacements (k, n, 3) [m]: xx, yy, zz, xy, xz, yz at 8 points."""
+    own = moved[:, elements].reshape(len(moved), len(elements), 24)
+    parts = [np.einsum("ij,ejd,ked->kei", elasticity(), B, own)
+             for _, _, B in points(nodes, elements)]  # fmt: skip
+    return np.stack(parts, axis=2)[..., [0, 1, 2, 3, 5, 4]]
+
+
+def elasticity():
+    """Stresses of strains xx, yy, zz, xy, yz, xz (6, 6) [Pa]."""
     a = YOUNG / (1 + POISSON) / (1 - 2 * POISSON)
     D = np.zeros((6, 6))
     D[:3, :3] = a * POISSON
     D[range(6), range(6)] = a * np.array([1 - POISSON] * 3 + [0.5 - POISSON] * 3)
-    K, M = (np.zeros((len(elements), 24, 24)) for _ in "KM")
+    return D
+
+
+def points(nodes, elements):
+    """Shape functions (8,), volumes (e,) and strains (e, 6, 24) at each of 8 points."""
     for point in _SIGN / np.sqrt(3):
         factors = 1 + _SIGN * point  # (8, 3)
         shape = factors.prod(axis=1) / 8
@@ -33,14 +59,7 @@ def matrices(nodes, elements):
             B[:, i, :, i] = g[:, :, i]
         for row, (i, j) in zip((3, 4, 5), ((0, 1), (1, 2), (0, 2)), strict=True):
             B[:, row, :, i], B[:, row, :, j] = g[:, :, j], g[:, :, i]
-        B = B.reshape(len(elements), 6, 24)
-        K += size[:, None, None] * (B.transpose(0, 2, 1) @ D @ B)
-        N = np.kron(shape, np.eye(3))
-        M += DENSITY * size[:, None, None] * (N.T @ N)
-    rows = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
-    i, j = (np.broadcast_to(x, K.shape).ravel() for x in (rows[:, :, None], rows[:, None]))
-    n = 3 * len(nodes)
-    return tuple(sp.coo_array((A.ravel(), (i, j)), shape=(n, n)).tocsr() for A in (K, M))
+        yield shape, size, B.reshape(len(elements), 6, 24)
 
 
 def leaning(mesh, lean):

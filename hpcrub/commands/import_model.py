@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 import scipy.sparse as sp
 
+from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 from hpcrub.model import crossings, families
-from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced
+from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced, stress
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import PARTS, Lists, whole
@@ -51,6 +52,11 @@ def parser() -> argparse.ArgumentParser:
         one.add_argument("source", help=what)
         if mesh:
             one.add_argument("--mesh", required=True, metavar="FILE", help=mesh)
+        else:
+            one.add_argument(
+                "--stress", metavar="MODES.dat",
+                help="of a sector: displacements and stresses of modes of the same mesh",
+            )  # fmt: skip
         _add_lists(one)
         _add_common(one)
     one = add("matrixmarket", help="a folder with M.mtx, K.mtx and CSV lists")
@@ -111,7 +117,18 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
         arrays["turns"] = np.array(-int(np.ravel(arrays.get("turns", 1))[0]))
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = _numbered(arrays)
-    return neutral.from_arrays(arrays)
+    model = neutral.from_arrays(arrays)
+    if options.format == "calculix" and options.stress:
+        return _with_stress(model, options)
+    return model
+
+
+def _with_stress(model, options):
+    """The model with stress at the places that modes of its first families choose."""
+    model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
+    modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
+    _say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
+    return model
 
 
 def _check_numbers(options):
@@ -134,7 +151,9 @@ def _arrays(options):
     lists = Lists(options.contact, options.low, options.high, options.sectors, options.fixed)
     others = options.blade, dict(_speed(text) for text in options.stiffness)
     if options.format == "calculix":
-        return calculix.read(options.source, lists, *others)
+        if options.stress and not options.low:
+            raise InputError("--stress: goes with one sector (--low, --high, --sectors)")
+        return calculix.read(options.source, lists, *others, options.stress)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
 
@@ -218,9 +237,9 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
     elif model.blade_stiffness is None:
         n_modes = model.blade_frequencies.shape[1]
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
-    if len(model.stress):
-        of = len(np.unique(model.stress_blade))
-        yield f"stress: of the vibration at {len(model.stress)} places on {of} blades"
+    if n_places := len(model.stress_blade):
+        of = len(np.unique(model.stress_blade)) if model.kind != "sector" else 1
+        yield f"stress: of the vibration at {n_places} places on {counted(of, 'blade')}"
     yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"

@@ -32,7 +32,7 @@ def resolved(config: Config) -> Config:
         return config
     checksum = model_file.checksum(path)
     model = _read(path, checksum)
-    if len(model.stress) and config.limits.stress_mpa_per_mm is not None:
+    if len(model.stress_blade) and config.limits.stress_mpa_per_mm is not None:
         raise InputError(f"limits.stress_mpa_per_mm: {path} has stresses of its own; leave it out")
     of_node, direction = model.dof.T
     moves = (of_node == model.contact_node[0]) & np.isin(direction, (1, 2, 3))
@@ -45,7 +45,7 @@ def resolved(config: Config) -> Config:
         "disk.n_contact_nodes": n_points,
         "disk.n_directions": directions,
         "disk.n_strips": 1 + int(strips(model.nodes[model.contact_node, 2]).max()),
-        "disk.n_stresses": len(model.stress_blade),
+        "disk.n_stresses": len(model.stress_blade) * (model.n_sectors or 1),
         "disk.tip_radius_mm": float(1e3 * radius),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }

@@ -27,6 +27,8 @@ class SparseDisk(NamedTuple):
     contact_clearance: np.ndarray  # (C,) [m]
     contact_normal: np.ndarray  # (C, 3)
     surface: np.ndarray  # (F, 4) nodes of faces to draw
+    stress: Any  # (R, n) stress at some places [Pa per unit of each row]
+    stress_blade: np.ndarray  # (R,) blade of each place
 
     @property
     def n_blades(self) -> int:
@@ -114,6 +116,8 @@ def assemble(model: NeutralModel) -> SparseDisk:
         contact_clearance=model.contact_clearance,
         contact_normal=model.contact_normal,
         surface=model.surface,
+        stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
+        stress_blade=model.stress_blade,
     )
     if (row[model.contact_node, :2] < 0).any():
         raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
@@ -130,6 +134,12 @@ def _unfold(model):
         i, j = rows[:, entries.row].ravel(), rows[:, entries.col].ravel()
         data = np.tile(entries.data, model.n_sectors)
         return sp.coo_array((data, (i, j)), shape=(n, n)).tocsr()
+
+    def of_blades(stress):
+        entries, places = sp.coo_array(stress), model.stress_blade.size
+        i, j = entries.row + places * np.arange(N)[:, None], rows[:, entries.col]
+        data = np.tile(entries.data, N)
+        return sp.coo_array((data, (i.ravel(), j.ravel())), shape=(N * places, n)).tocsr()
 
     N, n_nodes = model.n_sectors, len(model.nodes)
     copies = np.arange(N)[:, None]
@@ -151,6 +161,8 @@ def _unfold(model):
         contact_clearance=np.tile(model.contact_clearance, N),
         contact_normal=np.tile(model.contact_normal, (N, 1)),
         surface=_surface(model, copies * n_nodes),
+        stress=of_blades(model.stress),
+        stress_blade=np.repeat(np.arange(N), model.stress_blade.size),
     )
 
 

@@ -38,12 +38,14 @@ def sector_frequencies(
     speed: of rotation [rad/s].
     Returns (n_modes,) [Hz]; every double frequency once.
     """
-    _, K, M = _wave_matrices(to_cylindrical(model), n_diameters, speed)
+    _, K, M = wave_matrices(to_cylindrical(model), n_diameters, speed)
     values, _ = lowest_modes(K, M, n_modes)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
-def _wave_matrices(model, n_diameters, speed):
+def wave_matrices(
+    model: NeutralModel, n_diameters: int, speed: float
+) -> tuple[sp.csr_array, sp.csc_array, sp.csc_array]:
     """Motions of a sector in cylindrical frames with some nodal diameters, their K and M."""
     P = wave(model, n_diameters)
     K, M = (
@@ -90,7 +92,7 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
 def _sector_modes(model, matrices, speed):
     """Lowest modes of each number of diameters, on the rows of a sector in cylindrical frames."""
     for diameters in range(model.n_blades // 2 + 1):
-        P, K, M = _wave_matrices(matrices, diameters, speed)
+        P, K, M = wave_matrices(matrices, diameters, speed)
         yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
 
 

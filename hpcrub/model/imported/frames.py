@@ -55,7 +55,7 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
         participation = (T.T @ flat.T).T.reshape(participation.shape)
     return model._replace(
         participation=participation,
-        stress=(T.T @ model.stress.T).T if len(model.stress) else model.stress,
+        stress=(T.T @ model.stress.T).T if len(model.stress_blade) else model.stress,
         frame="cylindrical",
         mass=turned(model.mass),
         stiffness=tuple(turned(k) for k in model.stiffness),

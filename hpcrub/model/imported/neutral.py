@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
+from hpcrub.model.imported.arrays import PARTS, Arrays, symmetric
 from hpcrub.model.imported.stiffness import polynomial
 
 VERSION = 1
@@ -20,11 +21,9 @@ MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3, "lbm": 0.45359237, "slinch": 175.12683
 TIMES = {"s": 1.0, "ms": 1e-3}  # [s]
 POLYNOMIAL = "K0", "K1", "K2"
 AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
-SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
 ROTATIONS = 4, 5, 6  # directions that are angles
 UNIT = 1e-6  # by which the length of a unit vector may be wrong
 NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0, 0))
-_PARTS = "data", "indices", "indptr"  # of a sparse matrix
 
 
 class NeutralModel(NamedTuple):
@@ -51,7 +50,7 @@ class NeutralModel(NamedTuple):
     surface: np.ndarray = NO_FACES  # (F, 4) nodes of faces to draw
     blade_frequencies: Any = None  # reduced: (N, c) of every blade alone, root held [Hz]
     participation: Any = None  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
-    stress: np.ndarray = NO_STRESS  # reduced: (R, n) at some places [Pa per coordinate]
+    stress: Any = NO_STRESS  # (R, n) at some places [Pa per coordinate]; sparse if not reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
 
     @property
@@ -67,7 +66,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     Returns the model in SI units, all matrices whole and symmetric.
     Raises InputError: says which array is missing, has another shape, or holds what cannot be.
     """
-    left = _Arrays(arrays)
+    left = Arrays(arrays)
     version = left.number("hpcrub_model")
     if version != VERSION:
         raise InputError(f"hpcrub_model: version {version} is not {VERSION}")
@@ -87,7 +86,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     radial = np.tile([1.0, 0.0, 0.0], (len(contact_node), 1))
     model = NeutralModel(
         kind=kind,
-        mass=_scaled(left.matrix("M", n), scale, work * time**2),
+        mass=_scaled(left.symmetric("M", n), scale, work * time**2),
         stiffness=tuple(
             _scaled(k, scale, work * time ** (2 * power))
             for power, k in enumerate(_stiffness(left, n, time))
@@ -106,7 +105,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=NO_FACES),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
-        **_stress(left, kind, n, scale * mass / (length * time**2)),
+        **_stress(left, n, scale * mass / (length * time**2)),
     )
     left.finish()
     check_members(model)
@@ -121,7 +120,9 @@ def to_arrays(model: NeutralModel) -> dict:
     matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
     matrices |= {} if model.blade_stiffness is None else {"K_blade": model.blade_stiffness}
     for name, matrix in matrices.items():
-        arrays |= _stored(name, matrix)
+        arrays |= _stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
+    if len(model.stress_blade):
+        arrays |= _stored("stress", model.stress) | {"stress_blade": model.stress_blade}
     always = ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance")
     arrays |= {name: getattr(model, name) for name in always}
     if (model.contact_normal[:, 0] != 1.0).any():
@@ -129,15 +130,15 @@ def to_arrays(model: NeutralModel) -> dict:
     if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
-    optional = ("stress", "stress_blade", "fixed", "low", "high", "surface")
+    optional = ("fixed", "low", "high", "surface")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
 def _stored(name, matrix):
     if not sp.issparse(matrix):
-        return {name: np.triu(matrix)}
-    upper = sp.triu(matrix, format="csr")
-    return {f"{name}/{part}": getattr(upper, part) for part in _PARTS}
+        return {name: matrix}
+    matrix = sp.csr_array(matrix)
+    return {f"{name}/{part}": getattr(matrix, part) for part in PARTS}
 
 
 def check_members(model: NeutralModel) -> None:
@@ -170,6 +171,8 @@ def _check_sector(model):
         )
     if model.contact_blade.any():
         raise InputError("contact_blade: a sector has one blade, number 0")
+    if model.stress_blade.any():
+        raise InputError("stress_blade: a sector has one blade, number 0")
     if not len(model.low) or len(model.low) != len(model.high):
         raise InputError(
             f"low, high: {len(model.low)} and {len(model.high)} nodes; the sides of a sector have "
@@ -250,22 +253,22 @@ def _unit_normals(normal):
 def _stiffness(left, n, time):
     """K0, or K0, K1, K2, in the file's units."""
     if left.has("K"):
-        return (left.matrix("K", n),)
+        return (left.symmetric("K", n),)
     if left.has(POLYNOMIAL[0]):
-        return tuple(left.matrix(name, n) for name in POLYNOMIAL if left.has(name))
+        return tuple(left.symmetric(name, n) for name in POLYNOMIAL if left.has(name))
     if not left.has(AT_SPEEDS[0]):
         raise InputError(f"K: there is neither K, nor {POLYNOMIAL[0]}, nor {AT_SPEEDS[0]}")
     speeds = 2 * np.pi * left.floats("speeds_hz") * time  # [rad per unit of time]
     if len(speeds) != 3 or len(np.unique(speeds**2)) != 3:
         raise InputError("speeds_hz: three different speeds are needed, those of K_at_1 to K_at_3")
-    return polynomial([left.matrix(name, n) for name in AT_SPEEDS], speeds)
+    return polynomial([left.symmetric(name, n) for name in AT_SPEEDS], speeds)
 
 
 def _blade_stiffness(left, kind, n, scale, work):
     if not left.has("K_blade"):
         return None
     if kind != "reduced":
-        return _scaled(left.matrix("K_blade", n), scale, work)
+        return _scaled(left.symmetric("K_blade", n), scale, work)
     blades = left.floats("K_blade", n, n)
     return np.stack([_scaled(symmetric("K_blade", k), scale, work) for k in blades])
 
@@ -280,13 +283,12 @@ def _blade_modes(left, n, scale):
     return {"blade_frequencies": frequencies, "participation": participation * scale}
 
 
-def _stress(left, kind, n, scale):
+def _stress(left, n, scale):
     if not left.has("stress"):
         return {}
-    stress, blade = left.floats("stress", n), left.integers("stress_blade")
-    if kind != "reduced" or len(blade) != len(stress):
-        raise InputError("stress: goes with a reduced model, with one stress_blade for each row")
-    return {"stress": stress * scale, "stress_blade": blade}
+    blade = left.integers("stress_blade")
+    stress = left.matrix("stress", len(blade), n)
+    return {"stress": stress @ sp.diags_array(scale), "stress_blade": blade}
 
 
 def _scaled(matrix, scale, factor):
@@ -297,104 +299,3 @@ def _scaled(matrix, scale, factor):
         turn = sp.diags_array(scale)
         return (factor * (turn @ matrix @ turn)).tocsr()
     return factor * scale[:, None] * matrix * scale
-
-
-def symmetric(name: str, matrix: Any) -> Any:
-    """A whole symmetric matrix from one that is, or from its upper or lower triangle.
-
-    Raises InputError for what is not finite or not symmetric.
-    """
-    sparse = sp.issparse(matrix)
-    lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
-    if not np.isfinite(matrix.data if sparse else matrix).all():
-        raise InputError(f"{name}: holds numbers that are not finite")
-    strict = [abs(lower(matrix, -1)).max(), abs(upper(matrix, 1)).max()]
-    if min(strict) == 0.0 < max(strict):
-        diagonal = matrix.diagonal()
-        whole = matrix + matrix.T
-        return whole - (sp.diags_array(diagonal) if sparse else np.diag(diagonal))
-    difference = abs(matrix - matrix.T).max()
-    if difference > SYMMETRY * abs(matrix).max():
-        raise InputError(
-            f"{name}: not symmetric, it differs from its transpose by "
-            f"{difference / abs(matrix).max():.1e} of its largest entry"
-        )
-    return (matrix + matrix.T) / 2
-
-
-class _Arrays:
-    """The arrays of a file, taken out one by one, so that none is left unread."""
-
-    def __init__(self, arrays):
-        self.left = dict(arrays)
-
-    def has(self, name):
-        return name in self.left or f"{name}/{_PARTS[0]}" in self.left
-
-    def finish(self):
-        if self.left:
-            raise InputError(f"{min(self.left)}: no array of a model file has this name")
-
-    def _take(self, name, default):
-        if name not in self.left:
-            if default is None:
-                raise InputError(f"{name}: this array is missing")
-            return default
-        return np.asarray(self.left.pop(name))
-
-    def text(self, name, default=None):
-        value = self._take(name, None if default is None else np.array(default))
-        if value.size != 1:
-            raise InputError(f"{name}: one word is expected")
-        value = value.item()
-        return value.decode() if isinstance(value, bytes) else str(value)
-
-    def word(self, name, allowed, default=None):
-        text = self.text(name, default)
-        if text not in allowed:
-            raise InputError(f'{name}: "{text}" is none of {", ".join(allowed)}')
-        return text
-
-    def number(self, name, default=None):
-        value = self._take(name, None if default is None else np.array(default))
-        if value.size != 1 or value.dtype.kind not in "iu":
-            raise InputError(f"{name}: one whole number is expected")
-        return int(value.item())
-
-    def _checked(self, name, value, kinds, what, shape):
-        """The values, if they are of these kinds and this shape, None for any length."""
-        fits = value.ndim == len(shape) and all(
-            wanted in (None, length) for wanted, length in zip(shape, value.shape, strict=True)
-        )
-        if not fits or value.dtype.kind not in kinds:
-            lengths = " x ".join("any" if n is None else str(n) for n in shape)
-            found = f"shape {value.shape}, {value.dtype}"
-            raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
-        return value
-
-    def integers(self, name, columns=0, default=None):
-        shape = (None, columns) if columns else (None,)
-        value = self._checked(name, self._take(name, default), "iu", "whole numbers", shape)
-        return value.astype(np.int64)
-
-    def floats(self, name, *shape, default=None):
-        """Numbers of a shape whose first length is any."""
-        value = self._take(name, default)
-        value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
-        if not (np.isfinite(value) | ((name == "nodes") & np.isnan(value))).all():
-            raise InputError(f"{name}: holds numbers that are not finite")
-        return value
-
-    def matrix(self, name, n):
-        if f"{name}/{_PARTS[0]}" in self.left:
-            parts = tuple(self._take(f"{name}/{part}", None) for part in _PARTS)
-            try:
-                matrix = sp.csr_array(parts, shape=(n, n))
-                matrix.check_format(full_check=True)
-            except ValueError as error:
-                raise InputError(f"{name}: not {n} x {n} in compressed rows ({error})") from None
-        else:
-            matrix = self._take(name, None)
-        what = f"real numbers for the {n} rows of dof"
-        matrix = self._checked(name, matrix, "fiu", what, (n, n))
-        return symmetric(name, matrix.astype(float))

@@ -46,6 +46,8 @@ def reduce_disk(
         contact_clearance=disk.contact_clearance,
         contact_normal=disk.contact_normal,
         blade_stiffness=project_blades(disk, basis),
+        stress=disk.stress @ basis,
+        stress_blade=disk.stress_blade,
     )
     if disk.blade_stiffness is not None:
         frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)

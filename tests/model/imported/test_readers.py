@@ -4,11 +4,21 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
+from scipy.linalg import eigh
 
-from evidence.truth.hexahedra import DENSITY, POISSON, SMALL, YOUNG, sector, sector_arrays
+from evidence.truth.hexahedra import (
+    DENSITY,
+    POISSON,
+    SMALL,
+    YOUNG,
+    sector,
+    sector_arrays,
+    stresses,
+)
 from hpcrub.__main__ import main as program
 from hpcrub.errors import InputError
-from hpcrub.model.imported import checks, cyclic, neutral
+from hpcrub.model.imported import assembly, checks, craig_bampton, cyclic, neutral, reduced
+from hpcrub.model.imported.frames import to_cartesian, to_cylindrical
 from hpcrub.model.imported.readers import calculix, deck, matrix_market, rows
 from hpcrub.model.imported.readers.rows import Lists
 from hpcrub.results import model_file
@@ -84,6 +94,135 @@ def test_calculix(tmp_path, exact):
     assert len(model.fixed) == len(exact.fixed)
     hidden = {tuple(sorted(face)) for face in model.surface.tolist()}
     assert len(hidden) == len(model.surface) == len(rows.skin(list(mesh.elements)))
+
+
+def write_modes(path, moved, elements, stress):
+    """Displacements and stresses of modes as ccx prints them, seven digits of each."""
+    text = " E I G E N V A L U E   O U T P U T\n\n      1   0.1E+08   0.3E+04   0.5E+03   0.0E+00\n"
+    for u, s in zip(moved, stress, strict=True):
+        text += "\n displacements (vx,vy,vz) for set NALL and time  0.1000000E+01\n\n"
+        text += "".join(f"{n:10d}" + "".join(f"{x:14.6E}" for x in row) + "\n"
+                        for n, row in enumerate(u, 1))  # fmt: skip
+        text += (
+            "\n stresses (elem, integ.pnt.,sxx,syy,szz,sxy,sxz,syz) for set ROOT\n\n"
+        )
+        for e, of_points in zip(elements, s, strict=True):
+            text += "".join(f"{e + 1:10d}{p:4d}" + "".join(f"{x:14.6E}" for x in row) + "\n"
+                            for p, row in enumerate(of_points, 1))  # fmt: skip
+    path.write_text(text)
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """A folder with CalculiX's job of the sector, in mm and t, and modes that it printed."""
+    folder = tmp_path_factory.mktemp("job")
+    mesh, arrays = sector(SMALL), sector_arrays()
+    K, M = (matrix_of(arrays, name) for name in ("K", "M"))
+    matrices = {"sti": K / 1e3, "mas": M / 1e3}
+    write_calculix(folder, "disk", matrices, arrays["dof"], range(len(mesh.elements)), mesh)
+    free = np.setdiff1d(np.arange(len(arrays["dof"])), arrays["fixed"])
+    _, vectors = eigh(K[free][:, free].toarray(), M[free][:, free].toarray())
+    moved = np.zeros((80, len(arrays["dof"])))
+    moved[:, free] = vectors[:, :80].T
+    moved = moved.reshape(80, -1, 3)
+    stress = 1e-6 * stresses(arrays["nodes"], mesh.elements[mesh.blade_elements], 1e-3 * moved)
+    write_modes(folder / "modes.dat", moved, mesh.blade_elements, stress)
+    return folder
+
+
+def read_stress(job, *options):
+    command = "import", "calculix", str(job / "disk.inp"), "--units", "mm t s", "--contact", "TIP"
+    sides = ("--low", "LOW", "--high", "HIGH", "--sectors", str(SMALL.n_sectors))
+    return program([*command, *sides, "--fixed", "BORE", *options])
+
+
+def test_rows_of_stress_of_printed_modes(job, tmp_path, capsys):
+    """Of any motion each row is a normal stress at one of the points that were printed.
+
+    The first one is the largest of the mode with two diameters, at one of 200 instants.
+    """
+    path = tmp_path / "sector.h5"
+    assert read_stress(job, "--stress", str(job / "modes.dat"), "--output", str(path)) == 0
+    model = neutral.from_arrays(model_file.read(path))
+    mesh, n = sector(SMALL), len(model.dof)
+    blade = mesh.elements[mesh.blade_elements]
+    moved = np.random.default_rng(0).standard_normal((30, n))
+    moved[:, model.fixed] = 0.0
+    ours = moved @ model.stress.T
+    points = stresses(model.nodes, blade, moved.reshape(30, -1, 3)).reshape(30, -1, 6)
+    for row in ours.T:
+        fits = [np.linalg.lstsq(points[:, p], row) for p in range(points.shape[1])]
+        weights = min(fits, key=lambda fit: fit[1].sum())[0]
+        assert np.abs(points @ weights - row[:, None]).max(axis=0).min() < 1e-4 * np.ptp(row)
+        xx, yy, zz, xy, xz, yz = weights * [1, 1, 1, 0.5, 0.5, 0.5]
+        along = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        np.testing.assert_allclose(along, [0, 0, 1], atol=1e-3)
+    P, K, M = cyclic.wave_matrices(to_cylindrical(model), 2, 0.0)
+    shape = P @ eigh(K.toarray(), M.toarray(), subset_by_index=[0, 0])[1][:, 0]
+    shape = to_cartesian(model.nodes, shape.reshape(-1, 3))
+    tips = to_cylindrical_parts(model, shape)[model.contact_node]
+    instants = np.exp(1j * np.linspace(0, np.pi, 200))[:, None, None] * shape / np.abs(tips).max()
+    xx, yy, zz, xy, xz, yz = np.moveaxis(stresses(model.nodes, blade, instants.real), -1, 0)
+    tensors = np.moveaxis(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), (0, 1), (-2, -1))
+    said = float(capsys.readouterr().out.split("MPa per mm of the tip]:")[1].split(",")[0])
+    assert said == pytest.approx(1e-9 * np.abs(np.linalg.eigvalsh(tensors)).max(), rel=6e-3)
+
+
+def to_cylindrical_parts(model, moved):
+    """Radial, tangential and axial displacements (n, 3) of Cartesian ones."""
+    angle = np.arctan2(*model.nodes[:, 1::-1].T)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * moved[:, 0] + s * moved[:, 1], c * moved[:, 1] - s * moved[:, 0],
+                     moved[:, 2]], axis=1)  # fmt: skip
+
+
+def test_rows_of_stress_turn_with_their_blades(job, tmp_path):
+    """A motion of the disk, and the same one blade further on, have the same stresses so."""
+    path = tmp_path / "sector.h5"
+    read_stress(job, "--stress", str(job / "modes.dat"), "--output", str(path))
+    disk = assembly.assemble(neutral.from_arrays(model_file.read(path)))
+    small, basis = reduced.reduce_disk(disk, 10)
+    found = reduced.reduced_model(small, 0.0)
+    N, rows = SMALL.n_sectors, found.interface.stress
+    assert (found.interface.stress_blade == np.repeat(np.arange(N), len(rows) // N)).all()
+    np.testing.assert_allclose(rows, disk.stress @ basis)
+    like = craig_bampton.like_rows(disk)  # rows of like nodes of all sectors
+    moved = np.zeros((N, disk.mass.shape[0]))
+    part = np.random.default_rng(1).standard_normal(like.shape)
+    for turn in range(N):
+        moved[turn, np.maximum(like, 0)] = np.where(like >= 0, np.roll(part, turn, axis=0), 0.0)
+    by_blade = (moved @ disk.stress.T).reshape(N, N, -1)  # turn, blade, place
+    scale = np.abs(by_blade).max()
+    for turn in range(N):
+        np.testing.assert_allclose(
+            by_blade[turn], np.roll(by_blade[0], turn, axis=0), atol=1e-9 * scale
+        )
+
+
+def noisy(text):
+    """The last stress of every line up to 30 % larger."""
+    lines, drawn = text.splitlines(), np.random.default_rng(0)
+    for i, line in enumerate(lines):
+        *words, last = line.split() or [""]
+        if len(words) == 7:
+            lines[i] = " ".join([*words, f"{float(last) * (1 + 0.3 * drawn.random()):.6E}"])
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda text: text.replace("stresses", "strains"), "in several modes are expected"),
+        (lambda text: text.rsplit("\n", 3)[0], "in several modes are expected"),
+        (lambda text: text.replace(" 5   1 ", "99   1 "), "element 99 is not one of"),
+        (noisy, "is predicted by the others"),
+    ],
+)
+def test_modes_without_a_stress_that_can_be_used(job, tmp_path, capsys, spoil, message):
+    """Also a stress that is no linear function of the displacements of its element's nodes."""
+    (tmp_path / "spoilt.dat").write_text(spoil((job / "modes.dat").read_text()))
+    assert read_stress(job, "--stress", str(tmp_path / "spoilt.dat")) == 2
+    assert message in " ".join(capsys.readouterr().err.split())
 
 
 def write_matrix_market(folder, number):

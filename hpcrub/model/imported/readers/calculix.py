@@ -1,13 +1,15 @@
-"""CalculiX: matrices of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, mesh and sets of the deck."""
+"""CalculiX: matrices of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, mesh and sets of the deck, stress."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
+from hpcrub.model.imported import stress as recovery
 from hpcrub.model.imported.readers import deck as decks
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, whole
+from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of, places, store, whole
 
 INCOMPATIBLE = "C3D8I"  # elements with three inner nodes each, numbered after all others
 INNER = 3
@@ -18,6 +20,7 @@ def read(
     lists: Lists,
     blade: str | Path | None = None,
     stiffness: dict[float, str | Path] | None = None,
+    stress: str | Path | None = None,
 ) -> dict:
     """Arrays of a model file from jobs of CalculiX.
 
@@ -25,6 +28,8 @@ def read(
     lists: names of node sets of the deck.
     blade: deck with the elements of the blades alone, its matrices beside it.
     stiffness: decks of jobs at two other speeds [Hz], their matrices beside them.
+    stress: .dat file with displacements and stresses of modes of the same mesh; the model then has
+        a group of six rows of stress for each integration point, see `imported.stress`.
     Returns as `rows.arrays_of`.
     Raises InputError: a file or a set is missing or cannot be read.
     """
@@ -36,13 +41,21 @@ def read(
         [corners for _, _, corners in deck.elements],
     )
     speeds = {0.0: path} | (stiffness or {})
-    return arrays_of(
+    mass = job_matrix(path, "mas")
+    arrays = arrays_of(
         mesh,
         lists,
         {speed: job_matrix(job, "sti") for speed, job in speeds.items()},
-        job_matrix(path, "mas"),
+        mass,
         _blade_matrix(blade, deck) if blade else None,
     )
+    if stress:
+        number = np.union1d(deck.node, mass.dof[:, 0])
+        elements = _printed(stress, {label: nodes for _, label, nodes in deck.elements}, number)
+        rows = recovery.rows(elements, arrays["dof"], len(number))
+        store(arrays, "stress", rows)
+        arrays["stress_blade"] = np.zeros(rows.shape[0], dtype=np.int64)
+    return arrays
 
 
 def job_matrix(path: str | Path, kind: str) -> Rows:
@@ -83,3 +96,41 @@ def _blade_matrix(path, deck):
     moved = part.dof.copy()
     moved[inner, 0] = first[element] + place
     return part._replace(dof=moved)
+
+
+def _printed(path, elements, number):
+    """Nodes, displacements and stresses of the modes for each element that a .dat file prints.
+
+    elements: nodes of each by its label; number: of all nodes of the model, increasing. Yields
+    what `imported.stress.rows` takes.
+    """
+    with reading(path):
+        modes = list(_modes(Path(path).read_text("ascii", errors="replace").splitlines()))
+    shapes = {(len(moved), stress.shape) for moved, stress in modes}
+    if len(shapes) != 1:
+        raise InputError(
+            f"{path}: displacements and stresses of the same nodes and elements in several modes "
+            "are expected (*NODE PRINT with U, then *EL PRINT with S)"
+        )
+    moved, stress = (np.array(part) for part in zip(*modes, strict=True))
+    node, label = moved[0, :, 0], stress[0, :, 0]
+    order = np.argsort(node)
+    for one in np.unique(label):
+        if int(one) not in elements:
+            raise InputError(f"{path}: element {one:g} is not one of the deck")
+        nodes = np.array(elements[int(one)])
+        at = order[places(nodes, node[order], str(path))]
+        yield places(nodes, number, str(path)), moved[:, at, 1:], stress[:, label == one, 2:]
+
+
+def _modes(lines):
+    """Displacements (nodes, 4) and stresses (points, 8) of one mode after another."""
+    blocks = [("", [])]
+    for words in filter(None, map(str.split, lines)):
+        if words[0].isdigit():
+            blocks[-1][1].append(words)
+        else:
+            blocks.append((words[0], []))
+    for (first, moved), (second, stress) in pairwise(blocks):
+        if (first, second) == ("displacements", "stresses"):
+            yield np.array(moved, dtype=float), np.array(stress, dtype=float)

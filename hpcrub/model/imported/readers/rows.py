@@ -7,9 +7,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.neutral import symmetric
+from hpcrub.model.imported.arrays import PARTS, symmetric
 
-PARTS = "data", "indices", "indptr"
 TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
 WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
 HEXAHEDRON = (

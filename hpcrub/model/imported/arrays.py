@@ -1,0 +1,133 @@
+"""Arrays of a model file, taken out one by one with their types and shapes checked."""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError
+
+PARTS = "data", "indices", "indptr"  # of a sparse matrix by compressed rows
+SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
+
+
+def symmetric(name: str, matrix: Any) -> Any:
+    """A whole symmetric matrix from one that is, or from its upper or lower triangle.
+
+    Raises InputError for what is not finite or not symmetric.
+    """
+    sparse = sp.issparse(matrix)
+    lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
+    if not np.isfinite(matrix.data if sparse else matrix).all():
+        raise InputError(f"{name}: holds numbers that are not finite")
+    strict = [abs(lower(matrix, -1)).max(), abs(upper(matrix, 1)).max()]
+    if min(strict) == 0.0 < max(strict):
+        diagonal = matrix.diagonal()
+        whole = matrix + matrix.T
+        return whole - (sp.diags_array(diagonal) if sparse else np.diag(diagonal))
+    difference = abs(matrix - matrix.T).max()
+    if difference > SYMMETRY * abs(matrix).max():
+        raise InputError(
+            f"{name}: not symmetric, it differs from its transpose by "
+            f"{difference / abs(matrix).max():.1e} of its largest entry"
+        )
+    return (matrix + matrix.T) / 2
+
+
+class Arrays:
+    """The arrays of a file, taken out one by one, so that none is left unread.
+
+    Methods raise InputError, which names the array, for what is missing or of another kind.
+    """
+
+    def __init__(self, arrays):
+        self.left = dict(arrays)
+
+    def has(self, name: str) -> bool:
+        """Whether there is an array or a sparse matrix of this name."""
+        return name in self.left or f"{name}/{PARTS[0]}" in self.left
+
+    def finish(self) -> None:
+        """Refuse arrays that nobody took."""
+        if self.left:
+            raise InputError(f"{min(self.left)}: no array of a model file has this name")
+
+    def _take(self, name, default):
+        if name not in self.left:
+            if default is None:
+                raise InputError(f"{name}: this array is missing")
+            return default
+        return np.asarray(self.left.pop(name))
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """One word."""
+        value = self._take(name, None if default is None else np.array(default))
+        if value.size != 1:
+            raise InputError(f"{name}: one word is expected")
+        value = value.item()
+        return value.decode() if isinstance(value, bytes) else str(value)
+
+    def word(self, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
+        """One of some words."""
+        text = self.text(name, default)
+        if text not in allowed:
+            raise InputError(f'{name}: "{text}" is none of {", ".join(allowed)}')
+        return text
+
+    def number(self, name: str, default: int | None = None) -> int:
+        """One whole number."""
+        value = self._take(name, None if default is None else np.array(default))
+        if value.size != 1 or value.dtype.kind not in "iu":
+            raise InputError(f"{name}: one whole number is expected")
+        return int(value.item())
+
+    def _checked(self, name, value, kinds, what, shape):
+        """The values, if they are of these kinds and this shape, None for any length."""
+        fits = value.ndim == len(shape) and all(
+            wanted in (None, length) for wanted, length in zip(shape, value.shape, strict=True)
+        )
+        if not fits or value.dtype.kind not in kinds:
+            lengths = " x ".join("any" if n is None else str(n) for n in shape)
+            found = f"shape {value.shape}, {value.dtype}"
+            raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
+        return value
+
+    def integers(
+        self, name: str, columns: int = 0, default: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Whole numbers (any,), or (any, columns)."""
+        shape = (None, columns) if columns else (None,)
+        value = self._checked(name, self._take(name, default), "iu", "whole numbers", shape)
+        return value.astype(np.int64)
+
+    def floats(
+        self, name: str, *shape: int | None, default: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Numbers of a shape whose first length is any."""
+        value = self._take(name, default)
+        value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
+        if not (np.isfinite(value) | ((name == "nodes") & np.isnan(value))).all():
+            raise InputError(f"{name}: holds numbers that are not finite")
+        return value
+
+    def matrix(self, name: str, n_rows: int, n: int) -> Any:
+        """A dense or sparse matrix (n_rows, n) on the n rows of dof."""
+        if f"{name}/{PARTS[0]}" in self.left:
+            parts = tuple(self._take(f"{name}/{part}", None) for part in PARTS)
+            try:
+                matrix = sp.csr_array(parts, shape=(n_rows, n))
+                matrix.check_format(full_check=True)
+            except ValueError as error:
+                text = f"{name}: not {n_rows} x {n} in compressed rows ({error})"
+                raise InputError(text) from None
+        else:
+            matrix = self._take(name, None)
+        what = f"real numbers for the {n} rows of dof"
+        matrix = self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
+        if not np.isfinite(matrix.data if sp.issparse(matrix) else matrix).all():
+            raise InputError(f"{name}: holds numbers that are not finite")
+        return matrix
+
+    def symmetric(self, name: str, n: int) -> Any:
+        """A symmetric matrix (n, n) from all of it or a triangle."""
+        return symmetric(name, self.matrix(name, n, n))

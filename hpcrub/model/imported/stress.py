@@ -1,0 +1,110 @@
+"""Rows of stress: the stress at places of a blade as a linear function of the displacements.
+
+The stress at a point of an element is linear in the displacements of the element's nodes. So the
+displacements and stresses of some modes tell the function, whatever the element, by least squares.
+"""
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from hpcrub.errors import InputError
+from hpcrub.model.imported.craig_bampton import lowest_modes
+from hpcrub.model.imported.cyclic import wave_matrices
+from hpcrub.model.imported.frames import row_table, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel
+
+FAMILIES = 3  # of modes that each choose a place
+LEFT_OUT = 0.2  # of the modes, the lowest ones: what the others predict of them is the error
+MISSED = 0.02  # of the stress of a mode left out, above which the function is refused
+RANK = 1e-8  # of singular values, over the largest: the digits of what is printed
+RIGID = 1e-6  # of the largest stress of all modes, below which a mode is taken for a rigid one
+PHASES = np.exp(1j * np.pi * np.arange(16) / 16)  # of the motion of a complex mode
+COMPONENTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # of a group of six rows
+TENSOR = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # these components as a matrix
+
+
+def fitted(moved: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, float]:
+    """Stresses in an element for a unit of each displacement of its nodes.
+
+    - moved: displacements of its a nodes in k modes (k, a, 3), the lowest first.
+    - stress: stresses of these modes, all components of all points (k, c).
+
+    Returns coefficients (c, a, 3), none for a translation; missed, the largest error of a mode that
+    was left out, relative to its stress.
+    """
+    apart = (moved - moved.mean(axis=1, keepdims=True)).reshape(len(moved), -1)
+    size = np.linalg.norm(stress, axis=1)
+    strained = size > RIGID * size.max()
+    weight = 1.0 / np.where(strained, size, max(RIGID * size.max(), 1e-300))[:, None]
+    apart, stress = weight * apart, weight * stress
+    out = strained & (np.arange(len(moved)) < LEFT_OUT * len(moved))
+    part = np.linalg.lstsq(apart[~out], stress[~out], rcond=RANK)[0]
+    missed = np.linalg.norm(apart[out] @ part - stress[out], axis=1).max(initial=0.0)
+    found = np.linalg.lstsq(apart, stress, rcond=RANK)[0].T.reshape(-1, *moved.shape[1:])
+    return found - found.mean(axis=1, keepdims=True), float(missed)
+
+
+def rows(
+    elements: list[tuple[np.ndarray, np.ndarray, np.ndarray]], dof: np.ndarray, n_nodes: int
+) -> sp.csr_array:
+    """Six rows of stress for each point, on the rows of a model.
+
+    - elements: nodes (a,), their displacements in k modes (k, a, 3) and stresses (k, points, 6),
+      the components of each point in the order of COMPONENTS.
+    - dof, n_nodes: of the model. Displacements that have no row are held.
+
+    Raises InputError: the stress is no linear function of these displacements, or modes are few.
+    """
+    table, parts, missed = row_table(dof, n_nodes)[:, 1:4], [], 0.0
+    for nodes, moved, stress in elements:
+        found, error = fitted(moved, stress.reshape(len(stress), -1))
+        missed = max(missed, error)
+        at = table[nodes].ravel()
+        place = sp.coo_array((np.ones((at >= 0).sum()), (np.flatnonzero(at >= 0), at[at >= 0])),
+                             shape=(len(at), len(dof)))  # fmt: skip
+        parts.append(sp.csr_array(found.reshape(len(found), -1)) @ place)
+    if missed > MISSED:
+        raise InputError(
+            "--stress: the stress of the lowest fifth of the modes is predicted by the others with "
+            f"an error of {100 * missed:.2g} %, at most {100 * MISSED:g} % is allowed; print more "
+            "modes (200), and not the stress of C3D8I, which has inner displacements in it"
+        )
+    return sp.csr_array(sp.vstack(parts))
+
+
+def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]:
+    """One row of stress for each of the first families, of groups of six components.
+
+    Its place is where the stress of the family's mode is largest, its direction the principal one
+    there; the mode is that with most nodal diameters.
+
+    - model: a sector; speed: of rotation, that of the modes [rad/s].
+
+    Returns the model with a few rows in place of its groups; their stress in the mode of their
+    family for a unit of the largest displacement of a contact node (families,) [Pa/m].
+    """
+    flat = to_cylindrical(model)
+    P, K, M = wave_matrices(flat, model.n_sectors // 2, speed)
+    shapes = P @ lowest_modes(K, M, FAMILIES)[1]
+    contact = row_table(flat.dof, len(flat.nodes))[flat.contact_node, 1:4]
+    shapes = shapes / np.abs(shapes[contact[contact >= 0]]).max(axis=0)
+    groups = (flat.stress @ shapes).reshape(-1, len(COMPONENTS), FAMILIES)
+    found, size = [], []
+    for mode in groups.transpose(2, 0, 1):
+        tensors = (PHASES[:, None, None] * mode).real[..., TENSOR]  # (phases, points, 3, 3)
+        values, directions = np.linalg.eigh(tensors)
+        phase, point, axis = np.unravel_index(np.abs(values).argmax(), values.shape)
+        found.append((int(point), normal_stress(directions[phase, point, :, axis])))
+        size.append(abs(values[phase, point, axis]))
+    groups_of = [model.stress[6 * point : 6 * point + 6] for point, _ in found]
+    chosen_rows = [sp.csr_array(w[None]) @ g for (_, w), g in zip(found, groups_of, strict=True)]
+    stress = sp.csr_array(sp.vstack(chosen_rows))
+    blade = np.zeros(len(found), dtype=int)
+    return model._replace(stress=stress, stress_blade=blade), np.array(size)
+
+
+def normal_stress(direction: npt.ArrayLike) -> np.ndarray:
+    """Weights (6,) of the components that make the normal stress along a unit vector (3,)."""
+    n = np.asarray(direction)
+    return np.array([n[i] * n[j] * (1.0 if i == j else 2.0) for i, j in COMPONENTS])
