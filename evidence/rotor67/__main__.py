@@ -9,6 +9,8 @@ computes fewer fans, and prints its numbers beside those of that file.
 import argparse
 from pathlib import Path
 
+import numpy as np
+
 import hpcrub
 from evidence.page import DOCS
 from evidence.rotor67 import frequencies, model, numbers, page, response, sections, stress
@@ -59,6 +61,8 @@ def from_sections(path: Path, output: Path, folder: Path, figures: Path) -> tupl
     found += model.numbers(fan)
     sectors = model.matrices(fan, folder)
     found += stress.numbers(fan, sectors[model.DESIGN])
+    running = stress.with_rows(fan, sectors[model.DESIGN], 2 * np.pi * model.SPEED)
+    sectors[model.DESIGN] = running
     arrays = model.reduced(fan, sectors, model.blade_alone(fan, folder))
     model_file.write(output, neutral.to_arrays(neutral.from_arrays(arrays)), overwrite=True)
     model_file.write(folder / "sector.h5", neutral.to_arrays(sectors[model.DESIGN]), overwrite=True)

@@ -152,6 +152,11 @@ def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
         "M": _whole([part.mass for part in parts], n),
     }
     arrays |= dict(zip(neutral.POLYNOMIAL, K, strict=True))
+    if places_of_stress := len(models[DESIGN].stress_blade):
+        stress = to_cylindrical(models[DESIGN]).stress
+        rows = reduction.whole([stress @ part.basis for part in parts], n)
+        arrays["stress"] = rows.reshape(n * places_of_stress, -1)
+        arrays["stress_blade"] = np.repeat(np.arange(n), places_of_stress)
     return arrays | _blades(blade, fan, models[DESIGN], parts)
 
 

@@ -6,6 +6,7 @@ strains the blade from its running shape on, so that its displacements belong on
 """
 
 import numpy as np
+import scipy.sparse as sp
 
 from evidence.calculix import POISSON, YOUNG
 from evidence.rotor67.mesh import PLACES
@@ -14,6 +15,7 @@ from evidence.rotor67.numbers import Number
 from evidence.rotor67.reduction import Cyclic
 from hpcrub.model.imported.frames import row_table, to_cartesian, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.stress import COMPONENTS, chosen
 
 DIAMETERS = 2  # of the mode: the second engine order meets it
 PHASES = np.exp(1j * np.linspace(0.0, np.pi, 25))  # of the mode's motion
@@ -72,6 +74,40 @@ def at_corners(stress: np.ndarray, elements: np.ndarray, n_nodes: int) -> np.nda
     np.add.at(count, elements[:, :8], 1.0)
     with np.errstate(invalid="ignore"):
         return total / count[:, None, None]
+
+
+def operator(nodes: np.ndarray, elements: np.ndarray, dof: np.ndarray) -> sp.csr_array:
+    """Six components of the stress at every corner, as `at_corners`, on rows (node, direction).
+
+    nodes: (n, 3) [mm]; elements: (e, 20); dof: (m, 2), directions x, y, z. Returns (6 corners, m)
+    in MPa for a displacement of a metre; corners in increasing order.
+    """
+    slopes = _slopes()
+    gradient = np.linalg.solve(slopes @ nodes[elements][:, None], np.array(slopes)[None])
+    corner, first, count = np.unique(elements[:, :8], return_inverse=True, return_counts=True)
+    extrapolate = _powers(PLACES[:8] - 1.0, LINEAR) @ np.linalg.inv(_powers(POINTS, LINEAR))
+    table, parts = row_table(dof, len(nodes))[:, 1:4], []
+    for direction in range(3):
+        strain = np.zeros((*gradient.shape[:2], 20, 3, 3))  # of a unit of each node's displacement
+        strain[..., direction, :] += gradient.swapaxes(-1, -2) / 2
+        strain[..., :, direction] += gradient.swapaxes(-1, -2) / 2
+        at = np.einsum("cp,epaij->ecaij", extrapolate, elastic(strain))
+        for place, (i, j) in enumerate(COMPONENTS):
+            row = 6 * first.reshape(-1, 8, 1) + place
+            values = at[..., i, j] / count[first].reshape(-1, 8, 1)
+            column = table[elements][:, None, :, direction]
+            parts.append([np.broadcast_to(a, values.shape).ravel() for a in (values, row, column)])
+    values, row, column = (np.concatenate(part) for part in zip(*parts, strict=True))
+    known = column >= 0
+    entries = 1e3 * values[known], (row[known], column[known])
+    return sp.coo_array(entries, shape=(6 * len(corner), len(dof))).tocsr()
+
+
+def with_rows(fan: Fan, sector: NeutralModel, speed: float) -> NeutralModel:
+    """A free sector at a speed with rows of stress: the largest of each of three families [Pa]."""
+    blade = fan.running.elements[fan.running.blade_elements]
+    groups = 1e6 * operator(fan.running.nodes, blade, sector.dof)
+    return chosen(sector._replace(stress=groups), speed)[0]
 
 
 def mises(stress: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from evidence.truth.hexahedra import sector_arrays
 from hpcrub.commands import import_model
 from hpcrub.model.imported import cyclic, neutral
 from hpcrub.model.imported.assembly import pair_sides
+from hpcrub.model.imported.stress import COMPONENTS
 
 N_BLADES, CHORD, THICK = 22, 0.06, 0.004
 ROWS, POINTS = 6, 101
@@ -77,6 +78,11 @@ def test_stress_recovered_from_displacements(blade):
     found = stress.at_corners(stress.elastic(strain), elements, len(made.nodes))
     expected = YOUNG * k * x[corner, None, None] * np.diag([0, 0, 1])
     np.testing.assert_allclose(found[corner], expected, atol=1e-3 * YOUNG * k * x.max())
+    dof = np.array([(n, d) for n in range(len(made.nodes)) for d in (1, 2, 3)])
+    rows = stress.operator(made.nodes, elements, dof) @ (1e-3 * moved.ravel())
+    for place, component in enumerate(COMPONENTS):
+        ours = found[corner][:, *component]
+        np.testing.assert_allclose(rows[place::6], ours, atol=1e-9 * np.abs(found[corner]).max())
 
 
 def test_cyclic_matrices_are_those_of_their_waves():

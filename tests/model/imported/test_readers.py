@@ -103,9 +103,7 @@ def write_modes(path, moved, elements, stress):
         text += "\n displacements (vx,vy,vz) for set NALL and time  0.1000000E+01\n\n"
         text += "".join(f"{n:10d}" + "".join(f"{x:14.6E}" for x in row) + "\n"
                         for n, row in enumerate(u, 1))  # fmt: skip
-        text += (
-            "\n stresses (elem, integ.pnt.,sxx,syy,szz,sxy,sxz,syz) for set ROOT\n\n"
-        )
+        text += "\n stresses (elem, integ.pnt.,sxx,syy,szz,sxy,sxz,syz) for set ROOT\n\n"
         for e, of_points in zip(elements, s, strict=True):
             text += "".join(f"{e + 1:10d}{p:4d}" + "".join(f"{x:14.6E}" for x in row) + "\n"
                             for p, row in enumerate(of_points, 1))  # fmt: skip
