@@ -107,21 +107,19 @@ def _percentiles(file, quantity, name, unit, times=1.0):
 def stresses_of(file: Results, where: str = "") -> list[Number]:
     """Percentiles of a fan's largest stress, and shares of fans above the limits of the study.
 
-    A blade's stress is that of the first family's mode at its amplitude.
+    The limits are the fatigue strength, and what rotation leaves of it.
     """
     limits = file.config.limits
-    per_metre = 1e3 * limits.stress_mpa_per_mm
-    found = _percentiles(file, f"stress{where}", "samples/peak_amplitude_m", "MPa", per_metre)
-    for limit, words in ((limits.stress_mpa / per_metre, f"{limits.stress_mpa:g} MPa"),
-                         (limits.amplitude, f"{limits.amplitude_mm:g} mm")):  # fmt: skip
+    found = _percentiles(file, f"stress{where}", "samples/peak_stress_pa", "MPa", 1e-6)
+    for limit in (1e6 * limits.stress_mpa, limits.stress):
         for level, half_range in enumerate(file.config.mistuning.half_range_percent):
-            peaks = file["samples/peak_amplitude_m"][level]
+            peaks = file["samples/peak_stress_pa"][level]
             peaks = peaks[np.isfinite(peaks)]
             above = int((peaks > limit).sum())
             bounds = probability_interval(above, len(peaks), Z_95)
             at = f"blades within {half_range:g} %{where}"
-            found.append(Number(f"share of fans above {words}", at, above / len(peaks), "1",
-                                *bounds))  # fmt: skip
+            found.append(Number(f"share of fans above {1e-6 * limit:.0f} MPa", at,
+                                above / len(peaks), "1", *bounds))  # fmt: skip
     return found
 
 

@@ -107,7 +107,8 @@ def with_rows(fan: Fan, sector: NeutralModel, speed: float) -> NeutralModel:
     """A free sector at a speed with rows of stress: the largest of each of three families [Pa]."""
     blade = fan.running.elements[fan.running.blade_elements]
     groups = 1e6 * operator(fan.running.nodes, blade, sector.dof)
-    return chosen(sector._replace(stress=groups), speed)[0]
+    blades = np.zeros(groups.shape[0], dtype=int)
+    return chosen(sector._replace(stress=groups, stress_blade=blades), speed)[0]
 
 
 def mises(stress: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.studies import open_result, run_of
-from hpcrub.studies.contact import summary, trust
+from hpcrub.studies.contact import summary
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
 HIDDEN = "output", "config"
@@ -98,7 +98,7 @@ def _facts(path):
     """All that the report says of one file."""
     with open_result(path) as file:
         study, config, status = run_of(file.config).study, file.config, file.status
-        lines = _verdict(file, study)
+        lines = study.verdict(file)
         n_done = int(np.count_nonzero(status == DONE))
         partly = f"{n_done} of {counted(status.size, study.unit.rstrip('s'))} are done."
         enough = n_done == status.size or study.is_enough(file)
@@ -114,16 +114,10 @@ def _facts(path):
             "asked": list(_asked(config)),
             "answer": _answer(file, study),
             "figures": list(_figures([path])),
-            "checks": [*lines[1:], *_warnings(file)] or ["Nothing speaks against these results."],
+            "checks": [*lines[1:], *file.warnings] or ["Nothing speaks against these results."],
             "left_out": [words for is_so, words in LEFT_OUT if is_so(config)],
             "provenance": list(_provenance(path, file)),
         }
-
-
-def _verdict(file, study):
-    if study.name == "contact":
-        return trust.lines(file)
-    return verdict.block(study.findings(file))
 
 
 def _answer(file, study):
@@ -164,10 +158,6 @@ def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
                 "what": words or main.get(file.config.study, found.stem),
                 "data": f"data:{KINDS[found.suffix]};base64,{data}",
             }
-
-
-def _warnings(file: ResultFile) -> list[str]:
-    return [line for line in str(file.attributes.get("warnings", "")).splitlines() if line]
 
 
 def _provenance(path: str, file: ResultFile) -> Iterator[tuple[str, str]]:

@@ -145,7 +145,7 @@ class Canvas:
     def finish(self) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""
         for file in self.files:
-            for warning in filter(str.strip, str(file.attributes.get("warnings", "")).splitlines()):
+            for warning in file.warnings:
                 self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return

@@ -316,6 +316,11 @@ class ResultFile:
             return {key: _words(item.attrs[key]) for key in item.attrs if key not in hidden}
 
     @property
+    def warnings(self) -> list[str]:
+        """What the study warned of before it began, a line each."""
+        return [line for line in str(self.attributes.get("warnings", "")).splitlines() if line]
+
+    @property
     def status(self) -> np.ndarray:
         """Of every sample (V, n), of other studies every task (T,), 0 pending, 1 done, 2 failed."""
         return self.read("status" if "status" in self else "samples/status")

@@ -118,6 +118,10 @@ class Study(ABC):
         """What speaks against the results, of which the verdict is made."""
         return ()
 
+    def verdict(self, file: ResultFile) -> list[str]:
+        """The verdict on the results, and below it what a user must know and do."""
+        return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+
 
 class StudyInTime(Study):
     """A study of whole histories: of every disk and group of speeds, over `history.duration_s`."""
@@ -278,7 +282,7 @@ class Job:
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""
         out = console()
-        for place, line in enumerate(verdict.block(self.study.findings(self.file))):
+        for place, line in enumerate(self.study.verdict(self.file)):
             print_line(out, f"- {line}" if place else f"Verdict: {line}.")
         for line in self.study.report(self.file):
             print_line(out, line)

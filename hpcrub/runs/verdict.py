@@ -11,6 +11,7 @@ from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 REMARK, SINGLE, USELESS = range(3)  # weights of a finding
+NOT_RESOLVED = "not resolved"  # how warnings of `setup.plausibility` begin that are of numbers
 MOST = 5  # further lines below a verdict
 FEW = 0.05  # share of points or peaks, or change of a peak, that makes a result useless or not
 FAR = 0.2  # of the radius of the tips: motions that a linear model of blades does not describe
@@ -41,6 +42,13 @@ def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
     if worst == SINGLE and not of_many:
         verdict[SINGLE] = f"usable with care: {reasons}"
     return [verdict[worst], *(finding.advice for finding in found[:MOST])]
+
+
+def not_resolved(warnings: list[str]) -> Iterator[Finding]:
+    """Those of the warnings of a result file that say that single numbers may be wrong."""
+    for line in warnings:
+        if line.startswith(NOT_RESOLVED):
+            yield Finding(SINGLE, NOT_RESOLVED, line)
 
 
 def is_usable(lines: list[str]) -> bool:
@@ -140,10 +148,10 @@ def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:
         yield from at_the_edge(count, len(best), word, key, SINGLE)
 
 
-def few(config: Config, n: int) -> Iterator[Finding]:
+def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
     """Percentiles at the ends that n samples are too few for."""
     tail = (1.0 - confidence(Z_95)) / 2.0
-    ends = {p: min(p, 100.0 - p) / 100.0 for p in config.convergence.percentiles}
+    ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}
     unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]
     if n > 1 and unknown:
         needed = int(np.ceil(np.log(tail) / np.log1p(-min(ends.values()))))

@@ -168,7 +168,7 @@ class Linear(Study):
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """Percentiles that so few samples do not tell; no peak lies on a grid of speeds."""
-        yield from verdict.few(file.config, file.config.mistuning.samples)
+        yield from verdict.few(file.config.convergence.percentiles, file.config.mistuning.samples)
 
 
 STUDY = Linear()

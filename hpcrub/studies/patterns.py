@@ -178,7 +178,7 @@ class PatternStudy(Study):
             words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
             yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
         yield from _flutter(found.least_damping(file, found.left[0]))
-        yield from verdict.few(file.config, file.config.mistuning.samples)
+        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
 class Rounds:

@@ -22,7 +22,7 @@ class File:
     def __init__(self, text, warnings="", path="file.h5", **values):
         self.config, self.path = Config.from_yaml(text), Path(path)
         self.values = {name.replace("__", "/"): value for name, value in values.items()}
-        self.warnings = warnings
+        self.warnings = [line for line in warnings.splitlines() if line]
 
     def read(self, name, where=()):
         return np.asarray(self.values[name])[where]
@@ -36,7 +36,7 @@ class File:
 
     @property
     def attributes(self):
-        return {"warnings": self.warnings} if len(self.warnings) else {}
+        return {}
 
 
 def contact_file(random, text=TINY, shape=(2, N), **more):

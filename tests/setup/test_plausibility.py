@@ -310,14 +310,19 @@ def test_what_cannot_have_a_result_is_refused_by_run_and_dry_run(
     assert message in line
 
 
-def test_what_is_not_resolved_is_marked_in_file_and_output(folder, capfd):
+@pytest.mark.parametrize("study", ["contact", "branches"])
+def test_what_is_not_resolved_is_marked_in_file_and_output(folder, capfd, study):
     keys = "time.steps_per_bump_width=2", "time.steps_per_period=1", "time.step_s=1e-3"
-    coarse = [f"--set={key}" for key in keys]
+    coarse = [f"--set={key}" for key in (*keys, f"study={study}", "mistuning.samples=1")]
     (folder / "a.yaml").write_text(TINY)
-    assert cli.main(["a.yaml", *coarse, "--set=mistuning.samples=1", "--no-figures"]) == 0
-    assert "warning: not resolved: 2 time steps per bump width" in capfd.readouterr().out
+    assert cli.main(["a.yaml", *coarse, "--no-figures"]) == 0
+    printed = capfd.readouterr().out
+    assert "warning: not resolved: 2 time steps per bump width" in printed
+    verdict = printed[printed.index("Verdict:") :]
+    assert "usable." not in verdict.splitlines()[0]
+    assert "not resolved: 2 time steps per bump width" in " ".join(verdict.split())
     with open_result("results/a.h5") as file:
-        assert "not resolved: 2 time steps per bump width" in file.attributes["warnings"]
+        assert file.warnings[0].startswith("not resolved: 2 time steps per bump width")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,17 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE
-from hpcrub.runs.verdict import MOST, REMARK, SINGLE, USELESS, Finding, block, is_usable, kinematics
+from hpcrub.runs.verdict import (
+    MOST,
+    REMARK,
+    SINGLE,
+    USELESS,
+    Finding,
+    block,
+    is_usable,
+    kinematics,
+    not_resolved,
+)
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import (
     percentile_interval,
@@ -92,9 +102,9 @@ def test_inspect_tells_what_an_unfinished_study_has_found(file, capfd):
 
 def test_what_was_not_resolved_is_no_single_number(file):
     line = "not resolved: 5 time steps per bump width"
-    assert not list(trust._not_resolved(file))
-    warned = SimpleNamespace(attributes={"warnings": f"units: rpm\n{line}\n"})
-    assert list(trust._not_resolved(warned)) == [Finding(SINGLE, "not resolved", line)]
+    assert not file.warnings
+    found = list(not_resolved(["units: rpm", line]))
+    assert found == [Finding(SINGLE, "not resolved", line)]
 
 
 def test_a_verdict_is_that_of_its_weightiest_finding():

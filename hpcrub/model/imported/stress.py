@@ -5,7 +5,6 @@ displacements and stresses of some modes tell the function, whatever the element
 """
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
@@ -76,8 +75,9 @@ def rows(
 def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]:
     """One row of stress for each of the first families, of groups of six components.
 
-    Its place is where the stress of the family's mode is largest, its direction the principal one
-    there; the mode is that with most nodal diameters.
+    Its place is where von Mises' stress of the family's mode is largest, the mode being that with
+    most nodal diameters. Von Mises' stress is not linear. The row is its tangent at the mode: the
+    same for motions in proportion to the mode, and below von Mises' stress for all others.
 
     - model: a sector; speed: of rotation, that of the modes [rad/s].
 
@@ -93,18 +93,20 @@ def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]
     found, size = [], []
     for mode in groups.transpose(2, 0, 1):
         tensors = (PHASES[:, None, None] * mode).real[..., TENSOR]  # (phases, points, 3, 3)
-        values, directions = np.linalg.eigh(tensors)
-        phase, point, axis = np.unravel_index(np.abs(values).argmax(), values.shape)
-        found.append((int(point), normal_stress(directions[phase, point, :, axis])))
-        size.append(abs(values[phase, point, axis]))
-    groups_of = [model.stress[6 * point : 6 * point + 6] for point, _ in found]
-    chosen_rows = [sp.csr_array(w[None]) @ g for (_, w), g in zip(found, groups_of, strict=True)]
-    stress = sp.csr_array(sp.vstack(chosen_rows))
+        values, tangents = von_mises(tensors)
+        phase, point = np.unravel_index(values.argmax(), values.shape)
+        weights = [tangents[phase, point, i, j] * (1 + (i != j)) for i, j in COMPONENTS]
+        group = model.stress[6 * point : 6 * point + 6]
+        found.append(sp.csr_array([weights]) @ group)
+        size.append(values[phase, point])
     blade = np.zeros(len(found), dtype=int)
+    stress = sp.csr_array(sp.vstack(found))
     return model._replace(stress=stress, stress_blade=blade), np.array(size)
 
 
-def normal_stress(direction: npt.ArrayLike) -> np.ndarray:
-    """Weights (6,) of the components that make the normal stress along a unit vector (3,)."""
-    n = np.asarray(direction)
-    return np.array([n[i] * n[j] * (1.0 if i == j else 2.0) for i, j in COMPONENTS])
+def von_mises(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Von Mises' stress (...) of stresses (..., 3, 3), and its derivatives by these."""
+    mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0
+    deviator = stress - mean * np.eye(3)
+    size = np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
+    return size, 1.5 * deviator / np.maximum(size, 1e-300)[..., None, None]

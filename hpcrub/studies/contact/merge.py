@@ -108,7 +108,7 @@ def _survey(out, paths, samples):
                 _same_tuned(tuned, tuned_path, found, path)
             elif found:
                 tuned, tuned_path = found, path
-            warned |= dict.fromkeys(str(part.attributes.get("warnings", "")).splitlines())
+            warned |= dict.fromkeys(part.warnings)
             for name, value in part.attributes.items():
                 if name.endswith(("_version", "_revision", "_text")):
                     origin[name].update(str(value).split(", "))

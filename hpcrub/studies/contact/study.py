@@ -18,6 +18,7 @@ from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
+from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.layout import (
     AMPLIFICATION,
@@ -114,6 +115,10 @@ class Contact(Study):
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
 
+    def verdict(self, file: ResultFile) -> list[str]:
+        """The verdict on all disks, and below it what a user must know and do."""
+        return trust.lines(file)
+
     def headline(self, file: ResultFile) -> str:
         """Peaks of the tuned disk and at the widest level [mm], amplifications, verdict."""
         quantity = amplitude_in_words(file.config)
@@ -132,10 +137,10 @@ class Contact(Study):
         text += f", mistuned {peaks} mm"
         if len(at) > 1:
             text += f" (percentiles {'/'.join(f'{p:g}' for p in at)})"
-        verdict = read_trust(file)
-        if is_usable(verdict):
+        lines = read_trust(file)
+        if is_usable(lines):
             text += f", A_nl {amplifications}"
-        return f"{text}; {verdict[0]}" if verdict else text
+        return f"{text}; {lines[0]}" if lines else text
 
 
 STUDY = Contact()

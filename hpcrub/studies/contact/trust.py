@@ -20,12 +20,12 @@ from hpcrub.runs.verdict import (
     few,
     kinematics,
     lost,
+    not_resolved,
     unsettled,
 )
 from hpcrub.studies.contact.limits import cut_through, percent
 from hpcrub.studies.contact.survey import Survey, shared_uncertainty, survey
 
-NOT_RESOLVED = "not resolved"  # how warnings of `setup.plausibility` begin that are of numbers
 FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is worth much
 
 
@@ -47,10 +47,10 @@ def _findings(file, found):
     yield from kinematics(config, found.largest)
     yield from unsettled(config, int(found.peaks[NOT_STEADY]), n_peaks, "peaks")
     yield from _speeds(file, found)
-    yield from _not_resolved(file)
+    yield from not_resolved(file.warnings)
     yield from _half_step(file)
     yield from _errors(file, found)
-    yield from few(config, len(config.samples))
+    yield from few(config.convergence.percentiles, len(config.samples))
     yield from _reference(file)
 
 
@@ -100,13 +100,6 @@ def _speeds(file, found):
             f"at {found.alone} of {n} peaks both neighbouring speeds are more than 10 % lower: a "
             f"speeds.step_hz below {speeds.step_hz:g} may find higher ones",
         )
-
-
-def _not_resolved(file):
-    """What the study has warned of before it began, where it decides single numbers."""
-    for line in str(file.attributes.get("warnings", "")).splitlines():
-        if line.startswith(NOT_RESOLVED):
-            yield Finding(SINGLE, NOT_RESOLVED, line)
 
 
 def _half_step(file):
