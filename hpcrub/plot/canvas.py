@@ -230,7 +230,7 @@ def _opened(file: Any) -> Iterator[list[ResultFile]]:
         files: list[Any] = []
         for one in file if several else [file]:
             if isinstance(one, Config):  # for a figure of the input alone
-                files.append(SimpleNamespace(config=one, path=Path(one.output), attributes={}))
+                files.append(SimpleNamespace(config=one, path=Path(one.output), warnings=[]))
             elif isinstance(one, str | os.PathLike):
                 files.append(stack.enter_context(open_result(one)))
             else:

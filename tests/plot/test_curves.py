@@ -277,7 +277,9 @@ def family(tmp_path, *sweep):
     path = tmp_path / "input.yaml"
     path.write_text("study: contact\nruns:\n" + "".join(f"  - {{{keys}}}\n" for keys in sweep))
     return [
-        SimpleNamespace(config=c, path=Path(c.output), attributes={"time_step_s": c.step})
+        SimpleNamespace(
+            config=c, path=Path(c.output), attributes={"time_step_s": c.step}, warnings=[]
+        )
         for c in load_runs(path)
     ]
 

@@ -100,7 +100,7 @@ def test_nothing_is_clipped(random, figure, n_files):
 @pytest.mark.parametrize("name", ["summary", "percentiles"])  # without and with a legend of all
 def test_warnings_of_a_file_stand_below_its_figure(random, name):
     file, draw = contact_file(random), getattr(plot, name)
-    file.warnings = "first\nsecond\n"
+    file.warnings = ["first", "second"]
     figure = np.ravel(draw(file))[0].figure
     assert_nothing_clipped(figure)
     assert {"first", "second"} <= set(figure.legends[0].get_title().get_text().split("\n"))

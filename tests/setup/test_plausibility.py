@@ -4,7 +4,6 @@ Truth: a time step many times finer; counts of steps by hand; the limits of the 
 """
 
 import os
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,11 +17,11 @@ from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.sweep import run_sweep
 from hpcrub.runs import memory
+from hpcrub.runs.verdict import not_resolved
 from hpcrub.setup import input_files, plausibility
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from hpcrub.studies.contact import trust
 from tests.program import ROOT, TINY, load
 
 
@@ -65,8 +64,7 @@ def test_a_transient_that_the_first_check_does_not_outlast_is_marked(first_check
     found = [w for w in plausibility.warnings(config, build_problem(config)) if "transients" in w]
     assert len(found) == bool(share)
     assert all(f"leaves up to {share}" in line for line in found)
-    warned = SimpleNamespace(attributes={"warnings": "\n".join(found)})  # of a result file
-    assert len(list(trust._not_resolved(warned))) == bool(share)  # the verdict says it, too
+    assert len(list(not_resolved(found))) == bool(share)  # the verdict says it, too
 
 
 @pytest.mark.parametrize(
