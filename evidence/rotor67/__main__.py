@@ -9,8 +9,6 @@ computes fewer fans, and prints its numbers beside those of that file.
 import argparse
 from pathlib import Path
 
-import numpy as np
-
 import hpcrub
 from evidence.page import DOCS
 from evidence.rotor67 import frequencies, model, numbers, page, response, sections, stress
@@ -61,8 +59,7 @@ def from_sections(path: Path, output: Path, folder: Path, figures: Path) -> tupl
     found += model.numbers(fan)
     sectors = model.matrices(fan, folder)
     found += stress.numbers(fan, sectors[model.DESIGN])
-    running = stress.with_rows(fan, sectors[model.DESIGN], 2 * np.pi * model.SPEED)
-    sectors[model.DESIGN] = running
+    sectors[model.DESIGN] = stress.with_rows(fan, sectors[model.DESIGN])
     arrays = model.reduced(fan, sectors, model.blade_alone(fan, folder))
     model_file.write(output, neutral.to_arrays(neutral.from_arrays(arrays)), overwrite=True)
     model_file.write(folder / "sector.h5", neutral.to_arrays(sectors[model.DESIGN]), overwrite=True)

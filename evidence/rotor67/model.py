@@ -157,6 +157,7 @@ def reduced(fan: Fan, models: list, blade: neutral.NeutralModel) -> dict:
         rows = reduction.whole([stress @ part.basis for part in parts], n)
         arrays["stress"] = rows.reshape(n * places_of_stress, -1)
         arrays["stress_blade"] = np.repeat(np.arange(n), places_of_stress)
+        arrays["stress_static"] = np.tile(models[DESIGN].stress_static, n)
     return arrays | _blades(blade, fan, models[DESIGN], parts)
 
 

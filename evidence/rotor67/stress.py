@@ -15,7 +15,7 @@ from evidence.rotor67.numbers import Number
 from evidence.rotor67.reduction import Cyclic
 from hpcrub.model.imported.frames import row_table, to_cartesian, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.model.imported.stress import COMPONENTS, chosen
+from hpcrub.model.imported.stress import COMPONENTS, von_mises
 
 DIAMETERS = 2  # of the mode: the second engine order meets it
 PHASES = np.exp(1j * np.linspace(0.0, np.pi, 25))  # of the mode's motion
@@ -103,12 +103,43 @@ def operator(nodes: np.ndarray, elements: np.ndarray, dof: np.ndarray) -> sp.csr
     return sp.coo_array(entries, shape=(6 * len(corner), len(dof))).tocsr()
 
 
-def with_rows(fan: Fan, sector: NeutralModel, speed: float) -> NeutralModel:
-    """A free sector at a speed with rows of stress: the largest of each of three families [Pa]."""
-    blade = fan.running.elements[fan.running.blade_elements]
-    groups = 1e6 * operator(fan.running.nodes, blade, sector.dof)
-    blades = np.zeros(groups.shape[0], dtype=int)
-    return chosen(sector._replace(stress=groups, stress_blade=blades), speed)[0]
+def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
+    """A free sector at the design speed with rows of stress, and the stress of rotation there [Pa].
+
+    Two places of the first family's mode: that of its largest stress, and the one that fails first
+    by Goodman's line. Each row is the tangent of von Mises' stress at the mode.
+    """
+    elements = fan.running.elements[fan.running.blade_elements]
+    corner = np.unique(elements[:, :8])
+    groups = 1e6 * operator(fan.running.nodes, elements, sector.dof)
+    moving, steady, at_largest = _of_mode(fan, sector)
+    left = (1.0 - steady / ULTIMATE) / moving
+    rows, places = [], [int(np.nanargmax(moving)), int(np.nanargmin(left))]
+    for place in places:
+        tangent = von_mises(at_largest[place])[1]
+        weights = [tangent[i, j] * (1 + (i != j)) for i, j in COMPONENTS]
+        first = 6 * int(np.searchsorted(corner, place))
+        rows.append(sp.csr_array([weights]) @ groups[first : first + 6])
+    return sector._replace(
+        stress=sp.csr_array(sp.vstack(rows)),
+        stress_blade=np.zeros(len(places), dtype=int),
+        stress_static=1e6 * steady[places],
+    )
+
+
+def _of_mode(fan, sector):
+    """At every corner: largest von Mises' stress of the mode, that of rotation, the mode's own.
+
+    The last is the stress of the instant at which it is largest (n, 3, 3); all in MPa.
+    """
+    elements, n = fan.running.elements[fan.running.blade_elements], len(fan.running.nodes)
+    gradient = gradients(fan.running.nodes, elements, mode(sector, n))
+    found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)
+    instants = (PHASES[:, None, None, None] * found).real
+    sizes = mises(instants)
+    best = np.nan_to_num(sizes).argmax(axis=0)
+    moved = by_rotation(fan.at_rest.nodes, elements, fan.moved[DESIGN])
+    return sizes.max(axis=0), mises(at_corners(moved, elements, n)), instants[best, np.arange(n)]
 
 
 def mises(stress: np.ndarray) -> np.ndarray:
@@ -133,14 +164,7 @@ def mode(sector: NeutralModel, n_nodes: int) -> np.ndarray:
 
 def numbers(fan: Fan, sector: NeutralModel) -> list[Number]:
     """Stress of the mode for a millimetre, of rotation, and what fatigue leaves beside it."""
-    elements = fan.running.elements[fan.running.blade_elements]
-    n = len(fan.running.nodes)
-    gradient = gradients(fan.running.nodes, elements, mode(sector, n))
-    found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)
-    moving = np.max([mises((phase * found).real) for phase in PHASES], axis=0)
-    steady = mises(
-        at_corners(by_rotation(fan.at_rest.nodes, elements, fan.moved[DESIGN]), elements, n)
-    )
+    moving, steady, _ = _of_mode(fan, sector)
     place = int(np.nanargmax(moving))
     left = FATIGUE * (1.0 - steady / ULTIMATE) / moving  # Goodman's line
     at = "of the blade, 2 diameters"

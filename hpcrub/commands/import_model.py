@@ -70,6 +70,9 @@ def parser() -> argparse.ArgumentParser:
         help="of a reduced model: a row for each place, its blade from 0, then its stress for a "
         "unit of each coordinate",
     )  # fmt: skip
+    one.add_argument(
+        "--static", metavar="TABLE.csv", help="stress of the rotation, a line for each place"
+    )
     _add_common(one)
     return top
 
@@ -143,6 +146,8 @@ def _arrays(options):
         arrays = model_file.read(options.source)
         if options.stress:
             arrays["stress_blade"], arrays["stress"] = _stresses(options.stress)
+        if options.static:
+            arrays["stress_static"] = tables.read(options.static)[1][:, 0]
         return arrays
     if options.format == "matrixmarket":
         return matrix_market.read(options.source, options.sectors)
@@ -239,7 +244,11 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
         yield f"blades: {n_modes} cantilever modes each alone; mistuning.by: cantilever_modes"
     if n_places := len(model.stress_blade):
         of = len(np.unique(model.stress_blade)) if model.kind != "sector" else 1
-        yield f"stress: of the vibration at {n_places} places on {counted(of, 'blade')}"
+        static = f", of the rotation up to {1e-6 * model.stress_static.max(initial=0.0):.4g} MPa"
+        yield (
+            f"stress: of the vibration at {n_places} places on {counted(of, 'blade')}"
+            f"{static if len(model.stress_static) else ''}"
+        )
     yield from _rotation(model, options)
     if options.speed_hz and len(model.stiffness) == 1:
         yield "centrifugal stiffening: none, the stiffness is that of one speed"

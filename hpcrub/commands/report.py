@@ -45,7 +45,7 @@ LEFT_OUT = (
      "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
     (lambda c: c.limits.stress_mpa is None,
      "No stress is looked at (limits.stress_mpa)."),
-    (lambda c: c.limits.stress_mpa is not None and c.limits.static_mpa is None,
+    (lambda c: c.limits.stress_mpa is not None and c.limits.strength_mpa is None,
      "The stress of rotation is not in the limit (limits.static_mpa)."),
     (lambda c: c.disk.model is None,
      "Blades are plane beams: no torsion, no motion along the axis, no stiffening by rotation."),

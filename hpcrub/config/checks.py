@@ -210,6 +210,35 @@ def _contact_problems(c):
         yield "contact.casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"
 
 
+def _limit_problems(c):
+    limits, disk = c.limits, c.disk
+    known = disk.model is None or not disk.is_resolved or disk.n_stresses
+    if limits.stress_mpa and not known and limits.stress_mpa_per_mm is None:
+        yield (
+            "limits.stress_mpa: this model file has no stress; import it with --stress, or give "
+            "limits.stress_mpa_per_mm of its first family, or limits.amplitude_mm"
+        )
+    static, strength = limits.static_mpa, limits.strength_mpa
+    if static is None and strength is None:
+        return
+    of_file = disk.model is not None and (not disk.is_resolved or disk.static_mpa is not None)
+    if limits.stress_mpa is None:
+        yield "limits.static_mpa, limits.strength_mpa: go with limits.stress_mpa, not given"
+    elif strength is None or (static is None and not of_file):
+        yield (
+            "limits.static_mpa, limits.strength_mpa: Goodman's line needs both, or strength_mpa "
+            "and a model file with the stress of rotation (stress_static)"
+        )
+    elif static is not None and disk.static_mpa is not None:
+        yield "limits.static_mpa: the model file knows the stress of rotation; leave it out"
+    elif max(static or 0.0, disk.static_mpa or 0.0) >= strength:
+        of = "limits.static_mpa" if static else "the stress of rotation in the model file"
+        yield (
+            f"limits.strength_mpa: {strength:g} is not above {of}, {static or disk.static_mpa:g}: "
+            "nothing is left for a vibration"
+        )
+
+
 def _run_problems(c):
     if c.output.lower().endswith(BESIDE):
         yield f"output: {show(c.output)} ends as the figures and logs beside a result file do"
@@ -227,22 +256,7 @@ def _run_problems(c):
             f"steady_state.max_time_s: {steady.max_time_s} is below "
             f"steady_state.first_check_s, {steady.first_check_s}"
         )
-    limits = c.limits
-    known = c.disk.model is None or not c.disk.is_resolved or c.disk.n_stresses
-    if limits.stress_mpa and not known and limits.stress_mpa_per_mm is None:
-        yield (
-            "limits.stress_mpa: this model file has no stress; import it with --stress, or give "
-            "limits.stress_mpa_per_mm of its first family, or limits.amplitude_mm"
-        )
-    if (limits.static_mpa is None) != (limits.strength_mpa is None):
-        yield "limits.static_mpa, limits.strength_mpa: Goodman's line needs both, and one is given"
-    elif limits.stress_mpa is None and limits.static_mpa is not None:
-        yield "limits.static_mpa: goes with limits.stress_mpa, which is not given"
-    elif limits.static_mpa is not None and limits.static_mpa >= limits.strength_mpa:
-        yield (
-            f"limits.static_mpa: {limits.static_mpa:g} is not below limits.strength_mpa, "
-            f"{limits.strength_mpa:g}: nothing is left for a vibration"
-        )
+    yield from _limit_problems(c)
     p = c.convergence.percentiles
     if any(low >= high for low, high in pairwise(p)):
         yield f"convergence.percentiles: {show(p)} are not increasing"

@@ -56,6 +56,9 @@ class Disk(Section):
     filled in when a run begins"""
     n_stresses: Whole = Field(0, ge=0)
     """places at which stresses are known; of the model file, filled in when a run begins"""
+    static_mpa: Number | None = Field(None, ge=0, le=1e6)
+    """largest stress of the rotation at these places, if known; of the model file, filled in when a
+    run begins [MPa]"""
     first_family_hz: Number | None = Field(None, gt=0, le=1e6)
     """highest frequency of its first family, filled in when a run begins [Hz]"""
     least_clearance_mm: Number = Field(0.0, ge=-1e4, le=1e4)

@@ -150,6 +150,12 @@ class Config(Section):
         return limits.stress_mpa is not None and limits.stress_mpa_per_mm is None and known
 
     @property
+    def is_goodman(self) -> bool:
+        """Whether each stress is raised by what rotation does at its place, see `setup.problem`."""
+        limits = self.limits
+        return self.disk.static_mpa is not None and limits.strength_mpa is not None
+
+    @property
     def engine_order(self) -> int | None:
         """Periods of the load around the casing; None where nothing says how many."""
         casing = self.casing

@@ -254,7 +254,8 @@ class Limits(Section):
     """stress of the rotation at the same place; with strength_mpa it lowers stress_mpa by Goodman's
     line [MPa]"""
     strength_mpa: Number | None = Field(None, gt=0, le=1e6)
-    """tensile strength, at which Goodman's line leaves no vibration [MPa]"""
+    """tensile strength, at which Goodman's line leaves no vibration; of a model file that knows the
+    stress of the rotation at its places, it raises the stress of each of them instead [MPa]"""
     probability_error: Number | None = Field(None, ge=0.01, le=1)
     """of a rare study, which ends when half the 95 % interval of the probability of exceeding a
     limit is below this part of the probability [-]"""

@@ -29,6 +29,7 @@ class Interface(NamedTuple):
     # stress at R places, (R, m) [Pa per coordinate], and the blade of each (R,); (0, m): not known
     stress: np.ndarray = np.zeros((0, 0))
     stress_blade: np.ndarray = np.zeros(0, dtype=int)
+    stress_static: np.ndarray = np.zeros(0)  # of the rotation (R,) [Pa]; (0,): not known
 
     @property
     def n_blades(self) -> int:

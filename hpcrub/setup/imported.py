@@ -34,7 +34,7 @@ def resolved(config: Config) -> Config:
     model = _read(path, checksum)
     if len(model.stress_blade) and config.limits.stress_mpa_per_mm is not None:
         raise InputError(f"limits.stress_mpa_per_mm: {path} has stresses of its own; leave it out")
-    of_node, direction = model.dof.T
+    static, (of_node, direction) = model.stress_static, model.dof.T
     moves = (of_node == model.contact_node[0]) & np.isin(direction, (1, 2, 3))
     directions = min(3, max(2, int(moves.sum())))
     n_points = len(model.contact_node) * (model.n_sectors or 1)
@@ -46,6 +46,7 @@ def resolved(config: Config) -> Config:
         "disk.n_directions": directions,
         "disk.n_strips": 1 + int(strips(model.nodes[model.contact_node, 2]).max()),
         "disk.n_stresses": len(model.stress_blade) * (model.n_sectors or 1),
+        "disk.static_mpa": float(1e-6 * static.max()) if len(static) else None,
         "disk.tip_radius_mm": float(1e3 * radius),
         "disk.least_clearance_mm": float(1e3 * model.contact_clearance.min()),
     }

@@ -66,8 +66,9 @@ WRONG = [
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
-    ("limits: {static_mpa: 9, strength_mpa: 90}", "limits.static_mpa: goes with"),
-    ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "limits.static_mpa: 90 is not"),
+    ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
+    ("limits: {static_mpa: 9, strength_mpa: 90}", "limits.strength_mpa: go with"),
+    ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
     # YAML
     ("", "no keys found"),
     ("casing: {n_bumps: 3, n_bumps: 4}", "line 1, column 22: key 'n_bumps' is given twice"),

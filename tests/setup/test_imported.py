@@ -312,6 +312,23 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
     assert (found[0] > 1e8).all()
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
+    # Goodman's line, place by place: all stresses are twice as bad beside half of the strength
+    np.savetxt("static.csv", np.full(24, 2.5e8))
+    options = "model", "known.h5", "--static", "static.csv", "--output", "static.h5"
+    assert import_model.main(list(options)) == 0
+    strong = f"disk: {{model: static.h5}}\n{brief[:-2]}, strength_mpa: "
+    problem = build_problem(read(f"{strong}500}}"))
+    twice = run_sweep(
+        modes_of(ours, problem, np.linspace(-0.01, 0.01, 12)), problem.scene, [34.0, 34.5]
+    )
+    np.testing.assert_allclose(twice.stress, 2.0 * found[1], rtol=1e-9)
+    for limits, match in (
+        ("250", "250 is not above the stress of rotation in the model file, 250"),
+        ("500, static_mpa: 9", "knows the stress of rotation"),
+    ):
+        with pytest.raises(InputError, match=match):
+            read(f"{strong}{limits}}}")
+
 
 def test_stresses_are_in_the_units_of_their_file():
     """MPa per mm of a Cartesian node, that lies at an angle of 90 degrees."""
@@ -320,16 +337,19 @@ def test_stresses_are_in_the_units_of_their_file():
         "M": np.eye(2), "K": 1e6 * np.eye(2), "nodes": np.array([[0.0, 200.0, 0.0]]),
         "dof": np.array([[0, 1], [0, 2]]), "contact_node": np.array([0]),
         "stress": np.array([[3.0, 5.0]]), "stress_blade": np.array([0]),
+        "stress_static": np.array([7.0]),
     }  # fmt: skip
     face = reduced.interface(to_cylindrical(neutral.from_arrays(arrays)))
     radial, tangential = face.stress[0]
     np.testing.assert_allclose([radial, tangential], [5e9, -3e9])
     again = neutral.from_arrays(neutral.to_arrays(neutral.from_arrays(arrays)))
     np.testing.assert_allclose(again.stress, [[3e9, 5e9]])
+    np.testing.assert_allclose(again.stress_static, [7e6])
     for spoilt, match in (
         ({"stress_blade": np.array([0, 0])}, "stress: shape"),
         ({"stress_blade": np.array([1])}, "there is no blade 1"),
         ({"stress": np.ones((1, 3))}, "stress: shape"),
+        ({"stress_static": np.ones(2)}, "stress_static: 2 values for 1 places"),
     ):
         with pytest.raises(InputError, match=match):
             neutral.from_arrays(arrays | spoilt)

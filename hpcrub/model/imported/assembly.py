@@ -29,6 +29,7 @@ class SparseDisk(NamedTuple):
     surface: np.ndarray  # (F, 4) nodes of faces to draw
     stress: Any  # (R, n) stress at some places [Pa per unit of each row]
     stress_blade: np.ndarray  # (R,) blade of each place
+    stress_static: np.ndarray  # (R,) of the rotation there [Pa]; (0,): not known
 
     @property
     def n_blades(self) -> int:
@@ -118,6 +119,7 @@ def assemble(model: NeutralModel) -> SparseDisk:
         surface=model.surface,
         stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
         stress_blade=model.stress_blade,
+        stress_static=model.stress_static,
     )
     if (row[model.contact_node, :2] < 0).any():
         raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
@@ -163,6 +165,7 @@ def _unfold(model):
         surface=_surface(model, copies * n_nodes),
         stress=of_blades(model.stress),
         stress_blade=np.repeat(np.arange(N), model.stress_blade.size),
+        stress_static=np.tile(model.stress_static, N),
     )
 
 

@@ -52,6 +52,7 @@ class NeutralModel(NamedTuple):
     participation: Any = None  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
     stress: Any = NO_STRESS  # (R, n) at some places [Pa per coordinate]; sparse if not reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
+    stress_static: np.ndarray = np.zeros(0)  # (R,) of the rotation there [Pa]; (0,): not known
 
     @property
     def n_blades(self) -> int:
@@ -105,7 +106,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=NO_FACES),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
-        **_stress(left, n, scale * mass / (length * time**2)),
+        **_stress(left, n, scale, mass / (length * time**2)),
     )
     left.finish()
     check_members(model)
@@ -123,6 +124,8 @@ def to_arrays(model: NeutralModel) -> dict:
         arrays |= _stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
     if len(model.stress_blade):
         arrays |= _stored("stress", model.stress) | {"stress_blade": model.stress_blade}
+    if len(model.stress_static):
+        arrays["stress_static"] = model.stress_static
     always = ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance")
     arrays |= {name: getattr(model, name) for name in always}
     if (model.contact_normal[:, 0] != 1.0).any():
@@ -283,12 +286,15 @@ def _blade_modes(left, n, scale):
     return {"blade_frequencies": frequencies, "participation": participation * scale}
 
 
-def _stress(left, n, scale):
+def _stress(left, n, scale, unit):
     if not left.has("stress"):
         return {}
     blade = left.integers("stress_blade")
-    stress = left.matrix("stress", len(blade), n)
-    return {"stress": stress @ sp.diags_array(scale), "stress_blade": blade}
+    stress = left.matrix("stress", len(blade), n) @ sp.diags_array(scale * unit)
+    static = unit * left.floats("stress_static", default=np.zeros(0))
+    if len(static) not in (0, len(blade)):
+        raise InputError(f"stress_static: {len(static)} values for {len(blade)} places")
+    return {"stress": stress, "stress_blade": blade, "stress_static": static}
 
 
 def _scaled(matrix, scale, factor):

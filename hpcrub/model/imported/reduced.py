@@ -48,6 +48,7 @@ def reduce_disk(
         blade_stiffness=project_blades(disk, basis),
         stress=disk.stress @ basis,
         stress_blade=disk.stress_blade,
+        stress_static=disk.stress_static,
     )
     if disk.blade_stiffness is not None:
         frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
@@ -98,6 +99,7 @@ def interface(model: NeutralModel) -> Interface:
         observed_blade=model.contact_blade,
         stress=model.stress,
         stress_blade=model.stress_blade,
+        stress_static=model.stress_static,
     )
 
 

@@ -69,7 +69,9 @@ def _stresses(file, level):
 
 
 def _condition(config):
-    """On what a stress by a factor rests; nothing where it is computed."""
+    """What a stress rests on that is not just computed."""
+    if config.is_goodman:
+        return " (raised by Goodman's line for the rotation)"
     if config.limits.stress_mpa_per_mm is None:
         return ""
     return f" (if it moves in the mode for which {config.limits.stress_mpa_per_mm:g} MPa/mm holds)"
@@ -78,6 +80,12 @@ def _condition(config):
 def _stress_in_words(config):
     """The limit of the stress, and what it leaves out."""
     limits = config.limits
+    if config.is_goodman:
+        return (
+            f"{limits.stress_mpa:g} MPa of a vibration without rotation, each place's stress being "
+            f"raised by Goodman's line for the stress of rotation there and {limits.strength_mpa:g}"
+            " MPa of strength"
+        )
     if limits.static_mpa is None:
         return f"{limits.stress_mpa:g} MPa without the rotation's stress{_condition(config)}"
     return (
