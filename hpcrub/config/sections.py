@@ -148,8 +148,8 @@ class SteadyState(Section):
     motion repeats itself; last_window: the largest of the last window once two are alike, as in the
     paper"""
     max_error: Number = Field(CRITERIA.max_error, gt=0, le=1)
-    """rule ensemble: standard error of the mean, relative, of a motion that is followed no longer;
-    it is never below max_amplitude_change [-]"""
+    """rule ensemble: a motion that does not repeat itself is averaged until the standard error of
+    its mean is below this part of it; the error said is never below max_amplitude_change [-]"""
     first_check_s: Number = Field(CRITERIA.first_check, gt=0, le=1e4)
     """time of the first check [s]"""
     window_revolutions: Whole = Field(CRITERIA.window_revolutions, ge=1, le=1000)
@@ -157,10 +157,10 @@ class SteadyState(Section):
     extend_revolutions: Whole = Field(CRITERIA.extend_revolutions, ge=1, le=10000)
     """rule last_window: revolutions to the next check when not yet steady"""
     min_correlation: Number = Field(CRITERIA.min_correlation, ge=0, le=1)
-    """correlation of the two windows when steady, at least [-]"""
+    """a motion is steady when the correlation of the two windows is at least this [-]"""
     max_amplitude_change: Number = Field(CRITERIA.max_amplitude_change, gt=0, le=1)
-    """relative change of amplitude when steady, below; rule ensemble: of all that is still to come,
-    by the damping of the slowest mode [-]"""
+    """a motion is steady when its amplitude changes by less than this part of it; rule ensemble:
+    the change that is still to come counts, which the damping of the slowest mode tells [-]"""
     max_time_s: Number = Field(CRITERIA.max_time, gt=0, le=1e4)
     """simulated time after which a point is given up [s]"""
     confirmations: Whole = Field(CRITERIA.confirmations, ge=1, le=1000)

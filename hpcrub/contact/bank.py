@@ -10,6 +10,7 @@ from hpcrub.contact.lanes import BLOCK, TILE, aligned, aligned_zeros, lane_array
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.laws.solid import Solid
 from hpcrub.contact.lcp.gauss_seidel import ROOM
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.tables import columns, vectors
 from hpcrub.model.casing import bump_table
@@ -17,7 +18,7 @@ from hpcrub.model.reduction import Modes
 
 
 def allocate(
-    modes: Modes, scene: Any, grid: Any, width: int, speeds_hz: Iterable[float] = ()
+    modes: Modes, scene: Scene, grid: Grid, width: int, speeds_hz: Iterable[float] = ()
 ) -> Bank:
     """Lanes for one sample and one band of speeds.
 
@@ -119,7 +120,7 @@ def empty_lane(bank: Bank, lane: int) -> None:
     scheme.step[lane] = state.n_steps[lane] = 0
 
 
-def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Any, h: float) -> None:
+def fill_lane(bank: Bank, lane: int, modes: Modes, scene: Scene, h: float) -> None:
     """Put a lane at rest, with the coefficients of one speed (bank is modified).
 
     modes, scene: of the sample, as of `allocate`, at the lane's speed; h: time step [s].

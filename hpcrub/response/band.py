@@ -101,8 +101,7 @@ class Band:
             place = now % (2 * self.window) if recording else -1
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
-            if self.scene.coating:
-                self._follow_coating(now, until)
+            self._follow(now, until)
             now = until
             if poll is not None:
                 poll()
@@ -119,7 +118,7 @@ class Band:
 
     def _narrow(self):
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
-        running = [lane for lane, speed in enumerate(self.speed) if speed is not None]
+        running = self._running()
         half = len(self.speed) // 2
         if half < NARROWEST or len(running) > half:
             return
@@ -133,28 +132,27 @@ class Band:
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
         checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
         begin = min(checks) - 2 * self.window
-        if self.scene.coating:  # amplitudes while it wears, window by window of every lane
-            starts = [s for s, i in zip(self.start, self.speed, strict=True) if i is not None]
-            kept = [s + ((now - s) // self.window + 1) * self.window for s in starts]
-            return True, min(checks + kept)
         if begin > now:
             return False, begin
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
 
-    def _watched(self, now):
-        """Lanes whose stresses are observed from block ``now`` on.
+    def _follow(self, now, until):
+        """Look at the blocks from ``now`` on, beside the checks; of a bare casing at none."""
 
-        Those of which a verdict may come at the end of their window, before a coating all.
-        A window forgets those before.
+    def _running(self):
+        """Lanes that have a speed."""
+        return [lane for lane, speed in enumerate(self.speed) if speed is not None]
+
+    def _watched(self, now):
+        """Lanes whose stresses are observed from block ``now`` on (A,) int.
+
+        Those of which a verdict may come at the end of their window, which forgets those before.
         """
-        lanes = [
-            i for i, s in enumerate(self.speed) if s is not None and self.scene.observes_stress
-        ]
-        if not self.scene.coating:
-            lanes = [lane for lane in lanes if self._may_end(lane, now)]
-            begun = [lane for lane in lanes if self.check[lane] - self.window == now]
-            self.record.stress_peak[:, begun] = 0.0
+        lanes = self._running() if self.scene.observes_stress else []
+        lanes = [lane for lane in lanes if self._may_end(lane, now)]
+        begun = [lane for lane in lanes if self.check[lane] - self.window == now]
+        self.record.stress_peak[:, begun] = 0.0
         return np.array(lanes, dtype=np.int64)
 
     def _may_end(self, lane, now):
@@ -239,9 +237,8 @@ class Band:
                 verdict, reason = DIVERGED, stuck
             else:
                 self._write(lane, now, found, out)
-        if self.scene.coating and verdict != DIVERGED:
-            self._keep_coating(lane, now)
-            self.watch[lane].write(index, out.wear)
+        if verdict != DIVERGED:
+            self._conclude(lane, now, out)
         if reason == status.NONE and self._reverses(lane, now):
             reason = status.REVERSED
         out.point_status[index], out.point_reason[index] = verdict, reason
@@ -251,6 +248,9 @@ class Band:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
                 values[index] = end
         return True
+
+    def _conclude(self, lane, now, out):
+        """What else a lane that ends with a result tells (out is modified)."""
 
     def _write(self, lane, now, found, out):
         """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified)."""
@@ -312,26 +312,6 @@ class Band:
     def _seconds(self, lane, now):
         speed = self.speeds_hz[self.speed[lane]]
         return (now - self.start[lane]) / (speed * self.grid.blocks_per_revolution)
-
-    def _follow_coating(self, now, until):
-        """Look at the amplitudes of the blocks from ``now`` on; keep the coating by windows.
-
-        Of a lane's own windows, so that it does not matter when those beside it are checked.
-        """
-        places = np.arange(now, until) % (2 * self.window)
-        peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))[places]
-        peak = peak[:, : len(self.modes.observed)].max(axis=1)
-        for lane, speed in enumerate(self.speed):
-            if speed is None:
-                continue
-            for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
-                self.watch[lane].see(size, self._seconds(lane, block))
-            if (until - self.start[lane]) % self.window == 0:
-                self._keep_coating(lane, until)
-
-    def _keep_coating(self, lane, now):
-        revolutions = (now - self.start[lane]) // self.grid.blocks_per_revolution
-        self.watch[lane].keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.

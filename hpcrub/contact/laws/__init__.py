@@ -30,5 +30,33 @@ planar disks, `solid.Solid` that of disks that move in three dimensions, both be
     of ``State.multiplier`` that the corrector has to apply in ``State.active``; returns how many
     they are.
 
+What the points of these two laws meet is a *surface*, ``hard.Hard`` or ``surfaces.Coated``. A step
+calls its compiled static methods in this order; `Hard` has the last argument, or nothing, for most:
+
+``tick(lanes, surface, deepest)``
+    A step begins. Returns the deepest penetration, or something positive while forces go on.
+``meet(lanes, surface, state, stiffness, deepest)``
+    Penetrations of the surface as it is now, in place of those of the casing.
+``press(lanes, law, state, deepest)``
+    All contact forces of a planar disk. A disk in three dimensions calls those below instead.
+``near(lanes, surface, j, stiffness, depth)``
+    Depth of a point that counts when the active set is guessed.
+``relieve(lanes, surface, state, law, start, end, n)``
+    Take from the depths of points what the forces of earlier steps undo.
+``follow(lanes, surface, j, d)``
+    Depth that the force of a point undoes of d, and the code of the line that it is on.
+``line(lanes, surface, j, code)``
+    Slope and start of the line of a code, with which a group of points is solved for.
+``check(lanes, surface, j, p, x, code, limit, trying)``
+    Where the solution does not belong to its code, and which code it belongs to.
+``comply(lanes, surface, j, compliance)``
+    Give a point the compliance that it has since its friction turned.
+``despair(state, law, n_active)``
+    What becomes of lanes whose points have no solution.
+``wear(lanes, surface, state, n_active)``, ``keep(lanes, surface, i, force)``
+    The surface after the step, and the forces that the next step needs.
+``total(lanes, surface, i, force)``
+    The force of a point with what goes on of earlier steps.
+
 A law may stand anywhere, in a notebook for example: `response.scene.Scene.law` takes the class.
 """

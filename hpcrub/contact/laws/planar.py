@@ -16,6 +16,7 @@ from hpcrub.contact.lanes import inverse, lane_arrays
 from hpcrub.contact.laws.surfaces import Coated, find_gains, surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.passes import predict
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus, row_bound, spread
 from hpcrub.model.reduction import Modes
@@ -27,7 +28,7 @@ class Planar(NamedTuple):
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     bound: np.ndarray  # how far in others push a point, over the deepest penetration (1, L) [-]
-    surface: Any  # of a class of `surfaces`
+    surface: Any  # `Hard` or `Coated`: what ``laws`` says of surfaces
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -48,7 +49,7 @@ class Planar(NamedTuple):
         return Planar._fields
 
     @classmethod
-    def allocate(cls, modes: Modes, scene: Any, grid: Any, width: int) -> "Planar":
+    def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Planar":
         """State of idle lanes; see ``laws``."""
         n_points = columns(modes.normal).shape[1]
         return cls(
@@ -57,12 +58,12 @@ class Planar(NamedTuple):
         )
 
     @classmethod
-    def loads(cls, modes: Modes, scene: Any) -> np.ndarray:
+    def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
         """Modal forces of unit multipliers (K, C), normal force and friction in one."""
         normal, tangential, _ = modes.forces
         return -(columns(normal) + scene.friction * columns(tangential))
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
         """Give a lane its Delassus operator and a new surface (bank is modified)."""
         gain, (normal, tangential, _) = bank.scheme.gain[:, lane], modes.forces
         by_normal = delassus(modes.normal.T, normal.T, gain)
@@ -81,7 +82,7 @@ class Planar(NamedTuple):
                 find_gains((0,) * bank.width, self.surface, j, inverse(self.stiffness[j]))
 
     def forces_on_points(
-        self, multiplier: np.ndarray, scene: Any
+        self, multiplier: np.ndarray, scene: Scene
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
         normal = multiplier[:, : len(scene.interface.angle)]

@@ -17,6 +17,7 @@ from hpcrub.contact.laws.blades import solve_blades
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
 from hpcrub.contact.passes import predict
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
 from hpcrub.model.reduction import Modes
@@ -25,7 +26,7 @@ GROUP = 48  # contact points of neighbouring blades whose forces are found at on
 
 
 @compiled(inner=True)
-def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
+def count_contacts(lanes: tuple, state: State, law: "Solid", n_active: int) -> None:
     """Count this step for the blades that carry a force (law.touched, modified).
 
     n_active: entries of `State.active` that count, blade by blade.
@@ -41,7 +42,7 @@ def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 
 
 @compiled(inner=True)
-def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
+def turned_forces(lanes: tuple, state: State, law: "Solid", n_active: int) -> int:
     """Normal, circumferential and axial forces of the multipliers (state, law are modified).
 
     Returns rows of ``state.multiplier`` that count, without those of no force in any lane.
@@ -99,7 +100,7 @@ class Solid(NamedTuple):
     right: np.ndarray  # (P, L)
     wrong: np.ndarray  # (P, L)
     touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
-    surface: Any  # of a class of `surfaces`
+    surface: Any  # `Hard` or `Coated`: what ``laws`` says of surfaces
 
     @staticmethod
     @compiled(inline=True, inner=True)
@@ -130,7 +131,7 @@ class Solid(NamedTuple):
         )  # fmt: skip
 
     @classmethod
-    def allocate(cls, modes: Modes, scene: Any, grid: Any, width: int) -> "Solid":
+    def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Solid":
         """State of idle lanes; see ``laws``."""
         interface, axial = scene.interface, columns(modes.axial)
         n_points = axial.shape[1]
@@ -161,11 +162,11 @@ class Solid(NamedTuple):
         )  # fmt: skip
 
     @classmethod
-    def loads(cls, modes: Modes, scene: Any) -> np.ndarray:
+    def loads(cls, modes: Modes, scene: Scene) -> np.ndarray:
         """Modal forces of unit multipliers (K, 3C): normal, along the casing, axial."""
         return -np.hstack([columns(rows) for rows in modes.forces])
 
-    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Any) -> None:
+    def fill(self, bank: Bank, lane: int, modes: Modes, scene: Scene) -> None:
         """Give a lane its compliances, and say if its forces are unique (bank is modified)."""
         gain, friction = bank.scheme.gain[:, lane], scene.friction
         W = np.stack([delassus(modes.normal.T, by.T, gain) for by in modes.forces])
@@ -179,7 +180,7 @@ class Solid(NamedTuple):
         self.across[0, lane] = (most * (self.blade[:, None] != self.blade)).max()
 
     def forces_on_points(
-        self, multiplier: np.ndarray, scene: Any
+        self, multiplier: np.ndarray, scene: Scene
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
         n_points, n_padded = len(scene.interface.angle), len(self.stiffness)

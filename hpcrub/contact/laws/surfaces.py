@@ -35,6 +35,7 @@ from hpcrub.contact.arrays import UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
+from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.recurrence import newmark
 
 BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
@@ -110,7 +111,7 @@ class Coated(NamedTuple):
         )  # fmt: skip
 
     @classmethod
-    def allocate(cls, scene: Any, grid: Any, n_points: int, width: int) -> "Coated":
+    def allocate(cls, scene: Scene, grid: Grid, n_points: int, width: int) -> "Coated":
         """Surface of idle lanes; n_points: padded."""
         coating, casing, interface = scene.coating, scene.elastic_casing, scene.interface
         bars, n_steps, n = np.zeros((3, n_points)), 1, len(interface.angle)
@@ -141,7 +142,7 @@ class Coated(NamedTuple):
             carried=1.0 if casing else 0.0,
         )  # fmt: skip
 
-    def fill(self, lane: int, scene: Any, h: float, compliance: np.ndarray) -> None:
+    def fill(self, lane: int, scene: Scene, h: float, compliance: np.ndarray) -> None:
         """Give a lane a new coating (surface is modified).
 
         h: its step [s]; compliance: motion of a point by a unit force on another (n, n) [m/N].
@@ -371,7 +372,7 @@ Coated.press = staticmethod(press)  # type: ignore[attr-defined]
 Coated.comply = staticmethod(compiled(find_gains, inner=True))  # type: ignore[attr-defined]
 
 
-def surface_of(scene: Any, grid: Any, n_points: int, width: int) -> Hard | Coated:
+def surface_of(scene: Scene, grid: Grid, n_points: int, width: int) -> Hard | Coated:
     """Surface of idle lanes before n_points contact points (padded)."""
     if scene.coating or scene.elastic_casing:
         return Coated.allocate(scene, grid, n_points, width)
