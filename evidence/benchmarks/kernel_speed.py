@@ -15,7 +15,6 @@ from hpcrub.contact.integrate import run
 from hpcrub.contact.lanes import WIDTH
 from hpcrub.contact.observers import NOTHING, Record
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.model import casing
 from hpcrub.response.revolution import cut_revolution
 
 N_MODES = (36, 60, 120)
@@ -75,10 +74,9 @@ def plain_c(lanes, speed=34.0, n_steps=100_000):
     inverse = np.linalg.inv(modes.shapes)
     load = -(modes.normal + scene.friction * modes.tangential).T
     moved = modes.shapes @ (push[:, None] * load)
-    bump = casing.bump_table(
-        scene.interface.angle, scene.n_bumps, scene.bump_height,
-        grid.steps_per_revolution, grid.steps_per_block,
-    )  # fmt: skip
+    bump = scene.casing.table(
+        scene.interface.angle, grid.steps_per_revolution, grid.steps_per_block
+    )
     arrays = (  # u+ = A1 u + A2 u-, push, W, bump
         modes.shapes @ np.diag(1.0 + keep - modes.omega**2 * push) @ inverse,
         -modes.shapes @ np.diag(keep) @ inverse,

@@ -10,7 +10,6 @@ from evidence.benchmarks.kernel_speed import Lanes, beside, run_c
 from evidence.page import table
 from hpcrub.config.schema import load_runs
 from hpcrub.contact.recurrence import coefficients
-from hpcrub.model import casing
 from hpcrub.setup.disks import modes_of
 from hpcrub.setup.imported import resolved
 from hpcrub.setup.problem import build_problem
@@ -70,7 +69,7 @@ def _continued(rows, n_extra, rng):
 
 def rubbing(modes, scene):
     """Lanes of such a disk."""
-    return Lanes(modes, scene, speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.n_bumps)
+    return Lanes(modes, scene, speeds=(SLOWEST, FASTEST), warm=REVOLUTIONS * scene.casing.n_bumps)
 
 
 def plain_c(lanes, speed=214.0, n_steps=20_000):
@@ -83,8 +82,7 @@ def plain_c(lanes, speed=214.0, n_steps=20_000):
     shapes = np.vstack([rows, rest])  # any coordinates will do, these begin with the points
     inverse = np.linalg.inv(shapes)
     face, pitch = scene.interface, grid.steps_per_revolution
-    bump = casing.bump_table(face.angle, scene.n_bumps, scene.bump_height, pitch,
-                             grid.steps_per_block, scene.profile)  # fmt: skip
+    bump = scene.casing.table(face.angle, pitch, grid.steps_per_block)
     sizes = len(shapes), len(face.blade), len(bump), n_steps
     arrays = (
         shapes @ np.diag(1.0 + decay - modes.omega**2 * gain) @ inverse,

@@ -18,7 +18,6 @@ from hpcrub.contact.integrate import run
 from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import Record
 from hpcrub.contact.status import DIVERGED, NOT_STEADY, STEADY
-from hpcrub.model.casing import bump_table
 from hpcrub.response import history
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.sweep import run_sweep
@@ -168,8 +167,7 @@ def stepwise(modes, scene, speeds, result):
     bank = allocate(modes, scene, grid, WIDTH, speeds)
     run(bank, 1)
     table = bank.scheme.bump
-    shown = bump_table(scene.interface.angle, scene.n_bumps, scene.bump_height,
-                       grid.steps_per_revolution, len(table))  # fmt: skip
+    shown = scene.casing.table(scene.interface.angle, grid.steps_per_revolution, len(table))
     row = aligned_zeros((1, table.shape[1]))
     one = bank._replace(scheme=bank.scheme._replace(bump=row))
     worst, contacts, faults = 0.0, 0, set()
@@ -297,11 +295,11 @@ def _depth(modes, scene, speeds, piece, lanes):
         q = piece.position[:, :, lane]
         time, radial = piece.time[:, lane], q @ modes.normal.T
         depth = -gap(scene, speeds[lane], time, radial)
-        size = np.abs(q) @ np.abs(modes.normal.T) + scene.bump_height + scene.clearance
+        size = np.abs(q) @ np.abs(modes.normal.T) + scene.casing.bump_height + scene.clearance
         unit = (len(modes.omega) + 1) * np.finfo(float).eps * size.max() + 5e-324
         # the casing's own angle is rounded, too
         turns = 2.0 * np.pi * (speeds[lane] * time[-1] + 1.0) * np.finfo(float).eps
-        unit += turns * STEEPEST * scene.n_bumps * scene.bump_height
+        unit += turns * STEEPEST * scene.casing.n_bumps * scene.casing.bump_height
         if not depth.max() <= MOST_ROUND_OFF * unit:
             yield "a history goes through the casing without a reason"
         if not piece.normal_force[..., lane].min() >= 0.0:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.disk import build_disk
 from hpcrub.model.reduction import craig_bampton
 from hpcrub.response.scene import Scene
@@ -77,8 +78,7 @@ def reference_scene(n_modes=60, **changes):
     values = {
         "interface": reference_reduced(n_modes).interface,
         "damping_ratio": DAMPING_RATIO,
-        "n_bumps": 4,
-        "bump_height": 1.25e-3,
+        "casing": CasingShape(4, 1.25e-3),
         "clearance": 0.25e-3,
         "ramp_time": 0.01,
         "friction": 0.15,

@@ -8,6 +8,7 @@ from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.passes import correct
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
@@ -60,8 +61,7 @@ def wall(structure, clearance, **changes):
     values = {
         "interface": planar_interface(np.zeros(1), 1.0),
         "damping_ratio": structure.damping_ratio,
-        "n_bumps": 1,
-        "bump_height": 0.0,
+        "casing": CasingShape(1, 0.0),
         "clearance": clearance,
         "ramp_time": 0.0,
         "friction": structure.friction,

@@ -17,6 +17,7 @@ from hpcrub.contact.arrays import SWEEPS
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid
@@ -47,7 +48,7 @@ def scene_of(data):
     interface = interface._replace(observed=data["Tresp_CB"], observed_blade=one_blade[:1])
     mean = float(data["gmean_mm"])
     return Scene(
-        interface, float(data["zeta"]), 2, 2.0 * mean, mean, 0.0, float(data["mu"]),
+        interface, float(data["zeta"]), CasingShape(2, 2.0 * mean), mean, 0.0, float(data["mu"]),
         scheme="exact_modal",
     )  # fmt: skip
 

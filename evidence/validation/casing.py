@@ -43,7 +43,7 @@ def in_both_frames(ring, deviation):
         np.concatenate([getattr(piece, name)[:, :, 0] for piece in pieces])
         for name in ("position", "casing")
     )
-    wall = truth.Wall(scene.n_bumps, scene.bump_height, scene.clearance, scene.friction,
+    wall = truth.Wall(*scene.casing[:2], scene.clearance, scene.friction,
                       scene.ramp_time)  # fmt: skip
     steps = cut_revolution(SPEED_HZ, scene).steps_per_revolution
     true = truth.integrate(

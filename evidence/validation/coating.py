@@ -13,6 +13,7 @@ from evidence.truth.motion import Structure, make_bank, recorded, start_free, wa
 from evidence.validation import report
 from hpcrub.config.schema import load_runs
 from hpcrub.contact.bank import allocate
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
@@ -119,8 +120,8 @@ def incursion():
     """Error of x = w + (σ_Y + H w/t) t/E where a casing comes 1.5 mm nearer, over x; and w/x."""
     omega, height, gap = 1e4, 1.5e-3, 0.5e-3
     mass = Mass(1e6, 2e6 * 0.9 * omega, 1e6 * omega**2)  # a stiff damped tip
-    place, _, bank = thrown(mass, 0.0, 1e-5, 0.21, gap=gap, coating=HARD, bump_height=height,
-                            ramp_time=0.2)  # fmt: skip
+    wall = {"casing": CasingShape(1, height), "ramp_time": 0.2}
+    place, _, bank = thrown(mass, 0.0, 1e-5, 0.21, gap=gap, coating=HARD, **wall)
     x, w, t = place[-1] + height - gap, bank.law.surface.worn[0, 0], HARD.thickness
     assert abs(x - (height - gap)) < 1e-3 * x
     return abs(w + (HARD.yield_stress + HARD.hardening * w / t) * t / HARD.young - x) / x, w / x
@@ -157,7 +158,7 @@ def thrown_ledgers(coating):
 def reference_disk(**law):
     """Modes, Scene and speed [Hz] of the planar reference disk, with another law."""
     modes = mistuned_modes(reference_reduced(), np.linspace(-0.03, 0.03, 12))
-    found = reference_scene(scheme="exact_modal", step=1e-5, bump_height=1e-3, **law)
+    found = reference_scene(scheme="exact_modal", step=1e-5, casing=CasingShape(4, 1e-3), **law)
     return modes, found, 34.25
 
 
@@ -193,8 +194,8 @@ def lobes():
     modes = Modes.planar(np.array([2.0 * np.pi * OWN]), np.eye(1), np.eye(1))
     face = planar_interface(np.zeros(1), 0.5)
     found = Scene(
-        face, 5e-4, 2, 0.5e-3, 0.25e-3, 0.05, 0.0, coating=CUTS, scheme="exact_modal", step=2e-5,
-        steady=SteadyCriteria(max_time=3.0),
+        face, 5e-4, CasingShape(2, 0.5e-3), 0.25e-3, 0.05, 0.0, coating=CUTS, step=2e-5,
+        scheme="exact_modal", steady=SteadyCriteria(max_time=3.0),
     )  # fmt: skip
     speeds = OWN / np.array(ORDERS)
     swept = run_sweep(modes, found, speeds).wear

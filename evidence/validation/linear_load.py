@@ -12,6 +12,7 @@ from evidence.validation import report
 from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import Grid
@@ -30,7 +31,9 @@ def responses(modes, interface, speeds_hz, steps_per_pitch, scheme_name):
     modes: Modes; interface: its Interface; speeds_hz: up to WIDTH. Returns two (S, n_c) [m].
     """
     # bumps without height, a clearance out of reach, no friction
-    scene = Scene(interface, DAMPING_RATIO, DIAMETERS, 0.0, 1.0, 0.0, 0.0, scheme=scheme_name)
+    scene = Scene(
+        interface, DAMPING_RATIO, CasingShape(DIAMETERS, 0.0), 1.0, 0.0, 0.0, scheme=scheme_name
+    )
     revolution = DIAMETERS * steps_per_pitch
     grid = Grid(revolution, DIAMETERS, steps_per_pitch // RECORDS)
     bank = allocate(modes, scene, grid, WIDTH, speeds_hz)

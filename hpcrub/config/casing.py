@@ -11,7 +11,7 @@ from hpcrub.config.casing_modes import CasingMode, Ring
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
-from hpcrub.model.casing import BUMP_WIDTH, Outline, Profile, outline, repeats
+from hpcrub.model.casing import BUMP_WIDTH, CasingShape, Outline, Profile, outline
 
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 SMOOTHED = 50  # undulations around the casing of which smoothing leaves one half, unless given
@@ -163,14 +163,14 @@ class Casing(Section):
         return (2.0 * pi * self._tip_radius_mm / SMOOTHED if length is None else length) / 1000
 
     @property
-    def shape(self) -> tuple[int, float, Profile, float]:
-        """Bumps, their height [m], profile and width of bumps: arguments of `model.casing`."""
-        return self.n_bumps, self.bump_height, self.profile, self.bump_width
+    def shape(self) -> CasingShape:
+        """Its shape over the circumference."""
+        return CasingShape(self.n_bumps, self.bump_height, self.profile, self.bump_width)
 
     @property
     def outline(self) -> Outline:
         """What its shape says about loads and time steps."""
-        return outline(*self.shape)
+        return outline(self.shape)
 
     @property
     def main_order(self) -> int:
@@ -181,7 +181,7 @@ class Casing(Section):
     @property
     def repeats(self) -> int:
         """Times that the casing repeats itself in a turn."""
-        return repeats(*self.shape[:3])
+        return self.shape.repeats
 
     @property
     def words(self) -> str:

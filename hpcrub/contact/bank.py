@@ -13,7 +13,6 @@ from hpcrub.contact.lcp.gauss_seidel import ROOM
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.contact.tables import columns, vectors
-from hpcrub.model.casing import bump_table
 from hpcrub.model.reduction import Modes
 
 
@@ -42,15 +41,7 @@ def allocate(
 def _allocate_scheme(modes, scene, grid, width, law):
     interface, rows, pairs = scene.interface, modes.joined, modes.pairs
     normal = columns(rows.normal)
-    bump = bump_table(
-        interface.angle,
-        scene.n_bumps,
-        scene.bump_height,
-        grid.steps_per_revolution,
-        grid.steps_per_block,
-        scene.profile,
-        scene.bump_width,
-    )
+    bump = scene.casing.table(interface.angle, grid.steps_per_revolution, grid.steps_per_block)
     own = np.full((1, normal.shape[1]), np.inf)  # nothing touches at the padding
     own[0, : len(modes.normal)] = interface.clearance
     n_modes = len(rows.omega)

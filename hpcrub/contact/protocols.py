@@ -4,7 +4,7 @@
 
 from typing import Any, Protocol
 
-from hpcrub.model.casing import Profile
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import Interface
@@ -30,13 +30,7 @@ class Scene(Protocol):
     @property
     def damping_ratio(self) -> float | Damping: ...
     @property
-    def n_bumps(self) -> int: ...
-    @property
-    def bump_height(self) -> float: ...
-    @property
-    def bump_width(self) -> float: ...
-    @property
-    def profile(self) -> Profile: ...
+    def casing(self) -> CasingShape: ...
     @property
     def clearance(self) -> float: ...
     @property

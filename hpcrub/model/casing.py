@@ -113,27 +113,50 @@ def _from_crest(phi, pitch):
     return phi - pitch * np.round(phi / pitch)
 
 
-def casing_height(
-    phi: np.ndarray,
-    n_bumps: int,
-    height: float,
-    profile: Profile = NO_PROFILE,
-    width: float = BUMP_WIDTH,
-) -> np.ndarray:
-    """Height of the casing at an angle [m]: bumps (see `bump_height`) and profile together."""
-    bumps = bump_height(phi, n_bumps, height, width)
-    return bumps + profile.height(phi) if profile.exists else bumps
+class CasingShape(NamedTuple):
+    """The shape of a casing over the circumference: n_d even bumps, and a profile."""
+
+    n_bumps: int
+    bump_height: float  # [m]
+    profile: Profile = NO_PROFILE
+    bump_width: float = BUMP_WIDTH  # distance from its crest where a bump has 1/e of it [pitches]
+
+    def height(self, phi: np.ndarray) -> np.ndarray:
+        """Height at an angle from a bump, of any shape [m]: bumps and profile together."""
+        bumps = bump_height(phi, self.n_bumps, self.bump_height, self.bump_width)
+        return bumps + self.profile.height(phi) if self.profile.exists else bumps
+
+    @property
+    def highest(self) -> float:
+        """Largest height [m]."""
+        return outline(self).highest if self.profile.exists else self.bump_height
+
+    @property
+    def repeats(self) -> int:
+        """Times that it repeats itself in a turn."""
+        if not self.profile.exists:
+            return self.n_bumps
+        return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, self.profile.repeats)
+
+    def table(self, angle: np.ndarray, steps_per_revolution: int, n_steps: int) -> np.ndarray:
+        """Heights that points (C,) meet in the first steps of a revolution (n_steps, C) [m].
+
+        angle: of the points in the rotating frame [rad]. Row j holds the heights after j + 1 steps.
+        """
+        rotation = (np.arange(n_steps) + 1.0) * (2.0 * np.pi / steps_per_revolution)
+        return self.height(rotation[:, None] + angle[None, :])
 
 
 @lru_cache(maxsize=16)
-def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_WIDTH) -> Outline:
-    """Outline of a casing; arguments as of `casing_height`.
+def outline(shape: CasingShape) -> Outline:
+    """Outline of a casing.
 
     Slope and curvature are those of the whole, bumps, harmonics and smoothed points together, at
     evenly spaced angles, across every bump and at every measured point. An order is relevant when
     its amplitude is at least one hundredth of the largest: of Gaussian bumps the first six
     multiples of their number.
     """
+    n_bumps, height, profile, width = shape
     around = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES
     own = width * 2.0 * np.pi / n_bumps  # 1/e width of a bump [rad]
     crests = np.arange(n_bumps if height > 0.0 else 0) * (2.0 * np.pi / n_bumps)
@@ -160,43 +183,6 @@ def outline(n_bumps: int, height: float, profile: Profile, width: float = BUMP_W
         tuple(int(n) for n in strongest),
         float(away),
     )
-
-
-def highest(
-    n_bumps: int, height: float, profile: Profile = NO_PROFILE, width: float = BUMP_WIDTH
-) -> float:
-    """Largest height of a casing [m]; arguments as of `casing_height`."""
-    return outline(n_bumps, height, profile, width).highest if profile.exists else height
-
-
-def repeats(n_bumps: int, height: float, profile: Profile) -> int:
-    """Times that a casing repeats itself in a turn; arguments as of `casing_height`."""
-    if not profile.exists:
-        return n_bumps
-    return math.gcd(n_bumps if height > 0.0 else 0, profile.repeats)
-
-
-def bump_table(
-    contact_angle: np.ndarray,
-    n_bumps: int,
-    height: float,
-    steps_per_revolution: int,
-    n_steps: int,
-    profile: Profile = NO_PROFILE,
-    width: float = BUMP_WIDTH,
-) -> np.ndarray:
-    """Heights of the casing that every contact point meets in the first steps of a revolution.
-
-    - contact_angle: (C,) angles of the contact points in the rotating frame [rad].
-    - n_bumps, height, profile, width: of the casing, as of `casing_height`.
-    - steps_per_revolution: time steps in which the disk turns once.
-    - n_steps: rows of the table.
-
-    Returns heights (n_steps, C) [m]; row j holds the heights after j + 1 steps.
-    """
-    rotation = (np.arange(n_steps) + 1.0) * (2.0 * np.pi / steps_per_revolution)
-    phi = rotation[:, None] + contact_angle[None, :]
-    return casing_height(phi, n_bumps, height, profile, width)
 
 
 def ramp(t: float, ramp_time: float) -> float:

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from hpcrub.config.casing import Casing
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
-from hpcrub.model.casing import casing_height, ramp
+from hpcrub.model.casing import ramp
 from hpcrub.model.crossings import folded
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
@@ -221,7 +221,7 @@ def casing(canvas: Canvas) -> None:
     shape = config.casing
     round_, gaps, growth = canvas.panels(1, 3, (15, 4.8), width_ratios=(6, 6, 4))[0]
     angle = np.linspace(0, 2 * np.pi, N_ANGLES)
-    inward = 1e3 * casing_height(angle, *shape.shape)
+    inward = 1e3 * shape.shape.height(angle)
     _draw_round(round_, config, angle, inward)
     least, most = 1e3 * config.clearance, 1e3 * shape.clearances(config.speeds.values_hz).max()
     gap, degrees = least - inward, np.degrees(angle)
@@ -244,10 +244,10 @@ def casing(canvas: Canvas) -> None:
 
 
 def _draw_measured(axes: Axes, shape: Casing, clearance: float) -> None:
-    n_bumps, bump_height, profile, width = shape.shape
+    profile = shape.profile
     angle = np.array([phi for phi, _ in profile.measured])
-    lines = profile._replace(cut_off=0.0)
-    gap = clearance - 1e3 * casing_height(angle, n_bumps, bump_height, lines, width)
+    lines = shape.shape._replace(profile=profile._replace(cut_off=0.0))
+    gap = clearance - 1e3 * lines.height(angle)
     smoothed = (
         f"smoothed over {1e3 * shape.smoothing:.3g} mm" if profile.cut_off else "no smoothing"
     )

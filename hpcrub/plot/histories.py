@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED
 from hpcrub.errors import InputError
-from hpcrub.model.casing import casing_height, ramp
+from hpcrub.model.casing import ramp
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLUE, GREEN, ORANGE, YELLOW, say
 from hpcrub.results.storage import ResultFile
@@ -212,7 +212,7 @@ def _room(file: ResultFile, time: float, angle: Any) -> Any:
     """Distance from the circle of the tips to the casing, both at rest, at the file's speed [m]."""
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
-    return clearance - ramp(time, shape.growth_time) * casing_height(angle, *shape.shape)
+    return clearance - ramp(time, shape.growth_time) * shape.shape.height(angle)
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.model.casing import BUMP_WIDTH, NO_PROFILE, Profile, highest, repeats
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import Interface
@@ -19,13 +19,10 @@ class Scene(NamedTuple):
 
     interface: Interface
     damping_ratio: float | Damping  # of every mode, or of each
-    n_bumps: int
-    bump_height: float  # [m]
+    casing: CasingShape
     clearance: float  # [m]; where it changes with the speed, the smallest
     ramp_time: float  # [s]
     friction: float
-    profile: Profile = NO_PROFILE  # of the casing, beside its bumps
-    bump_width: float = BUMP_WIDTH  # [pitches]
     # running clearance, which centrifugal growth, untwist and heat change: speeds, increasing [Hz],
     # with a clearance each [m], straight lines between them; None: the same at every speed
     running: tuple[tuple[float, float], ...] | None = None
@@ -56,7 +53,7 @@ class Scene(NamedTuple):
     @property
     def repeats(self) -> int:
         """Times that all that a contact point meets repeats itself in a turn."""
-        casing = repeats(self.n_bumps, self.bump_height, self.profile)
+        casing = self.casing.repeats
         return math.gcd(casing, self.load_order) if self.load else casing
 
     @property
@@ -70,18 +67,13 @@ class Scene(NamedTuple):
         return self.interface.n_strips if self.coating else 0
 
     @property
-    def highest(self) -> float:
-        """Highest place of the casing above its nominal radius, inwards [m]."""
-        return highest(self.n_bumps, self.bump_height, self.profile, self.bump_width)
-
-    @property
     def lift(self) -> float:
         """Smallest clearance and highest place of the casing together [m]."""
-        return self.clearance + self.highest
+        return self.clearance + self.casing.highest
 
 
 def can_touch(scene: Scene) -> bool:
     """Whether a disk that starts at rest can touch the casing, or stays at rest."""
     if scene.load:
         return True
-    return scene.highest > scene.clearance + scene.interface.clearance.min()
+    return scene.casing.highest > scene.clearance + scene.interface.clearance.min()

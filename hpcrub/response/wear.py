@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hpcrub.contact.status import NOT_STEADY, STEADY
-from hpcrub.model.casing import casing_height
 from hpcrub.model.coating import Coating
 from hpcrub.response.ensemble import Signals, Verdict
 from hpcrub.response.scene import Scene
@@ -126,10 +125,9 @@ def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
     face, coating = scene.interface, scene.coating
     assert coating is not None
     phi = 2.0 * np.pi * np.arange(n_bars) / n_bars
-    height = casing_height(phi, scene.n_bumps, scene.bump_height, scene.profile, scene.bump_width)
     own = np.full(n_strips, np.inf)
     np.minimum.at(own, face.strip, face.clearance)
-    beyond = height - scene.clearance - own[:, None] - coating.depth_at_yield
+    beyond = scene.casing.height(phi) - scene.clearance - own[:, None] - coating.depth_at_yield
     return np.clip(coating.kept * beyond, 0.0, coating.thickness)
 
 

@@ -43,7 +43,7 @@ def test_defaults_in_si_units_are_the_reference_disk():
         (c.disk, vars(disk)),
         (c.disk.blade, vars(blade)),
         (c.material, vars(MATERIAL) | {"damping_ratio": scene.damping_ratio}),
-        (c.casing, {name: getattr(scene, name) for name in ("n_bumps", "bump_height")}),
+        (c.casing, {name: getattr(scene.casing, name) for name in ("n_bumps", "bump_height")}),
         (c, {"clearance": scene.clearance}),
         (c.casing, {"growth_time": scene.ramp_time}),
         (c.contact, {"friction": scene.friction}),

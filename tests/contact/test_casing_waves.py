@@ -46,7 +46,7 @@ def in_its_frame(problem, modes, casing, n_steps):
     grid = cut_revolution(SPEED, scene)
     return ring.integrate(
         modes.omega, scene.damping_ratio, modes.normal, modes.tangential, scene.interface.angle,
-        ring.Ring(*casing), ring.Wall(scene.n_bumps, scene.bump_height, scene.clearance,
+        ring.Ring(*casing), ring.Wall(*scene.casing[:2], scene.clearance,
                                       scene.friction, scene.ramp_time),
         SPEED, grid.steps_per_revolution, n_steps,
     )  # fmt: skip

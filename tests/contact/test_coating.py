@@ -20,7 +20,7 @@ from evidence.validation.report import fitted_order
 from hpcrub.contact.bank import allocate, fill_lane
 from hpcrub.contact.integrate import run
 from hpcrub.contact.recurrence import newmark
-from hpcrub.model.casing import bump_table, ramp
+from hpcrub.model.casing import ramp
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.revolution import Grid, cut_revolution
@@ -168,7 +168,7 @@ def test_a_disk_feels_the_incremental_law(name):
     time, position, force = whole(modes, scene, [speed], 2.4 / speed, *names)
     position, force = position[:, :, 0], force[:, :, 0]
     n, h, face = grid.steps_per_revolution, time[0, 0], scene.interface
-    rows = bump_table(face.angle, scene.n_bumps, scene.bump_height, n, n)
+    rows = scene.casing.table(face.angle, n, n)
     done = np.arange(len(force))
     grown = np.array([ramp(h * (step + 1), scene.ramp_time) for step in done])
     p = position @ modes.normal.T + grown[:, None] * rows[done % n]

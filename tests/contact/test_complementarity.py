@@ -14,6 +14,7 @@ from hpcrub.contact import status
 from hpcrub.contact.lcp.gauss_seidel import MAX_SWEEPS
 from hpcrub.contact.lcp.pivoting import flaw, is_p_matrix, solve_by_pivoting
 from hpcrub.contact.status import DIVERGED, STEADY
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.scene import Scene
@@ -113,7 +114,7 @@ def masses(W, friction=0.5):
     eye = np.eye(n)
     modes = Modes.planar(np.full(n, 2 * np.pi * 20.0), eye, (W - eye) / friction)
     scene = Scene(
-        planar_interface(np.zeros(n), 1.0), 0.05, 1, 2e-3, 1e-3, 0.01, friction,
+        planar_interface(np.zeros(n), 1.0), 0.05, CasingShape(1, 2e-3), 1e-3, 0.01, friction,
         scheme="exact_modal", step=1e-4, steady=SteadyCriteria(first_check=0.3, max_time=0.6),
     )  # fmt: skip
     return modes, scene

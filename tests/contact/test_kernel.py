@@ -24,6 +24,7 @@ from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.observers import Record
 from hpcrub.contact.recurrence import coefficients
 from hpcrub.model import casing
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import Interface, planar_interface
 from hpcrub.model.reduction import Modes, craig_bampton, mistuned_modes
 from hpcrub.response.linear import engine_order_response
@@ -39,7 +40,7 @@ REVOLUTION = 1500  # steps
 
 def integrate_lanes(modes, scene, speeds, n_blocks, width, revolution=REVOLUTION):
     """Histories u_t (steps, n_c, lanes) of some blocks, recorded at every step, and the lanes."""
-    grid = Grid(revolution, scene.n_bumps, 1)
+    grid = Grid(revolution, scene.casing.n_bumps, 1)
     bank = allocate(modes, scene, grid, width, speeds)
     record = Record.allocate(bank, n_blocks, 1)
     run(bank, n_blocks, record)
@@ -63,7 +64,9 @@ def all_contact_sets(W, depth):
 def contact_of(scene, u, angle, grown):
     """Penetrations (n_c,) and directions (n_c, m) of normal and force; λ pushes along the force."""
     n_c = len(scene.interface.angle)
-    depth = u[:n_c] + grown * casing.bump_height(angle, scene.n_bumps, scene.bump_height)
+    depth = u[:n_c] + grown * casing.bump_height(
+        angle, scene.casing.n_bumps, scene.casing.bump_height
+    )
     normal = np.eye(n_c, len(u))
     along = np.eye(n_c, len(u), k=n_c)
     return depth - scene.clearance, normal, -(normal + scene.friction * along)
@@ -186,7 +189,9 @@ def one_mode(frequency_hz, damping_ratio):
     """A mass of 1 kg on a spring, seen by one contact point that moves along both directions."""
     ones = np.ones((1, 1))
     omega = 2.0 * np.pi * frequency_hz
-    scene = Scene(planar_interface(np.zeros(1), 1.0), damping_ratio, 1, 0.0, 10.0, 0.01, 0.0)
+    scene = Scene(
+        planar_interface(np.zeros(1), 1.0), damping_ratio, CasingShape(1, 0.0), 10.0, 0.01, 0.0
+    )
     return Modes.planar(np.array([omega]), ones, ones), scene, omega
 
 
@@ -264,7 +269,7 @@ def test_more_contact_points_than_one_tile(reduced):
     many = Modes.planar(np.full(n, omega), eye, 0.3 * eye)
     angles = np.zeros(n)
     angles[-1] = np.pi
-    one_scene = scene._replace(bump_height=2e-3, clearance=1e-3, friction=0.2)
+    one_scene = scene._replace(casing=CasingShape(1, 2e-3), clearance=1e-3, friction=0.2)
     one = Modes.planar(modes.omega, modes.normal, 0.3 * modes.tangential)
     history, _ = integrate_lanes(
         many, one_scene._replace(interface=planar_interface(angles, 1.0)), [20.0], 1, 8, 4000

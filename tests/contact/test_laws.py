@@ -20,6 +20,7 @@ from hpcrub.contact.lanes import aligned_zeros
 from hpcrub.contact.laws.hard import Hard
 from hpcrub.contact.laws.planar import Planar
 from hpcrub.contact.status import STEADY
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response import history
@@ -40,7 +41,9 @@ Spring.k = 4.0 * OMEGA**2
 
 
 def scene_of(**changes):
-    scene = Scene(planar_interface(np.zeros(1), 1.0), 0.0, 1, 0.0, -C, 0.0, 0.0, law=Spring)
+    scene = Scene(
+        planar_interface(np.zeros(1), 1.0), 0.0, CasingShape(1, 0.0), -C, 0.0, 0.0, law=Spring
+    )
     return scene._replace(record_interval=0.0, steady=TWO_TURNS, **changes)
 
 

@@ -17,6 +17,7 @@ from hpcrub.contact.bank import allocate
 from hpcrub.contact.integrate import run
 from hpcrub.contact.observers import Record
 from hpcrub.model import casing
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 from hpcrub.response.revolution import Grid, rung, slowest
@@ -52,7 +53,7 @@ def made_up(seed=0, n_blades=N_BLADES, per_blade=PER_BLADE):
         observed=modes.observed,
         observed_blade=np.tile(blade, 2),
     )
-    return modes, Scene(interface, XI, 2, 3e-3, 1e-3, 0.005, FRICTION)
+    return modes, Scene(interface, XI, CasingShape(2, 3e-3), 1e-3, 0.005, FRICTION)
 
 
 def integrate(modes, scene, speeds, n_steps, width=8):
@@ -87,7 +88,7 @@ def textbook(modes, scene, speed, n_steps):
     for step in range(1, n_steps + 1):
         free = ((2.0 - w**2) * q - (1.0 - c) * before) / (1.0 + c)
         turned = points.angle + 2.0 * np.pi * step / REVOLUTION
-        bump = casing.bump_height(turned, scene.n_bumps, scene.bump_height)
+        bump = casing.bump_height(turned, *scene.casing[:2])
         depth = modes.normal @ free + casing.ramp(step * h, scene.ramp_time) * bump
         depth -= scene.clearance + points.clearance
         velocity = (q - before) / h
@@ -215,7 +216,9 @@ def test_friction_reverses_with_the_slip():
     )  # fmt: skip
     steps, errors = 1e-5 / 2.0 ** np.arange(3), []
     for step in steps:
-        scene = Scene(face, 0.0, 1, 0.0, -pressed, 0.0, mu, scheme="exact_modal", step=step)
+        scene = Scene(
+            face, 0.0, CasingShape(1, 0.0), -pressed, 0.0, mu, scheme="exact_modal", step=step
+        )
         scene, motion = scene._replace(record_interval=step), Motion.at_rest(1, 2)
         motion.position[0, 0], motion.velocity[0, 1] = -pressed, velocity
         time, u = whole(modes, scene, [speed], 0.05, "time", "observed", motion=motion)

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from hpcrub.model.casing import (
+    CasingShape,
     Profile,
     bump_height,
-    bump_table,
-    casing_height,
     outline,
     ramp,
-    repeats,
     smoothed,
 )
 
@@ -32,9 +30,9 @@ def test_harmonics_are_cosines_beside_the_bumps():
     phi = turns[:, None] + angle
     expected = 4e-4 * np.cos(2 * (phi - 0.7)) + 1e-4 * np.cos(5 * (phi + 1.0))
     np.testing.assert_allclose(
-        bump_table(angle, 3, 0.0, 1200, 600, profile), expected, rtol=0, atol=1e-17
+        CasingShape(3, 0.0, profile).table(angle, 1200, 600), expected, rtol=0, atol=1e-17
     )
-    both = bump_table(angle, 3, 1e-3, 1200, 600, profile)
+    both = CasingShape(3, 1e-3, profile).table(angle, 1200, 600)
     np.testing.assert_allclose(both, expected + bump_height(phi, 3, 1e-3), rtol=0, atol=1e-17)
 
 
@@ -57,25 +55,23 @@ def test_bumps_given_by_points_differ_by_the_error_of_interpolation():
 
 def test_a_casing_repeats_itself_as_often_as_all_its_parts_do():
     oval, waves = Profile(harmonics=((2, 1e-3, 0.0),)), Profile(harmonics=((6, 1, 0), (9, 1, 0)))
-    assert repeats(4, 1e-3, Profile()) == 4
-    assert repeats(4, 1e-3, oval) == 2
-    assert repeats(3, 1e-3, oval) == 1
-    assert repeats(4, 0.0, waves) == 3
-    assert repeats(4, 0.0, oval._replace(measured=((0.0, 0.0), (1.0, 1e-3)))) == 1
+    assert CasingShape(4, 1e-3, Profile()).repeats == 4
+    assert CasingShape(4, 1e-3, oval).repeats == 2
+    assert CasingShape(3, 1e-3, oval).repeats == 1
+    assert CasingShape(4, 0.0, waves).repeats == 3
+    assert CasingShape(4, 0.0, oval._replace(measured=((0.0, 0.0), (1.0, 1e-3)))).repeats == 1
     for n, height, profile in ((4, 1e-3, oval), (4, 0.0, waves)):
         phi = np.linspace(0.0, 6.0, 77)
-        turned = phi + 2 * np.pi / repeats(n, height, profile)
-        np.testing.assert_allclose(
-            casing_height(turned, n, height, profile),
-            casing_height(phi, n, height, profile), atol=1e-12,
-        )  # fmt: skip
+        casing = CasingShape(n, height, profile)
+        turned = phi + 2 * np.pi / casing.repeats
+        np.testing.assert_allclose(casing.height(turned), casing.height(phi), atol=1e-12)
 
 
 def test_outline_of_a_harmonic_and_of_bumps():
-    oval = outline(4, 0.0, Profile(harmonics=((2, 4e-4, 0.7),)))
+    oval = outline(CasingShape(4, 0.0, Profile(harmonics=((2, 4e-4, 0.7),))))
     assert oval.orders == (2,)
     np.testing.assert_allclose(oval[:5], (4e-4, -4e-4, 0.0, 2 * 4e-4, 4 * 4e-4), atol=1e-9)
-    bumps = outline(5, 1e-3, Profile())
+    bumps = outline(CasingShape(5, 1e-3))
     assert bumps.orders == (5, 10, 15, 20, 25, 30)
     width = 0.1 * 2 * np.pi / 5
     assert (bumps.highest, bumps.lowest) == (1e-3, 0.0)
@@ -89,10 +85,11 @@ def test_the_outline_is_that_of_the_whole_casing(width):
     """Bumps of any width, harmonics and points together, by differences of heights alone."""
     angle = 2 * np.pi * np.arange(90) / 90
     points = tuple(zip(angle, 2e-4 * np.sin(5 * angle), strict=True))
-    casing = 3, 4e-4, Profile(((1, 8e-4, 0.3), (7, 1e-4, 2.0)), points, 2 * np.pi / 50), width
-    found = outline(*casing)
+    profile = Profile(((1, 8e-4, 0.3), (7, 1e-4, 2.0)), points, 2 * np.pi / 50)
+    casing = CasingShape(3, 4e-4, profile, width)
+    found = outline(casing)
     phi = np.linspace(0.0, 2 * np.pi, 1_500_001)
-    height, step = casing_height(phi, *casing), phi[1]
+    height, step = casing.height(phi), phi[1]
     assert found.highest == pytest.approx(height.max(), rel=1e-4)
     assert found.lowest == pytest.approx(height.min(), rel=1e-4)
     assert found.slope == pytest.approx(np.abs(np.diff(height)).max() / step, rel=0.02)
@@ -117,7 +114,7 @@ def test_smoothing_is_the_spline_filter_of_roundness(order):
     rate = -1e-3 * left * order * np.sin(order * phi + 0.4)
     assert np.abs(slope - rate).max() < 2e-3 * left * order * lines + 1e-5 * left * order
     assert np.abs(second + order**2 * expected).max() < 1e-3 * left * order**2 * (lines + 0.01)
-    away = outline(4, 0.0, profile).smoothed_away
+    away = outline(CasingShape(4, 0.0, profile)).smoothed_away
     assert away == pytest.approx(1e-3 * (1.0 - left), rel=0.05, abs=2e-9)
 
 
@@ -133,9 +130,9 @@ def test_noise_far_below_the_shape_does_not_count():
     angle = np.linspace(0.0, 2 * np.pi, 1800, endpoint=False)
     noise = 1e-6 * np.random.default_rng(5).standard_normal(angle.size)
     rough = Profile(measured=tuple(zip(angle, 4e-4 * np.cos(3 * angle) + noise, strict=True)))
-    assert outline(4, 0.0, rough).orders == (3,)
-    smooth = outline(4, 0.0, rough._replace(cut_off=2 * np.pi / 50))
-    assert smooth.curvature < 1.2 * 9 * 4e-4 < 0.01 * outline(4, 0.0, rough).curvature
+    assert outline(CasingShape(4, 0.0, rough)).orders == (3,)
+    smooth = outline(CasingShape(4, 0.0, rough._replace(cut_off=2 * np.pi / 50)))
+    assert smooth.curvature < 1.2 * 9 * 4e-4 < 0.01 * outline(CasingShape(4, 0.0, rough)).curvature
 
 
 def test_growth():
@@ -154,17 +151,17 @@ def test_a_bump_has_the_width_that_is_asked_for(width):
     at = np.array([0.0, width * pitch, -width * pitch])
     expected = height * np.array([1.0, 1 / math.e, 1 / math.e])
     np.testing.assert_allclose(bump_height(at, n, height, width), expected)
-    np.testing.assert_allclose(casing_height(at, n, height, Profile(), width), expected)
-    turned = bump_table(at - 2 * np.pi / 1000, n, height, 1000, 1, Profile(), width)
-    np.testing.assert_allclose(turned[0], expected)
-    mean = outline(n, height, Profile(), width).mean
+    casing = CasingShape(n, height, bump_width=width)
+    np.testing.assert_allclose(casing.height(at), expected)
+    np.testing.assert_allclose(casing.table(at - 2 * np.pi / 1000, 1000, 1)[0], expected)
+    mean = outline(casing).mean
     assert mean == pytest.approx(height * width * math.sqrt(math.pi), rel=1e-3)
 
 
 def test_a_cliff_between_two_close_points_is_seen():
     """0.5 mm within a thousandth of a degree, which no evenly spaced points would see."""
     points = tuple((np.radians(a), h) for a, h in ((0, 0.0), (90, 0.0), (90.001, 5e-4), (200, 0.0)))
-    found = outline(4, 0.0, Profile(measured=points))
+    found = outline(CasingShape(4, 0.0, Profile(measured=points)))
     width, flank = np.radians(0.001), 5e-4 / np.radians(0.001)
     assert found.curvature == pytest.approx(flank / width, rel=0.01)
     assert found.slope >= 0.49 * flank

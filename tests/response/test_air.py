@@ -115,7 +115,7 @@ def test_a_wave_of_the_tuned_disk_decays_over_a_hundred_periods_as_given(reduced
 def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced, scene):
     """`evidence.truth.air`, with the order of the step: two of position, in an asymmetric air."""
     modes, wall = disk(reduced), ring.Wall(
-        scene.n_bumps, scene.bump_height, scene.clearance, scene.friction, scene.ramp_time
+        *scene.casing[:2], scene.clearance, scene.friction, scene.ramp_time
     )  # fmt: skip
     D, K = matrices(modes, scene.damping_ratio)
     off = []
@@ -156,7 +156,7 @@ def test_in_contact_all_energy_of_the_family_is_accounted_for(reduced, scene):
     stored = np.block([[even, none], [none, np.eye(N)]]) / 2
     lost = over_a_step(A, np.block([[none, none], [none, (D + D.T) / 2]]), h)
     fed = over_a_step(A, np.block([[none, odd.T], [odd, none]]) / 2, h)
-    bank = allocate(modes, scene, Grid(n, scene.n_bumps, n), WIDTH)
+    bank = allocate(modes, scene, Grid(n, scene.casing.n_bumps, n), WIDTH)
     fill_lane(bank, 0, modes, scene, h)
     (steps,) = recorded(bank, n, n)
     parts = steps.position[:, len(modes.real) :, 0]
@@ -193,9 +193,7 @@ def test_a_mirrored_disk_that_turns_the_other_way_moves_as_in_a_mirror(tmp_path)
         modes = mistuned_modes(problem.reduced, np.roll(deviation[::way], way < 0))
         scene, face = problem.scene, problem.scene.interface
         place = np.argsort(np.round(way * face.angle % (2 * np.pi), 9))
-        wall = ring.Wall(
-            scene.n_bumps, scene.bump_height, scene.clearance, scene.friction, scene.ramp_time
-        )
+        wall = ring.Wall(*scene.casing[:2], scene.clearance, scene.friction, scene.ramp_time)
         D, K = matrices(modes, scene.damping_ratio)
         tangential = way * modes.tangential
         q, pushes = air.integrate(

@@ -11,6 +11,7 @@ import pytest
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, STEADY
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.mistuning import stiffness_deviation
 from hpcrub.model.reduction import blade_stiffness, mistuned_modes
 from hpcrub.response import history
@@ -146,7 +147,7 @@ def test_a_history_fails_where_the_sweep_does(leaning, changes, reason):
 
 def test_a_failure_stays(problem, modes):
     """A lane that has been larger than the disk has failed, even when it is small again."""
-    scene = problem.scene._replace(bump_height=0.0, damping_ratio=0.5)
+    scene = problem.scene._replace(casing=CasingShape(4, 0.0), damping_ratio=0.5)
     motion = Motion.at_rest(2, len(modes.omega))
     tips = modes.tangential[:, 0]
     motion.position[0, 0] = 1.1 * scene.interface.radius.max() / np.abs(tips).max()
@@ -198,10 +199,10 @@ def test_gap_of_a_tip_at_its_place(problem):
     place = (scene.interface.radius + radial) * np.exp(turned)
     pitch = 2 * np.pi / 4
     off = np.mod(np.angle(place) + pitch / 2, pitch) - pitch / 2
-    inward = scene.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
+    inward = scene.casing.bump_height * np.exp(-((off / (0.1 * pitch)) ** 2))
     expected = scene.interface.radius + scene.clearance - inward - np.abs(place)
     found = time_response.gap(scene, 34.0, time, radial)
-    assert np.abs(inward).max() > 0.9 * scene.bump_height
+    assert np.abs(inward).max() > 0.9 * scene.casing.bump_height
     np.testing.assert_allclose(found, expected, atol=1e-14)
 
 

@@ -6,7 +6,7 @@ import pytest
 from evidence.truth.disk import LOAD, reference_reduced, reference_scene
 from hpcrub.config.schema import Config
 from hpcrub.contact.bank import allocate
-from hpcrub.model.casing import Profile
+from hpcrub.model.casing import CasingShape, Profile
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.linear import engine_order_response
 from hpcrub.response.revolution import cut_revolution
@@ -30,7 +30,11 @@ def test_without_contact_it_gives_the_harmonic_response(order, n_bumps, repeats)
     reduced = reference_reduced()
     modes = mistuned_modes(reduced, np.linspace(-0.03, 0.03, 12))
     scene = reference_scene(
-        **FREE, load_order=order, n_bumps=n_bumps, step=2e-5, record_interval=2e-5
+        **FREE,
+        load_order=order,
+        casing=CasingShape(n_bumps, 1.25e-3),
+        step=2e-5,
+        record_interval=2e-5,
     )
     speeds = np.array([86.0, 91.0, 92.5, 100.0]) / order
     assert cut_revolution(speeds[0], scene).blocks_per_revolution == repeats
@@ -47,7 +51,7 @@ def test_it_stands_still_in_space_as_the_casing_does():
     """Where the load pushes each blade outward, a casing of that order meets it inward."""
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
     wave = Profile(harmonics=((4, 1.0, 0.0),))
-    scene = reference_scene(**FREE, load_order=4, bump_height=0.0, profile=wave)
+    scene = reference_scene(**FREE, load_order=4, casing=CasingShape(4, 0.0, wave))
     grid = cut_revolution(30.0, scene)
     lanes = allocate(modes, scene, grid, 8)
     turned = 2 * np.pi * np.arange(grid.steps_per_block) / grid.steps_per_revolution
@@ -62,7 +66,7 @@ def test_it_stands_still_in_space_as_the_casing_does():
 def test_a_loaded_disk_may_touch_a_casing_without_bumps():
     modes = mistuned_modes(reference_reduced(), np.zeros(12))
     scene = reference_scene(
-        **(FREE | {"clearance": 1e-6}), load_order=4, bump_height=0.0, step=2e-5
+        **(FREE | {"clearance": 1e-6}), load_order=4, casing=CasingShape(4, 0.0), step=2e-5
     )
     assert can_touch(scene)
     free = run_sweep(modes, scene._replace(clearance=1.0), [23.0])

@@ -7,7 +7,7 @@ from evidence.truth.disk import earlier_reduced, reference_reduced, reference_sc
 from hpcrub.contact import integrate, status
 from hpcrub.contact.status import NO_POINT, NOT_STEADY, STEADY
 from hpcrub.errors import Interrupted
-from hpcrub.model.casing import Profile
+from hpcrub.model.casing import CasingShape, Profile
 from hpcrub.model.damping import Damping
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes, mistuned_modes
@@ -36,7 +36,9 @@ def one_blade(**changes):
     """Modes and scene of a mass of 1 kg on a spring, pushed away by one bump per turn."""
     ones = np.ones((1, 1))
     modes = Modes.planar(np.array([2 * np.pi * 20.0]), ones, ones)
-    scene = Scene(planar_interface(np.zeros(1), 1.0), 0.05, 1, 2e-3, 1e-3, 0.01, 0.0, step=1e-4)
+    scene = Scene(
+        planar_interface(np.zeros(1), 1.0), 0.05, CasingShape(1, 2e-3), 1e-3, 0.01, 0.0, step=1e-4
+    )
     return modes, scene._replace(**changes)
 
 
@@ -44,7 +46,7 @@ def one_blade(**changes):
 @pytest.mark.parametrize("step", [1e-3, 3e-5, 1e-6, 1e-7])
 @pytest.mark.parametrize("speed", [0.5, 33.5, 900.0])
 def test_revolution_is_cut_into_whole_steps_blocks_and_records(n_bumps, step, speed):
-    grid = cut_revolution(speed, scene_of(n_bumps=n_bumps, step=step))
+    grid = cut_revolution(speed, scene_of(casing=CasingShape(n_bumps, 1.25e-3), step=step))
     assert 1.0 / (speed * grid.steps_per_revolution) <= step * (1.0 + 1e-9)
     assert grid.steps_per_block * grid.blocks_per_revolution == grid.steps_per_revolution
     assert grid.steps_per_block % grid.stride == 0
@@ -58,10 +60,10 @@ def points_of(shape, n=3600):
 
 
 def test_an_oval_is_the_same_by_its_harmonic_and_by_its_points():
-    modes, scene = one_blade(bump_height=0.0)
+    modes, scene = one_blade(casing=CasingShape(1, 0.0))
     oval = Profile(harmonics=((2, 2e-3, 0.4),))
     points = points_of(lambda angle: 2e-3 * np.cos(2 * (angle - 0.4)))
-    harmonic, measured = scene._replace(profile=oval), scene._replace(profile=points)
+    harmonic, measured = (scene._replace(casing=CasingShape(1, 0.0, p)) for p in (oval, points))
     assert cut_revolution(13.0, harmonic).blocks_per_revolution == 2
     assert cut_revolution(13.0, measured).blocks_per_revolution == 1
     speeds = np.array([8.0, 9.0, 13.0])
@@ -88,7 +90,7 @@ def test_every_mode_decays_with_its_own_damping():
     omega = 2 * np.pi * np.array([20.0, 50.0])
     modes = Modes.planar(omega, np.eye(2), np.eye(2))
     scene = Scene(
-        planar_interface(np.zeros(2), 1.0), damping, 1, 0.0, 1.0, 0.0, 0.0, step=1e-4,
+        planar_interface(np.zeros(2), 1.0), damping, CasingShape(1, 0.0), 1.0, 0.0, 0.0, step=1e-4,
         scheme="exact_modal",
     )  # fmt: skip
     start = np.array([1e-3, 2e-3])
@@ -103,13 +105,14 @@ def test_every_mode_decays_with_its_own_damping():
 
 
 def test_a_profile_below_the_clearance_never_touches():
-    modes, scene = one_blade(bump_height=0.0, profile=Profile(harmonics=((2, 0.9e-3, 0.0),)))
+    modes, scene = one_blade(casing=CasingShape(1, 0.0, Profile(((2, 0.9e-3, 0.0),))))
     assert not can_touch(scene)
     result = run_sweep(modes, scene, [13.0, 15.0])
     assert (result.amplitude == 0.0).all()
     assert (result.localisation == 0.0).all()
     assert (result.point_status == STEADY).all()
-    assert can_touch(scene._replace(profile=Profile(harmonics=((2, 0.9e-3, 0), (3, 0.3e-3, 0)))))
+    both = Profile(((2, 0.9e-3, 0), (3, 0.3e-3, 0)))
+    assert can_touch(scene._replace(casing=CasingShape(1, 0.0, both)))
 
 
 @pytest.mark.parametrize("factor", [0.013, 0.37, 1.0, 4.9])

@@ -51,7 +51,10 @@ def test_lobes_are_those_beyond_what_blades_at_rest_cut():
     assert wear.lobes(at_rest, scene) == 0
     assert wear.lobes(at_rest + around((7, 2e-4), (9, 5e-5)), scene) == 7
     assert wear.lobes(around((4, 9e-4), (7, 1e-4)), scene) == 4
-    assert wear.lobes(around((7, 0.0)), scene._replace(bump_height=0.0)) == 0
+    assert (
+        wear.lobes(around((7, 0.0)), scene._replace(casing=scene.casing._replace(bump_height=0.0)))
+        == 0
+    )
     assert wear.lobes(np.zeros((1, 960)), scene) == 0
 
 

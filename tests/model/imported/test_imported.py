@@ -20,6 +20,7 @@ from scipy.optimize import brentq
 from evidence.truth.hexahedra import SMALL, disk_arrays, sector_arrays
 from hpcrub.errors import InputError
 from hpcrub.model import crossings
+from hpcrub.model.casing import CasingShape
 from hpcrub.model.imported import (
     assembly,
     blade_modes,
@@ -390,7 +391,7 @@ def motion_of(friction, damping, duration, start=None):
     """Times, displacements u_r, u_t, u_z (R, 3) and normal force (R,) at one speed."""
     model = reduced.reduced_model(neutral.from_arrays(one_mass()), 0.0)
     modes = mistuned_modes(model, np.zeros(1))
-    scene = Scene(model.interface, damping, 1, 0.0, 0.0, 1e-3, friction, step=2e-6)
+    scene = Scene(model.interface, damping, CasingShape(1, 0.0), 0.0, 1e-3, friction, step=2e-6)
     speed = np.array([80.0])
     motion = Motion.at_rest(1, 3)
     if start is not None:
