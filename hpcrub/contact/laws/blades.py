@@ -105,7 +105,7 @@ def solve_blades(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) 
             most, stuck = v.larger(tried, most), v.larger(unfinished, stuck)
             for a in range(law.groups[g], law.groups[g + 1]):
                 moved = v.load(lanes, state.multiplier, state.active[a])
-                moved = moved - v.load(lanes, law.wrong, a - law.groups[g])
+                moved = moved - v.load(lanes, law.work.wrong, a - law.groups[g])
                 change = v.larger(v.larger(moved, 0.0 - moved), change)
         trials = trials + v.select(limit < change, most, 0.0)
         unsettled = v.select(limit < v.select(changing, change, 0.0), 1.0, 0.0)
@@ -127,9 +127,9 @@ def solve_blades(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) 
     if v.any_lane(stuck > 0.0):
         n_groups = list_near(lanes, state, law, v.splat(lanes, -np.inf))
         for a in range(law.groups[n_groups]):
-            law.fresh[a] = a
+            law.work.fresh[a] = a
         turn(lanes, state, law, law.groups[n_groups], law.groups[n_groups])
-        v.store(law.right, 0, stuck)
+        v.store(law.work.right, 0, stuck)
         law.surface.despair(state, law, law.groups[n_groups])
     return law.groups[n_groups]
 
@@ -176,7 +176,7 @@ def left_by_others(lanes: tuple, state: State, law: "Solid", n_groups: int, grou
 
 @compiled
 def solve_stuck(state: State, law: "Solid", n_active: int) -> None:
-    """Multipliers of the lanes marked in ``law.right`` by pivoting (state is modified).
+    """Multipliers of the lanes marked in ``law.work.right`` by pivoting (state is modified).
 
     n_active: all points, with their columns.
     """
@@ -185,7 +185,7 @@ def solve_stuck(state: State, law: "Solid", n_active: int) -> None:
     M = np.empty((n_active, n_active))
     x = np.zeros(n_active)
     for lane in range(state.report.shape[1]):
-        if law.right[0, lane] == 0.0:
+        if law.work.right[0, lane] == 0.0:
             continue
         for b in range(n_active):
             for a in range(n_active):

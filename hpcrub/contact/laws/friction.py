@@ -34,38 +34,38 @@ def turn_penetrating(lanes: tuple, state: State, law: "Solid", n_active: int) ->
         near = v.larger(v.load(lanes, state.penetration, i), v.load(lanes, law.touching, i))
         near = law.surface.near(lanes, law.surface, i, law.stiffness, near)
         if v.any_lane(near > 0.0):
-            law.fresh[n] = a
+            law.work.fresh[n] = a
             n += 1
     turn(lanes, state, law, n, n_active)
 
 
 @compiled(inner=True)
 def turn(lanes: tuple, state: State, law: "Solid", n_fresh: int, n_active: int) -> None:
-    """Directions and columns of the points in ``law.fresh`` (law is modified).
+    """Directions and columns of the points in ``law.work.fresh`` (law is modified).
 
-    n_fresh: entries of ``law.fresh`` that count, places in `State.active`.
+    n_fresh: entries of ``law.work.fresh`` that count, places in `State.active`.
     n_active: entries of `State.active` that count: rows of a column.
     """
     for a in range(n_fresh, n_fresh + TILE):
-        law.fresh[a] = law.fresh[0]
+        law.work.fresh[a] = law.work.fresh[0]
     for first in range(0, n_fresh, TILE):
         if n_fresh - first <= len(FEW):
             slip(lanes, FEW, state, law, first)
         else:
             slip(lanes, TIPS, state, law, first)
     for b in range(n_fresh):
-        fill_column(lanes, state, law, law.fresh[b], n_active)
+        fill_column(lanes, state, law, law.work.fresh[b], n_active)
 
 
 @compiled(inner=True)
 def slip(lanes: tuple, slots: tuple, state: State, law: "Solid", first: int) -> None:
     """Directions of slip of a few points in the step before (law is modified).
 
-    slots: as many zeros as there are points; first: place of the first one in ``law.fresh``.
+    slots: as many zeros as there are points; first: place of the first one in ``law.work.fresh``.
     """
     for a in range(len(slots)):
-        law.slipping[a] = state.active[law.fresh[first + a]]
-    points = v.indices(slots, law.slipping, 0)
+        law.work.slipping[a] = state.active[law.work.fresh[first + a]]
+    points = v.indices(slots, law.work.slipping, 0)
     way = v.tile_splat(slots, v.splat(lanes, 0.0))
     for k in range(state.before.shape[0]):
         way = v.tile_add(way, law.tangential, k, points, v.load(lanes, state.before, k))

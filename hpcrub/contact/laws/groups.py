@@ -28,16 +28,16 @@ def choose(
     """Points of a group that touch in the guess of any lane (law is modified).
 
     solving: (L,) bool, lanes that count.
-    Returns points whose places ``law.chosen`` holds, in order.
+    Returns points whose places ``law.work.chosen`` holds, in order.
     """
     n, n_fresh = 0, 0
     for a in range(law.groups[group], law.groups[group + 1]):
         touches = v.select(solving, v.load(lanes, law.touching, state.active[a]), 0.0)
         if v.any_lane(touches > 0.0):
-            law.chosen[n] = a
+            law.work.chosen[n] = a
             n += 1
             if not law.turned[a]:
-                law.fresh[n_fresh] = a
+                law.work.fresh[n_fresh] = a
                 n_fresh += 1
     if n_fresh > 0:
         turn(lanes, state, law, n_fresh, law.groups[n_groups])
@@ -46,9 +46,9 @@ def choose(
 
 @compiled(inner=True)
 def solve_set(lanes: tuple, state: State, law: "Solid", n: int) -> None:
-    """Depths x that the forces of the chosen points undo on their lines (law.right, modified).
+    """Depths x that the forces of the chosen points undo on their lines (law.work.right, modified).
 
-    n: chosen points, the first of ``law.chosen``.
+    n: chosen points, the first of ``law.work.chosen``.
 
     A line of the surface says x = slope·d + start of the depth d that the other forces leave.
     Gaussian elimination; in a lane whose guess lacks a chosen point, its row is that of the unit
@@ -56,34 +56,34 @@ def solve_set(lanes: tuple, state: State, law: "Solid", n: int) -> None:
     """
     n_rows = state.penetration.shape[0]
     for r in range(n):
-        a = law.chosen[r]
+        a = law.work.chosen[r]
         i = state.active[a]
         slope, start = law.surface.line(lanes, law.surface, i, v.load(lanes, law.touching, i))
-        v.store(law.right, r, v.fma(slope, v.load(lanes, state.depth, a), start))
+        v.store(law.work.right, r, v.fma(slope, v.load(lanes, state.depth, a), start))
         for c in range(n):
-            value = slope * v.load(lanes, law.coupling, law.chosen[c] * n_rows + a)
+            value = slope * v.load(lanes, law.coupling, law.work.chosen[c] * n_rows + a)
             if r == c:
                 value = value + (1.0 - slope)
-            v.store(law.factor, r * n + c, value)
+            v.store(law.work.factor, r * n + c, value)
     for p in range(n):
-        scale = v.inverse(v.load(lanes, law.factor, p * n + p))
-        v.store(law.factor, p * n + p, scale)
-        known = v.load(lanes, law.right, p)
+        scale = v.inverse(v.load(lanes, law.work.factor, p * n + p))
+        v.store(law.work.factor, p * n + p, scale)
+        known = v.load(lanes, law.work.right, p)
         for r in range(p + 1, n):
-            less = 0.0 - v.load(lanes, law.factor, r * n + p) * scale
-            v.store(law.right, r, v.fma(less, known, v.load(lanes, law.right, r)))
+            less = 0.0 - v.load(lanes, law.work.factor, r * n + p) * scale
+            v.store(law.work.right, r, v.fma(less, known, v.load(lanes, law.work.right, r)))
             for c in range(p + 1, n):
                 at = r * n + c
-                pivot = v.load(lanes, law.factor, p * n + c)
-                v.store(law.factor, at, v.fma(less, pivot, v.load(lanes, law.factor, at)))
+                pivot = v.load(lanes, law.work.factor, p * n + c)
+                v.store(law.work.factor, at, v.fma(less, pivot, v.load(lanes, law.work.factor, at)))
     for back in range(n):
         p = n - 1 - back
         less = v.splat(lanes, 0.0)
         for c in range(p + 1, n):
-            factor = v.load(lanes, law.factor, p * n + c)
-            less = v.fma(factor, v.load(lanes, law.right, c), less)
-        x = v.load(lanes, law.right, p) - less
-        v.store(law.right, p, x * v.load(lanes, law.factor, p * n + p))
+            factor = v.load(lanes, law.work.factor, p * n + c)
+            less = v.fma(factor, v.load(lanes, law.work.right, c), less)
+        x = v.load(lanes, law.work.right, p) - less
+        v.store(law.work.right, p, x * v.load(lanes, law.work.factor, p * n + p))
 
 
 @compiled(inner=True)
@@ -91,11 +91,11 @@ def find_wrong(
     lanes: tuple, state: State, law: "Solid", n_groups: int, group: int, n: int,
     threshold: np.ndarray, limit: np.ndarray, trying: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """Mark points that are not on the line guessed, by 1 and the right one (law.wrong, modified).
+    """Mark points that are not on the line guessed, by 1 and the right one (in law.work.wrong).
 
     A point that others push in needs its column before its surface can tell its line.
 
-    n: chosen points, the first of ``law.chosen``.
+    n: chosen points, the first of ``law.work.chosen``.
     trying: (L,) bool, lanes whose set is not found yet; the others have no wrong points.
     Returns (L,); zero in the lanes that have none.
     """
@@ -105,20 +105,20 @@ def find_wrong(
         i = state.active[a]
         less, force = zero, zero
         for r in range(n):
-            effect = v.load(lanes, law.coupling, law.chosen[r] * n_rows + a)
-            less = v.fma(effect, v.load(lanes, law.right, r), less)
+            effect = v.load(lanes, law.coupling, law.work.chosen[r] * n_rows + a)
+            less = v.fma(effect, v.load(lanes, law.work.right, r), less)
         depth = v.load(lanes, state.depth, a) - less
-        if own < n and law.chosen[own] == a:
-            force = v.load(lanes, law.right, own)
+        if own < n and law.work.chosen[own] == a:
+            force = v.load(lanes, law.work.right, own)
             own += 1
         elif not law.turned[a] and v.any_lane(limit < depth):
-            law.fresh[0] = a
+            law.work.fresh[0] = a
             turn(lanes, state, law, 1, law.groups[n_groups])
         near = threshold < v.load(lanes, law.deepest, law.blade[i])
         code = v.load(lanes, law.touching, i)
         wrong = law.surface.check(lanes, law.surface, i, depth, force, code, limit, trying)
         wrong = v.select(trying, v.select(near, wrong, 0.0), 0.0)
-        v.store(law.wrong, a - start, wrong)
+        v.store(law.work.wrong, a - start, wrong)
         count = count + wrong
     return count
 
@@ -136,7 +136,7 @@ def change_sides(
     for back in range(end - start):
         a = end - 1 - back
         i = state.active[a]
-        wrong = v.load(lanes, law.wrong, a - start)
+        wrong = v.load(lanes, law.work.wrong, a - start)
         if not all_at_once:
             found = wrong > 0.0
             wrong, free = v.select(free > 0.0, wrong, 0.0), v.select(found, 0.0, free)
@@ -156,7 +156,7 @@ def solve_group(
     Returns tried (L,), sets that were tried; unfinished (L,), 1 for lanes in which none was right,
     else 0.
 
-    On return ``law.wrong`` holds the multipliers that the points had before the call.
+    On return ``law.work.wrong`` holds the multipliers that the points had before the call.
     """
     zero = v.splat(lanes, 0.0)
     start, end = law.groups[group], law.groups[group + 1]
@@ -174,9 +174,9 @@ def solve_group(
     for a in range(start, end):
         i = state.active[a]
         old, force = v.load(lanes, state.multiplier, i), zero
-        if own < n and law.chosen[own] == a:
-            force = v.larger(v.load(lanes, law.right, own), 0.0)
+        if own < n and law.work.chosen[own] == a:
+            force = v.larger(v.load(lanes, law.work.right, own), 0.0)
             own += 1
-        v.store(law.wrong, a - start, old)
+        v.store(law.work.wrong, a - start, old)
         v.store(state.multiplier, i, v.select(solving, force, old))
     return tried, v.select(trying, 1.0, 0.0)

@@ -71,6 +71,32 @@ def turned_forces(lanes: tuple, state: State, law: "Solid", n_active: int) -> in
     return 3 * n
 
 
+class Work(NamedTuple):
+    """Space that the solver of a group of at most P points works in; empty between steps."""
+
+    fresh: np.ndarray  # points whose column of W `friction.turn` makes (C + TILE,) int
+    slipping: np.ndarray  # of these, a tile at a time (TILE,) int
+    chosen: np.ndarray  # places of the points that carry a force (P,) int
+    factor: np.ndarray  # matrix of their equations (P·P, L)
+    right: np.ndarray  # right sides, then the solution (P, L)
+    wrong: np.ndarray  # codes of the points that are not on their line (P, L)
+
+    @staticmethod
+    def per_lane() -> tuple[str, ...]:
+        """Arrays whose last axis are the lanes."""
+        return "factor", "right", "wrong"
+
+    @classmethod
+    def allocate(cls, n_points: int, most: int, width: int) -> "Work":
+        """For C points (padded) in groups of at most so many."""
+        return cls(
+            fresh=np.zeros(n_points + TILE, dtype=np.int64),
+            slipping=np.zeros(TILE, dtype=np.int64),
+            chosen=np.zeros(most, dtype=np.int64),
+            **v.lane_arrays(width, factor=most**2, right=most, wrong=most),
+        )
+
+
 class Solid(NamedTuple):
     """N blades in G groups of at most P points, C points (padded), L lanes."""
 
@@ -93,12 +119,7 @@ class Solid(NamedTuple):
     groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
     turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
     deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
-    fresh: np.ndarray  # work space of `friction.turn`: (C + TILE,) int
-    slipping: np.ndarray  # (TILE,) int
-    chosen: np.ndarray  # work space of `groups.solve_group`: (P,) int
-    factor: np.ndarray  # (P·P, L)
-    right: np.ndarray  # (P, L)
-    wrong: np.ndarray  # (P, L)
+    work: Work  # (modified)
     touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
     surface: Any  # `Hard` or `Coated`: what ``laws`` says of surfaces
 
@@ -127,7 +148,7 @@ class Solid(NamedTuple):
         """Arrays whose last axis are the lanes."""
         return (
             "coupling", "stiffness", "across", "compliance", "cosine", "sine",
-            "touching", "deepest", "factor", "right", "wrong", "touched", "surface",
+            "touching", "deepest", "work", "touched", "surface",
         )  # fmt: skip
 
     @classmethod
@@ -143,8 +164,7 @@ class Solid(NamedTuple):
             **v.lane_arrays(
                 width, coupling=(n_points + 1) ** 2, stiffness=n_points, across=1,
                 compliance=3 * n_points**2, cosine=n_points, sine=n_points,
-                touching=n_points, deepest=interface.n_blades, factor=most**2, right=most,
-                wrong=most, touched=interface.n_blades,
+                touching=n_points, deepest=interface.n_blades, touched=interface.n_blades,
             ),
             points=np.argsort(interface.blade, kind="stable"),
             blade=interface.blade,
@@ -155,9 +175,7 @@ class Solid(NamedTuple):
             axial=by_columns(axial),
             groups=np.zeros(len(starts), dtype=np.int64),
             turned=np.zeros(n_points, dtype=np.bool_),
-            fresh=np.zeros(n_points + TILE, dtype=np.int64),
-            slipping=np.zeros(TILE, dtype=np.int64),
-            chosen=np.zeros(most, dtype=np.int64),
+            work=Work.allocate(n_points, most, width),
             surface=surface_of(scene, grid, n_points, width),
         )  # fmt: skip
 

@@ -362,9 +362,9 @@ class Coated(NamedTuple):
     @staticmethod
     @compiled(inline=True, inner=True)
     def despair(state: State, law: Any, n_active: int) -> None:
-        """Say that the lanes marked in ``law.right`` have no solution (state is modified)."""
+        """Say that the lanes marked in ``law.work.right`` have no solution (state is modified)."""
         for lane in range(state.report.shape[1]):
-            if law.right[0, lane] != 0.0:
+            if law.work.right[0, lane] != 0.0:
                 state.report[UNSOLVED, lane] = 1.0
 
 
