@@ -42,7 +42,7 @@ class Patterns(Section):
     """deviations of stiffness of the two or three types of blades, beneath the random part [%]"""
     candidates: Whole = Field(2000, ge=2, le=20_000)
     """most patterns that are tried; where there are more, those that repeat themselves around the
-    disk, and random ones"""
+    disk, random ones, and a quarter by a search around the best of these"""
     percentile: Number = Field(99.0, gt=0, lt=100)
     """percentile of the linear amplification by which patterns are ranked [%]"""
     kept: Whole = Field(8, ge=1, le=1000)

@@ -9,6 +9,8 @@ from math import gcd
 import numpy as np
 from scipy.special import bdtr
 
+UNKNOWN = -2  # type of the blades of a pattern that a search is still to tell
+SEARCHED = 0.25  # of the patterns tried, where there are more than these: by a search
 ERROR = 0.005  # probability that a round calls any pattern worse that is not; ten rounds: 5 %
 
 
@@ -43,21 +45,46 @@ def candidates(n_blades: int, n_types: int, most: int, seed: int) -> list[tuple[
     """Patterns to try, those of one type left out: all, or so many if there are more.
 
     Of more, those that repeat themselves around the disk come first, the shortest periods first;
-    random ones fill the list.
+    random ones follow, and the last ones are UNKNOWN: see `neighbours`.
     """
     if count(n_blades, n_types) - n_types <= most:
         return [word for word in necklaces(n_blades, n_types) if len(set(word)) > 1]
-    found: dict[tuple[int, ...], None] = {}
+    searched = int(SEARCHED * most)
+    most, found = most - searched, dict[tuple[int, ...], None]()
     for period in (p for p in range(2, n_blades) if n_blades % p == 0):
         for word in necklaces(period, n_types):
             if len(set(word)) > 1 and len(found) < most:
                 found[word * (n_blades // period)] = None
+    _fill(found, n_blades, n_types, most, seed)
+    return [*found, *[(UNKNOWN,) * n_blades] * searched]
+
+
+def neighbours(
+    ranked: list[tuple[int, ...]], n_types: int, n: int, seed: int
+) -> list[tuple[int, ...]]:
+    """New patterns, each with one blade of another type than one that is known.
+
+    - ranked: known patterns, the best first; the neighbours of the best come first.
+    - n: how many new ones, random where there are no more neighbours.
+    """
+    found, most = dict.fromkeys(ranked), len(ranked) + n
+    for word in ranked:
+        for blade in range(len(word)):
+            for kind in range(n_types):
+                changed = first_rotation((*word[:blade], kind, *word[blade + 1 :]))
+                if len(set(changed)) > 1 and len(found) < most:
+                    found[changed] = None
+    _fill(found, len(ranked[0]), n_types, most, seed)
+    return list(found)[len(ranked) :]
+
+
+def _fill(found, n_blades, n_types, most, seed):
+    """Add random patterns until there are so many (found is modified)."""
     drawn = np.random.Generator(np.random.Philox(seed))
     while len(found) < most:
         word = first_rotation(tuple(drawn.integers(n_types, size=n_blades).tolist()))
         if len(set(word)) > 1:
             found[word] = None
-    return list(found)
 
 
 def compare(values: np.ndarray, percentile: float) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 
 Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles the disks of the
 patterns that are left and drops the worse half of them. All patterns get the same random disks.
+Where there are too many patterns to try all, the first round also names neighbours of the best.
 """
 
 from collections.abc import Iterator
@@ -24,7 +25,7 @@ from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
-from hpcrub.statistics.necklaces import candidates, compare
+from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.studies.contact.amplification import peak
 
 FIRST = 64  # disks of every pattern in the first round
@@ -53,7 +54,10 @@ class Prepared(NamedTuple):
 
 
 def words_of(config: Config) -> np.ndarray:
-    """Types of the blades of every pattern (P, N); the first row, −1, is the disk without one."""
+    """Types of the blades of every pattern (P, N); the first row, −1, is the disk without one.
+
+    The last ones may be UNKNOWN until the first round is over.
+    """
     asked = config.patterns
     found = candidates(
         config.disk.n_blades, len(asked.types_percent), asked.candidates, config.mistuning.seed
@@ -195,6 +199,8 @@ class Rounds:
         self.n_disks = np.zeros(n_patterns, dtype=int)
         self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
         self._pending: tuple[np.ndarray, int] | None = None
+        self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
+        self.left = self.left[: n_patterns - 1 - len(self.unknown)]
         while True:
             here = np.append(0, self.left)
             if (self.status[here, :n] == PENDING).any():
@@ -204,6 +210,9 @@ class Rounds:
             self.n_disks[here] = n
             self.percentile[here], self.worse_by[here] = compare(found, asked.percentile)
             self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
+            if len(self.unknown):  # neighbours of the best
+                self._pending = here, n
+                return
             if n == self.most:
                 self.left = self.left[: asked.kept]
                 return
@@ -216,7 +225,10 @@ class Rounds:
         return found[np.isfinite(found)]
 
     def missing(self) -> tuple[np.ndarray, int] | None:
-        """Patterns whose first n disks the next round needs, and n; None: all rounds are over."""
+        """Patterns whose first n disks the next round needs, and n; None: all rounds are over.
+
+        All of these disks may be there: then a search has to name the patterns `unknown`.
+        """
         return self._pending
 
     def missing_in_contact(self) -> np.ndarray:
@@ -231,7 +243,7 @@ class Halving(Job):
 
     def run(self) -> None:
         """Compute what the next round needs, until all is there."""
-        self.words, self.computed, self.planned = words_of(self.config), 0, 0
+        self.computed, self.planned = 0, 0
         self.phase("linear disks")
         while blocks := self.team.on_root(self._blocks):
             self.team.run_tasks(blocks, self._linear, self._collect)
@@ -250,32 +262,46 @@ class Halving(Job):
         """Tasks (pattern, first disk, last disk) of the next round; none: all rounds are over."""
         found = Rounds(self.file)
         self._write(found)
-        if found.missing() is None:
-            return []
-        here, n = found.missing()
-        blocks = [
-            (int(p), first, min(first + BLOCK, n))
-            for p in here
-            for first in range(0, n, BLOCK)
-            if (found.status[p, first : min(first + BLOCK, n)] == PENDING).any()
-        ]
-        self.planned += len(blocks)
-        return blocks
+        while found.missing() is not None:
+            here, n = found.missing()
+            blocks = [
+                (int(p), first, min(first + BLOCK, n), tuple(found.words[p].tolist()))
+                for p in here
+                for first in range(0, n, BLOCK)
+                if (found.status[p, first : min(first + BLOCK, n)] == PENDING).any()
+            ]
+            if blocks:
+                self.planned += len(blocks)
+                return blocks
+            self._search(found)
+            found = Rounds(self.file)
+        return []
+
+    def _search(self, found):
+        """Name the patterns that are not known yet: neighbours of the best after one round."""
+        ranked = [tuple(found.words[p].tolist()) for p in found.left]
+        n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
+        words = neighbours(ranked, n_types, len(found.unknown), seed)
+        self.file.write({"types": np.array(words)}, slice(found.unknown[0], None))
 
     def _write(self, found):
         for name in ("n_disks", "percentile", "worse_by"):
             self.file.write({name: getattr(found, name)}, ())
 
     def _contact(self):
-        disks = [tuple(map(int, task)) for task in Rounds(self.file).missing_in_contact()]
+        found = Rounds(self.file)
+        disks = [
+            (int(p), int(sample), tuple(found.words[p].tolist()))
+            for p, sample in found.missing_in_contact()
+        ]
         self.planned += len(disks)
         return disks
 
     def _linear(self, task, poll):
-        pattern, first, last = task
+        pattern, first, last, word = task
         found = np.empty((2, last - first))
         for i, sample in enumerate(range(first, last)):
-            own = _deviation(self.config, self.words[pattern], sample)
+            own = _deviation(self.config, np.array(word), sample)
             size, found[1, i] = _linear(self.config, self.prepared.problem, own)
             found[0, i] = size / self.prepared.tuned if np.isfinite(size) else np.nan
             poll()
@@ -284,13 +310,13 @@ class Halving(Job):
         self.file.write({"status": DONE}, where)
 
     def _in_contact(self, task, poll):
-        pattern, sample = task
-        own = _deviation(self.config, self.words[pattern], sample)
+        *where, word = task
+        own = _deviation(self.config, np.array(word), where[1])
         modes = modes_of(self.config, self.prepared.problem, own)
         speeds = self.config.speeds.values_hz
         result = run_sweep(modes, self.prepared.problem.scene, speeds, poll)
-        self.file.write({"contact_amplitude_m": peak(result, speeds)[0]}, task)
-        self.file.write({"contact_status": DONE}, task)
+        self.file.write({"contact_amplitude_m": peak(result, speeds)[0]}, tuple(where))
+        self.file.write({"contact_status": DONE}, tuple(where))
 
     def _collect(self, task, result):
         self.computed += 1

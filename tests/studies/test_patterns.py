@@ -10,7 +10,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
-from hpcrub.statistics.necklaces import compare
+from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
 from tests.program import TINY, error_lines, load, run, run_here
@@ -110,6 +110,30 @@ def test_two_ranks_and_a_stop_give_the_same_bits(found):
     resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
     assert run_here(*resumed, folder=folder) == 0
     assert bits(folder / "two.h5") == first
+
+
+@pytest.mark.mpi
+def test_of_many_patterns_a_quarter_are_neighbours_of_the_best(tmp_path):
+    """Eight blades have 34 patterns: 15 of them, then 5 by a search; on two ranks, and resumed."""
+    text = TEXT.replace(f"samples: {N}", "samples: 64").replace("n_blades: 6", "n_blades: 8")
+    text = text.replace("contact_samples: 2", "contact_samples: 0, candidates: 20")
+    (tmp_path / "study.yaml").write_text(text)
+    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=tmp_path)
+    assert code == 0, out + err
+    with h5py.File(tmp_path / "two.h5", "r+") as file:
+        words, percentile = file["types"][()], file["percentile"][()]
+        assert len(words) == len({tuple(word) for word in words}) == 21
+        best = words[1:16][np.argsort(percentile[1:16], kind="stable")]
+        assert tuple(words[16]) in neighbours(list(map(tuple, best.tolist())), 2, 1, 0)
+        file["types"][16:], file["status"][16:] = UNKNOWN, 0  # as if stopped before the search
+        file["amplification"][16:] = np.nan
+    first = contents(tmp_path / "two.h5")
+    resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
+    assert run_here(*resumed, folder=tmp_path) == 0
+    again = contents(tmp_path / "two.h5")
+    np.testing.assert_array_equal(again["types"], words)
+    np.testing.assert_array_equal(again["percentile"], percentile)
+    assert first["types"][16, 0] == UNKNOWN
 
 
 AIR = """\
