@@ -213,20 +213,15 @@ class ResultFile:
             raise InputError(f"{self.path} is not a result file of hpcrub")
         number = attributes.get("layout", 1)
         if str(number) != str(NUMBER):
-            raise InputError(
-                f"{self.path} has layout {number!s:.20} (hpcrub "
-                f"{attributes.get('program_version')!s:.20}), this hpcrub {__version__} reads "
-                f"layout {NUMBER}"
-            )
+            by = f"(hpcrub {attributes.get('program_version')!s:.20}), this hpcrub {__version__}"
+            raise InputError(f"{self.path} has layout {number!s:.20} {by} reads layout {NUMBER}")
 
     def _config(self):
         try:
             return Config.from_yaml(str(self.attributes["config"]))
         except (InputError, KeyError) as error:
-            raise InputError(
-                f"{self.path} was written by {self.written_by()}: its configuration cannot be "
-                f"read: {error}"
-            ) from None
+            by = f"{self.path} was written by {self.written_by()}"
+            raise InputError(f"{by}: its configuration cannot be read: {error}") from None
 
     def written_by(self) -> str:
         """Version and revision of the program that laid the file out, for messages."""

@@ -11,7 +11,7 @@ others in, and blades that this bound reaches join. A lane is never changed by w
 need.
 """
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -23,15 +23,12 @@ from hpcrub.contact.laws.groups import solve_group
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 
-if TYPE_CHECKING:
-    from hpcrub.contact.laws.solid import Solid
-
 MOST_SWEEPS = 100  # from group to group; three or so are usual
 NEAR = 0.5  # distance at which blades are looked at from the begin, of the deepest penetration
 
 
 @compiled(inner=True)
-def list_near(lanes: tuple, state: State, law: "Solid", threshold: np.ndarray) -> int:
+def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> int:
     """List the points of blades that penetrate more than a threshold in any lane.
 
     threshold: negative for blades that are near.
@@ -64,7 +61,7 @@ def list_near(lanes: tuple, state: State, law: "Solid", threshold: np.ndarray) -
 
 
 @compiled(inner=True)
-def guess(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) -> None:
+def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
     """Guess which points carry a force, from those of the step before (state, law are modified).
 
     A point that penetrates carries a force, unless the forces on other points held it out in the
@@ -81,7 +78,7 @@ def guess(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) -> None
 
 
 @compiled(inner=True)
-def solve_blades(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) -> int:
+def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> int:
     """Multipliers of all points that may carry a force (state, law are modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
@@ -135,7 +132,7 @@ def solve_blades(lanes: tuple, state: State, law: "Solid", deepest: np.ndarray) 
 
 
 @compiled(inner=True)
-def reach_of_forces(lanes: tuple, state: State, law: "Solid", n_active: int) -> np.ndarray:
+def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.ndarray:
     """Minus the depth (L,) that the forces can push points of other blades in, a bound [m]."""
     total = v.splat(lanes, 0.0)
     for a in range(n_active):
@@ -149,7 +146,7 @@ def reach_of_forces(lanes: tuple, state: State, law: "Solid", n_active: int) -> 
 
 
 @compiled(inner=True)
-def count_between(lanes: tuple, law: "Solid", low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
     count = v.splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
@@ -159,7 +156,7 @@ def count_between(lanes: tuple, law: "Solid", low: np.ndarray, high: np.ndarray)
 
 
 @compiled(inner=True)
-def left_by_others(lanes: tuple, state: State, law: "Solid", n_groups: int, group: int) -> None:
+def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: int) -> None:
     """Penetrations of a group that the forces on the other groups leave (state.depth, modified)."""
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
@@ -175,7 +172,7 @@ def left_by_others(lanes: tuple, state: State, law: "Solid", n_groups: int, grou
 
 
 @compiled
-def solve_stuck(state: State, law: "Solid", n_active: int) -> None:
+def solve_stuck(state: State, law: Any, n_active: int) -> None:
     """Multipliers of the lanes marked in ``law.work.right`` by pivoting (state is modified).
 
     n_active: all points, with their columns.

@@ -10,7 +10,7 @@ Both are needed only of points that may carry a force: the column of a point is 
 solver of `blades` asks for it.
 """
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
@@ -18,14 +18,11 @@ from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import TILE, TIPS
 from hpcrub.contact.status import JAMMING
 
-if TYPE_CHECKING:
-    from hpcrub.contact.laws.solid import Solid
-
 FEW = (0,) * min(4, TILE)  # points whose slip is found in one pass, where that is enough
 
 
 @compiled(inner=True)
-def turn_penetrating(lanes: tuple, state: State, law: "Solid", n_active: int) -> None:
+def turn_penetrating(lanes: tuple, state: State, law: Any, n_active: int) -> None:
     """Columns of all listed points that penetrate or touch (law is modified)."""
     n = 0
     for a in range(n_active):
@@ -40,7 +37,7 @@ def turn_penetrating(lanes: tuple, state: State, law: "Solid", n_active: int) ->
 
 
 @compiled(inner=True)
-def turn(lanes: tuple, state: State, law: "Solid", n_fresh: int, n_active: int) -> None:
+def turn(lanes: tuple, state: State, law: Any, n_fresh: int, n_active: int) -> None:
     """Directions and columns of the points in ``law.work.fresh`` (law is modified).
 
     n_fresh: entries of ``law.work.fresh`` that count, places in `State.active`.
@@ -58,7 +55,7 @@ def turn(lanes: tuple, state: State, law: "Solid", n_fresh: int, n_active: int) 
 
 
 @compiled(inner=True)
-def slip(lanes: tuple, slots: tuple, state: State, law: "Solid", first: int) -> None:
+def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None:
     """Directions of slip of a few points in the step before (law is modified).
 
     slots: as many zeros as there are points; first: place of the first one in ``law.work.fresh``.
@@ -77,7 +74,7 @@ def slip(lanes: tuple, slots: tuple, state: State, law: "Solid", first: int) -> 
 
 
 @compiled(inner=True)
-def fill_column(lanes: tuple, state: State, law: "Solid", b: int, n_active: int) -> None:
+def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> None:
     """Column of the Delassus operator of one point (state and law are modified).
 
     b: place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.

@@ -4,7 +4,7 @@ Contact forces by projected Gauss–Seidel as before a rigid casing, with the li
 each point is on in place of max(d, 0). Slopes below one make it converge no slower.
 """
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,9 @@ from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lcp import gauss_seidel
 
-if TYPE_CHECKING:
-    from hpcrub.contact.laws.planar import Planar
-
 
 @compiled(inner=True)
-def relieve(lanes: tuple, law: "Planar", state: State) -> np.ndarray:
+def relieve(lanes: tuple, law: Any, state: State) -> np.ndarray:
     """Take from all penetrations what the forces of earlier steps undo (state, law are modified).
 
     Returns (L,); the deepest penetration [m].
@@ -41,7 +38,7 @@ def relieve(lanes: tuple, law: "Planar", state: State) -> np.ndarray:
 
 
 @compiled(inner=True)
-def to_forces(lanes: tuple, law: "Planar", state: State, n_active: int) -> int:
+def to_forces(lanes: tuple, law: Any, state: State, n_active: int) -> int:
     """Turn the depths x into forces, and keep what the points reach (state, law are modified).
 
     Returns points in `State.active`: those that carry a force in any lane.
@@ -64,7 +61,7 @@ def to_forces(lanes: tuple, law: "Planar", state: State, n_active: int) -> int:
 
 
 @compiled(inner=True)
-def press(lanes: tuple, law: "Planar", state: State, deepest: np.ndarray) -> int:
+def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
     """Contact forces of a step (state, law are modified); see ``laws``."""
     deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
     if not v.any_lane(deepest > 0.0):

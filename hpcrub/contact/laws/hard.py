@@ -1,6 +1,6 @@
 """A rigid casing as a surface."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from hpcrub.contact.lanes import larger, select, splat
 from hpcrub.contact.laws.blades import solve_stuck
 from hpcrub.contact.lcp import gauss_seidel
 from hpcrub.contact.protocols import Scene
-
-if TYPE_CHECKING:
-    from hpcrub.contact.laws.planar import Planar
 
 
 @compiled(inline=True, inner=True)
@@ -45,7 +42,7 @@ class Hard(NamedTuple):
 
     @staticmethod
     @compiled(inline=True, inner=True)
-    def press(lanes: tuple, law: "Planar", state: State, deepest: np.ndarray) -> int:
+    def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
         """Contact forces of a planar disk (state is modified); see ``laws``."""
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)
         gauss_seidel.solve(lanes, law, state, deepest, n_active)

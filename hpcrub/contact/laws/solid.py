@@ -26,7 +26,7 @@ GROUP = 48  # contact points of neighbouring blades whose forces are found at on
 
 
 @compiled(inner=True)
-def count_contacts(lanes: tuple, state: State, law: "Solid", n_active: int) -> None:
+def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
     """Count this step for the blades that carry a force (law.touched, modified).
 
     n_active: entries of `State.active` that count, blade by blade.
@@ -42,7 +42,7 @@ def count_contacts(lanes: tuple, state: State, law: "Solid", n_active: int) -> N
 
 
 @compiled(inner=True)
-def turned_forces(lanes: tuple, state: State, law: "Solid", n_active: int) -> int:
+def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     """Normal, circumferential and axial forces of the multipliers (state, law are modified).
 
     Returns rows of ``state.multiplier`` that count, without those of no force in any lane.

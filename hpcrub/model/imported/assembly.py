@@ -137,12 +137,6 @@ def _unfold(model):
         data = np.tile(entries.data, model.n_sectors)
         return sp.coo_array((data, (i, j)), shape=(n, n)).tocsr()
 
-    def of_blades(stress):
-        entries, places = sp.coo_array(stress), model.stress_blade.size
-        i, j = entries.row + places * np.arange(N)[:, None], rows[:, entries.col]
-        data = np.tile(entries.data, N)
-        return sp.coo_array((data, (i.ravel(), j.ravel())), shape=(N * places, n)).tocsr()
-
     N, n_nodes = model.n_sectors, len(model.nodes)
     copies = np.arange(N)[:, None]
     dof = np.empty((n, 2), dtype=np.int64)
@@ -163,10 +157,18 @@ def _unfold(model):
         contact_clearance=np.tile(model.contact_clearance, N),
         contact_normal=np.tile(model.contact_normal, (N, 1)),
         surface=_surface(model, copies * n_nodes),
-        stress=of_blades(model.stress),
+        stress=_stress_of_blades(model, rows, n),
         stress_blade=np.repeat(np.arange(N), model.stress_blade.size),
         stress_static=np.tile(model.stress_static, N),
     )
+
+
+def _stress_of_blades(model, rows, n):
+    """Rows of stress of all sectors on the n rows of the disk, those of one after another."""
+    entries, N, places = sp.coo_array(model.stress), model.n_sectors, len(model.stress_blade)
+    i, j = entries.row + places * np.arange(N)[:, None], rows[:, entries.col]
+    data = np.tile(entries.data, N)
+    return sp.coo_array((data, (i.ravel(), j.ravel())), shape=(N * places, n)).tocsr()
 
 
 def _surface(model, first):
