@@ -82,9 +82,8 @@ def _stress_in_words(config):
     limits = config.limits
     if config.is_goodman:
         return (
-            f"{limits.stress_mpa:g} MPa of a vibration without rotation, each place's stress being "
-            f"raised by Goodman's line for the stress of rotation there and {limits.strength_mpa:g}"
-            " MPa of strength"
+            f"{limits.stress_mpa:g} MPa, each stress being raised for the rotation's at its place "
+            f"by Goodman's line to {limits.strength_mpa:g} MPa"
         )
     if limits.static_mpa is None:
         return f"{limits.stress_mpa:g} MPa without the rotation's stress{_condition(config)}"
