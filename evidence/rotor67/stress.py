@@ -15,7 +15,7 @@ from evidence.rotor67.numbers import Number
 from evidence.rotor67.reduction import Cyclic
 from hpcrub.model.imported.frames import row_table, to_cartesian, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.model.imported.stress import COMPONENTS, von_mises
+from hpcrub.model.imported.stress import COMPONENTS, tangent, von_mises
 
 DIAMETERS = 2  # of the mode: the second engine order meets it
 PHASES = np.exp(1j * np.linspace(0.0, np.pi, 25))  # of the mode's motion
@@ -116,10 +116,8 @@ def with_rows(fan: Fan, sector: NeutralModel) -> NeutralModel:
     left = (1.0 - steady / ULTIMATE) / moving
     rows, places = [], [int(np.nanargmax(moving)), int(np.nanargmin(left))]
     for place in places:
-        tangent = von_mises(at_largest[place])[1]
-        weights = [tangent[i, j] * (1 + (i != j)) for i, j in COMPONENTS]
         first = 6 * int(np.searchsorted(corner, place))
-        rows.append(sp.csr_array([weights]) @ groups[first : first + 6])
+        rows.append(tangent(groups[first : first + 6], at_largest[place]))
     return sector._replace(
         stress=sp.csr_array(sp.vstack(rows)),
         stress_blade=np.zeros(len(places), dtype=int),
@@ -136,16 +134,14 @@ def _of_mode(fan, sector):
     gradient = gradients(fan.running.nodes, elements, mode(sector, n))
     found = at_corners(elastic((gradient + gradient.swapaxes(-1, -2)) / 2.0), elements, n)
     instants = (PHASES[:, None, None, None] * found).real
-    sizes = mises(instants)
+    sizes = von_mises(instants)
     best = np.nan_to_num(sizes).argmax(axis=0)
     moved = by_rotation(fan.at_rest.nodes, elements, fan.moved[DESIGN])
-    return sizes.max(axis=0), mises(at_corners(moved, elements, n)), instants[best, np.arange(n)]
-
-
-def mises(stress: np.ndarray) -> np.ndarray:
-    """Von Mises' stress of real stresses (..., 3, 3)."""
-    mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0
-    return np.sqrt(1.5 * ((stress - mean * np.eye(3)) ** 2).sum(axis=(-2, -1)))
+    return (
+        sizes.max(axis=0),
+        von_mises(at_corners(moved, elements, n)),
+        instants[best, np.arange(n)],
+    )
 
 
 def mode(sector: NeutralModel, n_nodes: int) -> np.ndarray:

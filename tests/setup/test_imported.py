@@ -345,6 +345,12 @@ def test_stresses_are_in_the_units_of_their_file():
     again = neutral.from_arrays(neutral.to_arrays(neutral.from_arrays(arrays)))
     np.testing.assert_allclose(again.stress, [[3e9, 5e9]])
     np.testing.assert_allclose(again.stress_static, [7e6])
+    sparse = {f"stress/{k}": v for k, v in (("data", [3.0, 5.0]), ("indices", [0, 1]),
+                                            ("indptr", [0, 2]))}  # fmt: skip
+    dense = {k: v for k, v in arrays.items() if k != "stress"}
+    held = neutral.from_arrays(dense | {k: np.array(v) for k, v in sparse.items()})
+    np.testing.assert_array_equal(held.stress, [[3e9, 5e9]])  # and mistuned_modes can take it
+    assert len(reduced.interface(to_cylindrical(held)).stress) == 1
     for spoilt, match in (
         ({"stress_blade": np.array([0, 0])}, "stress: shape"),
         ({"stress_blade": np.array([1])}, "there is no blade 1"),

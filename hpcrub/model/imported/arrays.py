@@ -11,6 +11,13 @@ PARTS = "data", "indices", "indptr"  # of a sparse matrix by compressed rows
 SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
 
 
+def finite(name: str, matrix: Any) -> Any:
+    """The matrix, dense or sparse. Raises InputError where a number of it is not finite."""
+    if not np.isfinite(matrix.data if sp.issparse(matrix) else matrix).all():
+        raise InputError(f"{name}: holds numbers that are not finite")
+    return matrix
+
+
 def symmetric(name: str, matrix: Any) -> Any:
     """A whole symmetric matrix from one that is, or from its upper or lower triangle.
 
@@ -18,8 +25,7 @@ def symmetric(name: str, matrix: Any) -> Any:
     """
     sparse = sp.issparse(matrix)
     lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
-    if not np.isfinite(matrix.data if sparse else matrix).all():
-        raise InputError(f"{name}: holds numbers that are not finite")
+    finite(name, matrix)
     strict = [abs(lower(matrix, -1)).max(), abs(upper(matrix, 1)).max()]
     if min(strict) == 0.0 < max(strict):
         diagonal = matrix.diagonal()
@@ -112,6 +118,9 @@ class Arrays:
 
     def matrix(self, name: str, n_rows: int, n: int) -> Any:
         """A dense or sparse matrix (n_rows, n) on the n rows of dof."""
+        return finite(name, self._matrix(name, n_rows, n))
+
+    def _matrix(self, name, n_rows, n):
         if f"{name}/{PARTS[0]}" in self.left:
             parts = tuple(self._take(f"{name}/{part}", None) for part in PARTS)
             try:
@@ -123,11 +132,8 @@ class Arrays:
         else:
             matrix = self._take(name, None)
         what = f"real numbers for the {n} rows of dof"
-        matrix = self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
-        if not np.isfinite(matrix.data if sp.issparse(matrix) else matrix).all():
-            raise InputError(f"{name}: holds numbers that are not finite")
-        return matrix
+        return self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
 
     def symmetric(self, name: str, n: int) -> Any:
         """A symmetric matrix (n, n) from all of it or a triangle."""
-        return symmetric(name, self.matrix(name, n, n))
+        return symmetric(name, self._matrix(name, n, n))

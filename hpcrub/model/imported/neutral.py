@@ -106,7 +106,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         blade_stiffness=_blade_stiffness(left, kind, n, scale, work),
         surface=left.integers("surface", 4, default=NO_FACES),
         **_blade_modes(left, n, np.sqrt(mass) * length * scale),
-        **_stress(left, n, scale, mass / (length * time**2)),
+        **_stress(left, kind, n, scale, mass / (length * time**2)),
     )
     left.finish()
     check_members(model)
@@ -286,11 +286,13 @@ def _blade_modes(left, n, scale):
     return {"blade_frequencies": frequencies, "participation": participation * scale}
 
 
-def _stress(left, n, scale, unit):
+def _stress(left, kind, n, scale, unit):
     if not left.has("stress"):
         return {}
     blade = left.integers("stress_blade")
     stress = left.matrix("stress", len(blade), n) @ sp.diags_array(scale * unit)
+    if kind == "reduced" and sp.issparse(stress):
+        stress = stress.toarray()
     static = unit * left.floats("stress_static", default=np.zeros(0))
     if len(static) not in (0, len(blade)):
         raise InputError(f"stress_static: {len(static)} values for {len(blade)} places")

@@ -93,20 +93,26 @@ def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]
     found, size = [], []
     for mode in groups.transpose(2, 0, 1):
         tensors = (PHASES[:, None, None] * mode).real[..., TENSOR]  # (phases, points, 3, 3)
-        values, tangents = von_mises(tensors)
+        values = von_mises(tensors)
         phase, point = np.unravel_index(values.argmax(), values.shape)
-        weights = [tangents[phase, point, i, j] * (1 + (i != j)) for i, j in COMPONENTS]
-        group = model.stress[6 * point : 6 * point + 6]
-        found.append(sp.csr_array([weights]) @ group)
+        found.append(tangent(model.stress[6 * point : 6 * point + 6], tensors[phase, point]))
         size.append(values[phase, point])
     blade = np.zeros(len(found), dtype=int)
     stress = sp.csr_array(sp.vstack(found))
     return model._replace(stress=stress, stress_blade=blade), np.array(size)
 
 
-def von_mises(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Von Mises' stress (...) of stresses (..., 3, 3), and its derivatives by these."""
+def tangent(group: sp.csr_array, stress: np.ndarray) -> sp.csr_array:
+    """Row (1, n) of the tangent of von Mises' stress at a stress (3, 3), from six rows (6, n)."""
+    slope = 1.5 * _deviator(stress) / max(float(von_mises(stress)), 1e-300)
+    return sp.csr_array([[slope[i, j] * (1 + (i != j)) for i, j in COMPONENTS]]) @ group
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """Von Mises' stress (...) of stresses (..., 3, 3)."""
+    return np.sqrt(1.5 * (_deviator(stress) ** 2).sum(axis=(-2, -1)))
+
+
+def _deviator(stress):
     mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3.0
-    deviator = stress - mean * np.eye(3)
-    size = np.sqrt(1.5 * (deviator**2).sum(axis=(-2, -1)))
-    return size, 1.5 * deviator / np.maximum(size, 1e-300)[..., None, None]
+    return stress - mean * np.eye(3)
