@@ -67,7 +67,7 @@ class Disk(Section):
 
     FACTS: ClassVar = (  # what only a model file that has been looked at tells
         *("n_contact_nodes", "n_directions", "n_strips"),
-        *("first_family_hz", "least_clearance_mm"),
+        *("n_stresses", "static_mpa", "first_family_hz", "least_clearance_mm"),
     )
     tip_radius: ClassVar = si("tip_radius_mm", "m", per=1000)
     hub_radius: ClassVar = si("hub_radius_mm", "m", per=1000)

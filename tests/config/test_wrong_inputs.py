@@ -66,6 +66,8 @@ WRONG = [
     ("speeds: {from_hz: 44,5}", "a key must be a plain name; a decimal comma? write 44.5"),
     ("study: interaction_map\ncasing: {growth_time_s: 0.8}", "the bumps still grow in the last"),
     ("limits: {stress_mpa: 100, static_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
+    ("disk: {static_mpa: 3}", "disk.static_mpa: 3.0 is what a model file tells"),
+    ("disk: {n_stresses: 3}", "disk.n_stresses: 3 is what a model file tells"),
     ("limits: {stress_mpa: 100, strength_mpa: 90}", "limits.static_mpa, limits.strength_mpa"),
     ("limits: {static_mpa: 9, strength_mpa: 90}", "limits.strength_mpa: go with"),
     ("limits: {stress_mpa: 9, static_mpa: 90, strength_mpa: 90}", "strength_mpa: 90 is not above"),
