@@ -112,6 +112,8 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
     """
 
     def decorate(f):
+        if numba.config.DISABLE_JIT:
+            return f
         dispatcher = numba.njit(
             f,
             error_model="numpy",
@@ -123,9 +125,21 @@ def compiled(function: Callable | None = None, *, inline: bool = False, inner: b
         )
         if numba.config.CACHE_DIR:
             dispatcher._cache = _Cache(f)
+        dispatcher.get_call_template = _without_literals(dispatcher.get_call_template)
         return dispatcher
 
     return decorate if function is None else decorate(function)
+
+
+def _without_literals(template_of):
+    """``template_of`` of a dispatcher, for an argument that is a number: not for its value.
+
+    numba would compile a function that a variable beginning with 0 is given to for this 0, and then
+    for all numbers: each such argument doubles what is compiled of it, and of all that it calls.
+    """
+    return lambda args, kws: template_of(
+        tuple(map(types.unliteral, args)), {k: types.unliteral(v) for k, v in kws.items()}
+    )
 
 
 @infer_getattr

@@ -120,7 +120,7 @@ class Band:
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
         running = self._running()
         half = len(self.speed) // 2
-        if half < NARROWEST or len(running) > half:
+        if not self.scene.halves_lanes or half < NARROWEST or len(running) > half:
             return
         idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
         kept = (running + idle)[:half]

@@ -37,6 +37,7 @@ class Scene(NamedTuple):
     record_interval: float = RECORD_INTERVAL  # [s], an upper bound
     steady: SteadyCriteria = SteadyCriteria()
     observes_stress: bool = False  # at the places of the interface, as displacements
+    halves_lanes: bool = False  # when a sweep runs dry; compiles the kernel for half of them, too
 
     def at(self, speed_hz: float) -> "Scene":
         """The scene at a speed of rotation [Hz]."""

@@ -38,7 +38,7 @@ def warm_up(
 
 def _load(modes, scene, histories):
     modes, scene = _smallest_case(modes, scene)
-    for width in (sweep.WIDTH, NARROWEST):
+    for width in {sweep.WIDTH, NARROWEST if scene.halves_lanes else sweep.WIDTH}:
         sweep.run_sweep(modes, scene, [100.0], width=width)
     if histories:
         list(history.integrate(modes, scene, np.array([100.0]), scene.steady.first_check))

@@ -18,6 +18,9 @@ from hpcrub.setup import imported
 from hpcrub.setup.aero import air_of
 from hpcrub.setup.casing import casing_modes_of
 
+# From so many samples on, a kernel of half the lanes gains more time than it takes to compile: on a
+# planar disk, on a model of a file (docs/kernel.md).
+MANY_SAMPLES = 500, 20
 SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit
 
 
@@ -111,6 +114,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
         steady=SteadyCriteria(*(getattr(steady, name) for name in SteadyCriteria._fields)),
         observes_stress=config.observes_stress,
+        halves_lanes=config.mistuning.samples >= MANY_SAMPLES[config.disk.model is not None],
     )
 
 

@@ -140,3 +140,22 @@ def test_code_compiled_for_a_law_from_elsewhere_does_not_bar_who_lacks_that_law(
         assert subprocess.run(command, env=home, check=False).returncode == 0
         mine.unlink(missing_ok=True)
     assert len(list(tmp_path.rglob("*.nbi"))) == 2
+
+
+@jit.compiled(inner=True)
+def next_of(n):
+    return n + 1
+
+
+@jit.compiled
+def counted(n):
+    last = 0
+    for _ in range(n):
+        last = next_of(last)
+    return last
+
+
+def test_a_function_is_compiled_once_for_a_number_that_begins_with_zero():
+    """By itself numba compiles it for the value 0 as well, and so all that it calls."""
+    assert counted(3) == 3
+    assert len(next_of.signatures) == 1
