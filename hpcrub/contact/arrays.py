@@ -70,7 +70,7 @@ class Bank(NamedTuple):
 
     scheme: Scheme
     state: State
-    law: Any  # state of the contact law, of a class of ``laws``
+    law: Any  # a `protocols.Law`: what else it has, its own module knows
 
     @property
     def width(self) -> int:

@@ -91,39 +91,33 @@ def begin_gaps(
 
 
 @compiled(inline=True, inner=True)
-def advanced(
-    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
-) -> tuple:
-    """Corrector of the step before and predictor of this one, for mode k.
-
-    n_active: active points to correct, whose forces on the block from ``begin`` on are summed.
-    Returns position and increment (L,) at the end of this step.
-    """
-    gain = v.load(lanes, scheme.gain, k)
-    q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
-    if n_active > 0:
-        kick = v.load(lanes, state.force, k - begin) * gain
-        q, d = q + kick, d + kick
-    if state.before.shape[0] > 0:
-        v.store(state.before, k, d)
-    d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
-    if scheme.external.shape[0] > 0:
-        d = d + scheme.external[step, k] * gain
-    return q + d, d
-
-
-@compiled(inline=True, inner=True)
 def corrected(
     lanes: tuple, scheme: Scheme, state: State, n_active: int, begin: int, k: int
-) -> np.ndarray:
-    """Position of row k of a complex mode after the corrector (state.before is modified)."""
+) -> tuple:
+    """Position and increment (L,) of row k after the corrector (state.before is modified).
+
+    n_active: active points to correct, whose forces on the block from ``begin`` on are summed.
+    """
     q, d = v.load(lanes, state.position, k), v.load(lanes, state.increment, k)
     if n_active > 0:
         kick = v.load(lanes, state.force, k - begin) * v.load(lanes, scheme.gain, k)
         q, d = q + kick, d + kick
     if state.before.shape[0] > 0:
         v.store(state.before, k, d)
-    return q
+    return q, d
+
+
+@compiled(inline=True, inner=True)
+def advanced(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, k: int
+) -> tuple:
+    """Position and increment (L,) of mode k after `corrected` and the predictor of this step."""
+    q, d = corrected(lanes, scheme, state, n_active, begin, k)
+    gain = v.load(lanes, scheme.gain, k)
+    d = v.load(lanes, scheme.decay, k) * d - (gain * v.load(lanes, scheme.squared, k)) * q
+    if scheme.external.shape[0] > 0:
+        d = d + scheme.external[step, k] * gain
+    return q + d, d
 
 
 @compiled(inline=True, inner=True)
@@ -135,8 +129,8 @@ def advance_wave(
     Returns its Re z and Im z (L,) at the end of this step.
     """
     gain, decay = v.load(lanes, scheme.gain, k), v.load(lanes, scheme.decay, k)
-    a = corrected(lanes, scheme, state, n_active, begin, k)
-    b = corrected(lanes, scheme, state, n_active, begin, k + 1)
+    a, _ = corrected(lanes, scheme, state, n_active, begin, k)
+    b, _ = corrected(lanes, scheme, state, n_active, begin, k + 1)
     re, im = turned(lanes, scheme, k, decay * a, decay * b)
     if scheme.external.shape[0] > 0:
         x = scheme.external[step, k] * gain

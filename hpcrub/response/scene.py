@@ -1,10 +1,11 @@
 """What is the same in all runs of a study: casing and contact, time integration, steady state."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from hpcrub.contact.protocols import Law
 from hpcrub.model.casing import CasingShape
 from hpcrub.model.coating import Coating, ElasticCasing
 from hpcrub.model.damping import Damping
@@ -30,7 +31,7 @@ class Scene(NamedTuple):
     load_order: int = 1  # its periods around the casing
     elastic_casing: ElasticCasing | None = None  # None: the casing does not give
     coating: Coating | None = None  # that wears; None: the bare casing
-    law: Any = None  # a class of ``contact.laws``; None: the one for this disk and casing
+    law: type[Law] | None = None  # None: the one for this disk and casing
     scheme: str = "central_difference"
     step: float = 1e-6  # [s], an upper bound
     least_steps: float = 0.0  # of a revolution

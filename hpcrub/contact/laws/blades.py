@@ -11,8 +11,6 @@ others in, and blades that this bound reaches join. A lane is never changed by w
 need.
 """
 
-from typing import Any
-
 import numpy as np
 
 from hpcrub.contact import lanes as v
@@ -20,6 +18,7 @@ from hpcrub.contact.arrays import SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.friction import turn, turn_penetrating
 from hpcrub.contact.laws.groups import solve_group
+from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.lcp.gauss_seidel import TOLERANCE
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
 
@@ -28,7 +27,7 @@ NEAR = 0.5  # distance at which blades are looked at from the begin, of the deep
 
 
 @compiled(inner=True)
-def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> int:
+def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarray) -> int:
     """List the points of blades that penetrate more than a threshold in any lane.
 
     threshold: negative for blades that are near.
@@ -61,7 +60,7 @@ def list_near(lanes: tuple, state: State, law: Any, threshold: np.ndarray) -> in
 
 
 @compiled(inner=True)
-def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
+def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> None:
     """Guess which points carry a force, from those of the step before (state, law are modified).
 
     A point that penetrates carries a force, unless the forces on other points held it out in the
@@ -78,7 +77,7 @@ def guess(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> None:
 
 
 @compiled(inner=True)
-def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> int:
+def solve_blades(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> int:
     """Multipliers of all points that may carry a force (state, law are modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo; `turned_forces` scales it.
@@ -132,7 +131,7 @@ def solve_blades(lanes: tuple, state: State, law: Any, deepest: np.ndarray) -> i
 
 
 @compiled(inner=True)
-def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.ndarray:
+def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> np.ndarray:
     """Minus the depth (L,) that the forces can push points of other blades in, a bound [m]."""
     total = v.splat(lanes, 0.0)
     for a in range(n_active):
@@ -146,7 +145,7 @@ def reach_of_forces(lanes: tuple, state: State, law: Any, n_active: int) -> np.n
 
 
 @compiled(inner=True)
-def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def count_between(lanes: tuple, law: SolidArrays, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Blades (L,) that penetrate by more than ``low`` and no more than ``high`` [m]."""
     count = v.splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
@@ -156,7 +155,7 @@ def count_between(lanes: tuple, law: Any, low: np.ndarray, high: np.ndarray) -> 
 
 
 @compiled(inner=True)
-def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: int) -> None:
+def left_by_others(lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int) -> None:
     """Penetrations of a group that the forces on the other groups leave (state.depth, modified)."""
     n_rows = state.penetration.shape[0]
     start, end = law.groups[group], law.groups[group + 1]
@@ -172,7 +171,7 @@ def left_by_others(lanes: tuple, state: State, law: Any, n_groups: int, group: i
 
 
 @compiled
-def solve_stuck(state: State, law: Any, n_active: int) -> None:
+def solve_stuck(state: State, law: SolidArrays, n_active: int) -> None:
     """Multipliers of the lanes marked in ``law.work.right`` by pivoting (state is modified).
 
     n_active: all points, with their columns.

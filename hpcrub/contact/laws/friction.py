@@ -10,19 +10,18 @@ Both are needed only of points that may carry a force: the column of a point is 
 solver of `blades` asks for it.
 """
 
-from typing import Any
-
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import TILE, TIPS
+from hpcrub.contact.laws.solid_arrays import SolidArrays
 from hpcrub.contact.status import JAMMING
 
 FEW = (0,) * min(4, TILE)  # points whose slip is found in one pass, where that is enough
 
 
 @compiled(inner=True)
-def turn_penetrating(lanes: tuple, state: State, law: Any, n_active: int) -> None:
+def turn_penetrating(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> None:
     """Columns of all listed points that penetrate or touch (law is modified)."""
     n = 0
     for a in range(n_active):
@@ -37,7 +36,7 @@ def turn_penetrating(lanes: tuple, state: State, law: Any, n_active: int) -> Non
 
 
 @compiled(inner=True)
-def turn(lanes: tuple, state: State, law: Any, n_fresh: int, n_active: int) -> None:
+def turn(lanes: tuple, state: State, law: SolidArrays, n_fresh: int, n_active: int) -> None:
     """Directions and columns of the points in ``law.work.fresh`` (law is modified).
 
     n_fresh: entries of ``law.work.fresh`` that count, places in `State.active`.
@@ -55,7 +54,7 @@ def turn(lanes: tuple, state: State, law: Any, n_fresh: int, n_active: int) -> N
 
 
 @compiled(inner=True)
-def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None:
+def slip(lanes: tuple, slots: tuple, state: State, law: SolidArrays, first: int) -> None:
     """Directions of slip of a few points in the step before (law is modified).
 
     slots: as many zeros as there are points; first: place of the first one in ``law.work.fresh``.
@@ -74,7 +73,7 @@ def slip(lanes: tuple, slots: tuple, state: State, law: Any, first: int) -> None
 
 
 @compiled(inner=True)
-def fill_column(lanes: tuple, state: State, law: Any, b: int, n_active: int) -> None:
+def fill_column(lanes: tuple, state: State, law: SolidArrays, b: int, n_active: int) -> None:
     """Column of the Delassus operator of one point (state and law are modified).
 
     b: place of the point in `State.active`; its slip velocity is in ``cosine`` and ``sine``.

@@ -5,14 +5,13 @@ linear equations of the set are solved, and points that are not on their line ch
 pivoting (Júdice and Pires 1994), in all lanes at once.
 """
 
-from typing import Any
-
 import numpy as np
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.friction import turn
+from hpcrub.contact.laws.solid_arrays import SolidArrays
 
 MOST_TRIALS = 60  # guesses of the points of a group that carry a force; two or so are usual
 ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign change sides
@@ -20,7 +19,7 @@ ALL_AT_ONCE = 12  # of these, those after which all points of the wrong sign cha
 
 @compiled(inner=True)
 def choose(
-    lanes: tuple, state: State, law: Any, n_groups: int, group: int, solving: np.ndarray
+    lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, solving: np.ndarray
 ) -> int:
     """Points of a group that touch in the guess of any lane (law is modified).
 
@@ -42,7 +41,7 @@ def choose(
 
 
 @compiled(inner=True)
-def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
+def solve_set(lanes: tuple, state: State, law: SolidArrays, n: int) -> None:
     """Depths x that the forces of the chosen points undo on their lines (law.work.right, modified).
 
     n: chosen points, the first of ``law.work.chosen``.
@@ -85,7 +84,7 @@ def solve_set(lanes: tuple, state: State, law: Any, n: int) -> None:
 
 @compiled(inner=True)
 def find_wrong(
-    lanes: tuple, state: State, law: Any, n_groups: int, group: int, n: int,
+    lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int, n: int,
     threshold: np.ndarray, limit: np.ndarray, trying: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """Mark points that are not on the line guessed, by 1 and the right one (in law.work.wrong).
@@ -122,7 +121,7 @@ def find_wrong(
 
 @compiled(inner=True)
 def change_sides(
-    lanes: tuple, state: State, law: Any, start: int, end: int, all_at_once: bool
+    lanes: tuple, state: State, law: SolidArrays, start: int, end: int, all_at_once: bool
 ) -> None:
     """Let points that are not on their line take that which they are on (law.touching, modified).
 
@@ -143,7 +142,7 @@ def change_sides(
 
 @compiled(inner=True)
 def solve_group(
-    lanes: tuple, state: State, law: Any, n_groups: int, group: int,
+    lanes: tuple, state: State, law: SolidArrays, n_groups: int, group: int,
     threshold: np.ndarray, limit: np.ndarray, solving: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Multipliers of one group (state.multiplier, law are modified).

@@ -23,11 +23,19 @@ def unchanged(*args: Any) -> Any:
     return args[-1]
 
 
-class Hard(NamedTuple):
+class NoArrays(NamedTuple):
+    """A surface that keeps nothing."""
+
+
+class Hard(NoArrays):
     """A rigid casing: N ≥ 0, p ≤ 0, N p = 0. A point carries a force (1) or none (0).
 
     All methods do what those of `surfaces.Coated` do.
     """
+
+    tick = meet = near = total = staticmethod(unchanged)
+    relieve = keep = comply = wear = staticmethod(nothing)
+    despair = staticmethod(solve_stuck)
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
@@ -40,10 +48,13 @@ class Hard(NamedTuple):
     def memory(self, lane: int) -> None:
         """Nothing."""
 
+    def remember(self, lane: int, memory: None) -> None:
+        """Nothing."""
+
     @staticmethod
     @compiled(inline=True, inner=True)
     def press(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
-        """Contact forces of a planar disk (state is modified); see ``laws``."""
+        """Contact forces of a planar disk (state is modified); see `surfaces.Coated`."""
         n_active = gauss_seidel.candidates(lanes, law, state, deepest)
         gauss_seidel.solve(lanes, law, state, deepest, n_active)
         return n_active
@@ -70,11 +81,3 @@ class Hard(NamedTuple):
     ) -> np.ndarray:  # fmt: skip
         """Wrong is a force that pulls, or none at a point that penetrates."""
         return select(code > 0.0, select(x < 0.0, 1.0, 0.0), select(limit < p, 2.0, 0.0))
-
-
-# the body of a NamedTuple takes fields and functions only
-for _method in ("tick", "meet", "near", "total"):
-    setattr(Hard, _method, staticmethod(unchanged))
-for _method in ("relieve", "keep", "comply", "wear"):
-    setattr(Hard, _method, staticmethod(nothing))
-Hard.despair = staticmethod(solve_stuck)  # type: ignore[attr-defined]

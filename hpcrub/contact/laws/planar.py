@@ -6,41 +6,38 @@ per unit modal coordinate (Joachim, Nyssen, Batailly 2020, section 2.2.2). What 
 one of `surfaces`.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from hpcrub.contact.arrays import FLAW, Bank
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lanes import inverse, lane_arrays
+from hpcrub.contact.laws.surface_law import SurfaceLaw
 from hpcrub.contact.laws.surfaces import Coated, find_gains, surface_of
 from hpcrub.contact.lcp import pivoting
-from hpcrub.contact.passes import predict
-from hpcrub.contact.protocols import Grid, Scene
+from hpcrub.contact.protocols import Grid, Scene, Surface
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import columns, delassus, row_bound, spread
 from hpcrub.model.reduction import Modes
 
 
-class Planar(NamedTuple):
+class PlanarArrays(NamedTuple):
     """Delassus operator of C contact points (padded) in L lanes."""
 
     coupling: np.ndarray  # W_ij / W_jj ((C + 1)², L), row i·(C + 1) + j; zero where i = j or last
     stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
     bound: np.ndarray  # how far in others push a point, over the deepest penetration (1, L) [-]
-    surface: Any  # `Hard` or `Coated`: what ``laws`` says of surfaces
+    surface: Surface
 
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-        """Corrector, predictor and penetrations; see ``laws``."""
-        deepest = predict(lanes, bank, step, n_active)
-        return bank.law.surface.tick(lanes, bank.law.surface, deepest)
+
+class Planar(SurfaceLaw, PlanarArrays):
+    """The law of planar disks, with C contact points (padded) in L lanes."""
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
-        """Contact forces of a step (bank is modified); see ``laws``."""
+        """Contact forces of a step (bank is modified); see `protocols.Law`."""
         return bank.law.surface.press(lanes, bank.law, bank.state, deepest)
 
     @staticmethod
@@ -50,7 +47,7 @@ class Planar(NamedTuple):
 
     @classmethod
     def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Planar":
-        """State of idle lanes; see ``laws``."""
+        """State of idle lanes; see `protocols.Law`."""
         n_points = columns(modes.normal).shape[1]
         return cls(
             **lane_arrays(width, coupling=(n_points + 1) ** 2, stiffness=n_points, bound=1),
@@ -87,14 +84,6 @@ class Planar(NamedTuple):
         """Normal, tangential and axial forces of multipliers (R, F, L) on the points [N]."""
         normal = multiplier[:, : len(scene.interface.angle)]
         return normal, scene.friction * normal, normal[:, :0]
-
-    def memory(self, lane: int) -> Any:
-        """What the surface keeps; see ``laws``."""
-        return self.surface.memory(lane)
-
-    def remember(self, lane: int, memory: Any) -> None:
-        """Go on before a surface that has been met (modified)."""
-        self.surface.remember(lane, memory)
 
     def steps_touched(self, lane: int) -> np.ndarray:
         """Nothing (0,): contacts are not counted."""

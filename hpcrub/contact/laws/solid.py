@@ -5,18 +5,16 @@ Friction turns with the slip velocity (`friction`), the points of a blade are st
 is one of `surfaces`.
 """
 
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import FLAW, Bank, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import TILE
 from hpcrub.contact.laws.blades import solve_blades
+from hpcrub.contact.laws.solid_arrays import SolidArrays, Work
+from hpcrub.contact.laws.surface_law import SurfaceLaw
 from hpcrub.contact.laws.surfaces import surface_of
 from hpcrub.contact.lcp import pivoting
-from hpcrub.contact.passes import predict
 from hpcrub.contact.protocols import Grid, Scene
 from hpcrub.contact.status import NONE, UNPROVEN
 from hpcrub.contact.tables import by_columns, columns, delassus, spread
@@ -26,7 +24,7 @@ GROUP = 48  # contact points of neighbouring blades whose forces are found at on
 
 
 @compiled(inner=True)
-def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
+def count_contacts(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> None:
     """Count this step for the blades that carry a force (law.touched, modified).
 
     n_active: entries of `State.active` that count, blade by blade.
@@ -42,7 +40,7 @@ def count_contacts(lanes: tuple, state: State, law: Any, n_active: int) -> None:
 
 
 @compiled(inner=True)
-def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
+def turned_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int) -> int:
     """Normal, circumferential and axial forces of the multipliers (state, law are modified).
 
     Returns rows of ``state.multiplier`` that count, without those of no force in any lane.
@@ -71,69 +69,13 @@ def turned_forces(lanes: tuple, state: State, law: Any, n_active: int) -> int:
     return 3 * n
 
 
-class Work(NamedTuple):
-    """Space that the solver of a group of at most P points works in; empty between steps."""
-
-    fresh: np.ndarray  # points whose column of W `friction.turn` makes (C + TILE,) int
-    slipping: np.ndarray  # of these, a tile at a time (TILE,) int
-    chosen: np.ndarray  # places of the points that carry a force (P,) int
-    factor: np.ndarray  # matrix of their equations (P·P, L)
-    right: np.ndarray  # right sides, then the solution (P, L)
-    wrong: np.ndarray  # codes of the points that are not on their line (P, L)
-
-    @staticmethod
-    def per_lane() -> tuple[str, ...]:
-        """Arrays whose last axis are the lanes."""
-        return "factor", "right", "wrong"
-
-    @classmethod
-    def allocate(cls, n_points: int, most: int, width: int) -> "Work":
-        """For C points (padded) in groups of at most so many."""
-        return cls(
-            fresh=np.zeros(n_points + TILE, dtype=np.int64),
-            slipping=np.zeros(TILE, dtype=np.int64),
-            chosen=np.zeros(most, dtype=np.int64),
-            **v.lane_arrays(width, factor=most**2, right=most, wrong=most),
-        )
-
-
-class Solid(NamedTuple):
-    """N blades in G groups of at most P points, C points (padded), L lanes."""
-
-    coupling: np.ndarray  # W_ab/W_bb of listed points a and b ((C + 1)², L), row b·(C + 1) + a
-    stiffness: np.ndarray  # 1 / W_jj (C, L) [N/m]
-    across: np.ndarray  # largest motion of a point by a unit force on another blade (1, L) [m/N]
-    points: np.ndarray  # contact points, blade by blade (n,) int
-    blade: np.ndarray  # of every contact point (n,) int
-    starts: np.ndarray  # place in ``points`` of the first one of every group of blades (G + 1,) int
-    way: np.ndarray  # of a point along the casing in a step, R 2π/n (C,) [m]
-    friction: float
-    tangential: np.ndarray  # T (K, C) [1/√kg]
-    axial: np.ndarray  # A (K, C) [1/√kg]
-    compliance: np.ndarray  # (3·C·C, L) normal motion of i by force b on j, row 3(j·C + i) + b
-    cosine: np.ndarray  # cos β (C, L) (modified)
-    sine: np.ndarray  # sin β (C, L) (modified)
-    # (C, L): line of the surface (1 of a hard one) where a point carried a force in its lane's last
-    # contact, -1 where others kept it from the casing, else 0 (modified)
-    touching: np.ndarray
-    groups: np.ndarray  # starts of the groups in ``state.active`` (G + 1,) int (modified)
-    turned: np.ndarray  # whether a listed point has its column of W (C,) bool (modified)
-    deepest: np.ndarray  # penetration of every blade (N, L) [m] (modified)
-    work: Work  # (modified)
-    touched: np.ndarray  # steps in which a blade carried a force (N, L) (modified)
-    surface: Any  # `Hard` or `Coated`: what ``laws`` says of surfaces
-
-    @staticmethod
-    @compiled(inline=True, inner=True)
-    def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
-        """Corrector, predictor and penetrations; see ``laws``."""
-        deepest = predict(lanes, bank, step, n_active)
-        return bank.law.surface.tick(lanes, bank.law.surface, deepest)
+class Solid(SurfaceLaw, SolidArrays):
+    """The law of disks that move in three dimensions."""
 
     @staticmethod
     @compiled(inline=True, inner=True)
     def forces(lanes: tuple, bank: Bank, step: int, deepest: np.ndarray) -> int:
-        """Contact forces of a step (bank is modified); see ``laws``."""
+        """Contact forces of a step (bank is modified); see `protocols.Law`."""
         state, law = bank.state, bank.law
         deepest = law.surface.meet(lanes, law.surface, state, law.stiffness, deepest)
         if not v.any_lane(deepest > 0.0):
@@ -153,7 +95,7 @@ class Solid(NamedTuple):
 
     @classmethod
     def allocate(cls, modes: Modes, scene: Scene, grid: Grid, width: int) -> "Solid":
-        """State of idle lanes; see ``laws``."""
+        """State of idle lanes; see `protocols.Law`."""
         interface, axial = scene.interface, columns(modes.axial)
         n_points = axial.shape[1]
         starts = group_starts(interface.points_per_blade)
@@ -204,14 +146,6 @@ class Solid(NamedTuple):
         n_points, n_padded = len(scene.interface.angle), len(self.stiffness)
         normal, tangential, axial = (multiplier[:, k * n_padded :][:, :n_points] for k in range(3))
         return normal, tangential, axial
-
-    def memory(self, lane: int) -> Any:
-        """What the surface keeps; see ``laws``."""
-        return self.surface.memory(lane)
-
-    def remember(self, lane: int, memory: Any) -> None:
-        """Go on before a surface that has been met (modified)."""
-        self.surface.remember(lane, memory)
 
     def steps_touched(self, lane: int) -> np.ndarray:
         """Steps in which every blade carried a force since its lane was filled (N,)."""

@@ -35,7 +35,7 @@ from hpcrub.contact.arrays import UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.laws.giving import press
 from hpcrub.contact.laws.hard import Hard
-from hpcrub.contact.protocols import Grid, Scene
+from hpcrub.contact.protocols import Grid, Scene, Surface
 from hpcrub.contact.recurrence import newmark
 
 BEFORE, BEYOND, START = range(3)  # rows of `Coated.bars`: k₁, k₂ and c₀
@@ -45,41 +45,8 @@ LATEST, EARLIER = range(2)  # steps whose forces a point remembers
 LEAST = 0.25  # a of a point that is soft
 
 
-@compiled(inline=True, inner=True)
-def relief(lanes: tuple, surface: Any, j: int, stiffness: np.ndarray) -> np.ndarray:
-    """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
-    earlier = v.load(lanes, surface.earlier, j)
-    return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
-
-
-@compiled(inline=True, inner=True)
-def held(lanes: tuple, surface: Any, j: int, worn: np.ndarray) -> np.ndarray:
-    """Force (L,) [N] of a bar that is used up; worn: its depth (L,) [m]."""
-    before = surface.bars[BEFORE, j] * (surface.thickness - worn)
-    beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
-    return v.select(beyond < before, beyond, before)
-
-
-def find_gains(lanes: tuple, surface: Any, j: int, compliance: np.ndarray) -> None:
-    """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
-    compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
-    for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
-        gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
-        v.store(surface.gain, LINES * j + row, gain)
-    behind = surface.stiffness + v.load(lanes, surface.lag, 0)
-    gain = compliance * v.inverse(v.fma(compliance, behind, 1.0))
-    rigid = v.select(compliance > 0.0, 1.0, 0.0)
-    v.store(surface.gain, LINES * j + 2, gain if surface.carried != 0.0 else rigid)
-    v.store(surface.gain, LINES * j + 3, compliance * surface.carried)
-
-
-class Coated(NamedTuple):
-    """Z strips of S bars before C contact points (padded), and the casing behind, in L lanes.
-
-    State.penetration is that of the worn surface from `meet` on. The code of a line is 1 or 2
-    before or beyond yield, 3 on the casing behind, 4 where that pulls off a bar that is used up, 0
-    without force.
-    """
+class CoatedArrays(NamedTuple):
+    """Z strips of S bars before C contact points (padded), and the casing behind, in L lanes."""
 
     gain: np.ndarray  # γ (4·C, L) [m/N], of a rigid casing behind 1 (modified)
     lag: np.ndarray  # d/h of the casing (1, L) [N/m]
@@ -102,6 +69,46 @@ class Coated(NamedTuple):
     thickness: float  # [m]
     stiffness: float  # k of the casing [N/m]; 1 of a rigid one
     carried: float  # 1; 0 of a rigid casing, whose force the coating adds nothing to
+
+
+@compiled(inline=True, inner=True)
+def relief(lanes: tuple, surface: CoatedArrays, j: int, stiffness: np.ndarray) -> np.ndarray:
+    """Depth (L,) [m] that the earlier forces of a point undo; stiffness: 1/W_jj (C, L) [N/m]."""
+    earlier = v.load(lanes, surface.earlier, j)
+    return v.select(earlier > 0.0, earlier * v.inverse(v.load(lanes, stiffness, j)), 0.0)
+
+
+@compiled(inline=True, inner=True)
+def held(lanes: tuple, surface: CoatedArrays, j: int, worn: np.ndarray) -> np.ndarray:
+    """Force (L,) [N] of a bar that is used up; worn: its depth (L,) [m]."""
+    before = surface.bars[BEFORE, j] * (surface.thickness - worn)
+    beyond = surface.bars[BEYOND, j] * surface.thickness + surface.bars[START, j]
+    return v.select(beyond < before, beyond, before)
+
+
+def find_gains(lanes: tuple, surface: CoatedArrays, j: int, compliance: np.ndarray) -> None:
+    """Gains γ of the lines of a point from its compliance W (L,) [m/N] (surface is modified)."""
+    compliance = compliance * v.load(lanes, surface.weights, WEIGHTS * j)
+    for row, slope in ((0, surface.bars[BEFORE, j]), (1, surface.bars[BEYOND, j])):
+        gain = compliance * v.inverse(v.fma(compliance, slope, 1.0))
+        v.store(surface.gain, LINES * j + row, gain)
+    behind = surface.stiffness + v.load(lanes, surface.lag, 0)
+    gain = compliance * v.inverse(v.fma(compliance, behind, 1.0))
+    rigid = v.select(compliance > 0.0, 1.0, 0.0)
+    v.store(surface.gain, LINES * j + 2, gain if surface.carried != 0.0 else rigid)
+    v.store(surface.gain, LINES * j + 3, compliance * surface.carried)
+
+
+class Coated(CoatedArrays):
+    """A worn coating and the casing behind.
+
+    State.penetration is that of the worn surface from `meet` on. The code of a line is 1 or 2
+    before or beyond yield, 3 on the casing behind, 4 where that pulls off a bar that is used up, 0
+    without force.
+    """
+
+    press = staticmethod(press)
+    comply = staticmethod(compiled(find_gains, inner=True))
 
     @staticmethod
     def per_lane() -> tuple[str, ...]:
@@ -368,11 +375,7 @@ class Coated(NamedTuple):
                 state.report[UNSOLVED, lane] = 1.0
 
 
-Coated.press = staticmethod(press)  # type: ignore[attr-defined]
-Coated.comply = staticmethod(compiled(find_gains, inner=True))  # type: ignore[attr-defined]
-
-
-def surface_of(scene: Scene, grid: Grid, n_points: int, width: int) -> Hard | Coated:
+def surface_of(scene: Scene, grid: Grid, n_points: int, width: int) -> Surface:
     """Surface of idle lanes before n_points contact points (padded)."""
     if scene.coating or scene.elastic_casing:
         return Coated.allocate(scene, grid, n_points, width)

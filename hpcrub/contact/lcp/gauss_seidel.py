@@ -1,13 +1,9 @@
 """Projected Gauss–Seidel for the contact forces: λ ≥ 0, p − Wλ ≤ 0, λ·(p − Wλ) = 0.
 
-A law that calls it has the members of `laws.planar.Planar`.
-
 Sweeps go in registers; what does not converge is solved by pivoting. A lane that has
 converged is frozen, sums run in the order of the contact points, and points that are active in
 another lane only add exact zeros: no lane sees another.
 """
-
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +11,7 @@ from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import STUCK, SWEEPS, UNSOLVED, State
 from hpcrub.contact.jit import compiled
 from hpcrub.contact.lcp.pivoting import solve_by_pivoting
+from hpcrub.contact.protocols import Coupled
 
 ROOM = 12
 FOUR, SIX, EIGHT, TWELVE = (0,) * 4, (0,) * 6, (0,) * 8, (0,) * ROOM
@@ -26,7 +23,7 @@ TOLERANCE = 1e-12  # of the multipliers, relative to the largest penetration
 
 
 @compiled(inline=True, inner=True)
-def candidates(lanes: tuple, law: Any, state: State, deepest: np.ndarray) -> int:
+def candidates(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray) -> int:
     """List the points that may carry a force in any lane (state.active, modified).
 
     Returns points in the list.
@@ -60,7 +57,7 @@ def unsettled(
 
 @compiled(inline=True, inner=True)
 def solve_few(
-    lanes: tuple, slots: tuple, law: Any, state: State, limit: np.ndarray, changing: np.ndarray
+    lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
@@ -85,7 +82,9 @@ def solve_few(
 
 
 @compiled(inner=True)
-def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndarray) -> np.ndarray:
+def relax(
+    lanes: tuple, law: Coupled, state: State, n_active: int, changing: np.ndarray
+) -> np.ndarray:
     """One sweep over the active points (state is modified).
 
     changing: (L,) bool, lanes to relax; the others stay as they are.
@@ -113,7 +112,7 @@ def relax(lanes: tuple, law: Any, state: State, n_active: int, changing: np.ndar
 
 @compiled(inner=True)
 def solve_many(
-    lanes: tuple, law: Any, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
+    lanes: tuple, law: Coupled, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Depths x of any number of active points; of a rigid casing bit for bit as `solve_few`.
 
@@ -138,7 +137,7 @@ def solve_many(
 
 
 @compiled
-def solve_stuck(law: Any, state: State, n_active: int) -> None:
+def solve_stuck(law: Coupled, state: State, n_active: int) -> None:
     """Multipliers of the lanes in ``state.report`` by pivoting, lane by lane (state is modified).
 
     Only points within the lane's own bound take part: others' would change its rounding.
@@ -171,7 +170,7 @@ def solve_stuck(law: Any, state: State, n_active: int) -> None:
 
 
 @compiled(inline=True, inner=True)
-def solve(lanes: tuple, law: Any, state: State, deepest: np.ndarray, n_active: int) -> None:
+def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_active: int) -> None:
     """Contact forces of the active points by projected Gauss–Seidel (state is modified).
 
     Works on x_j = λ_j W_jj, the depth that contact j alone would undo. A lane that has converged is
