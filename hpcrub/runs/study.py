@@ -236,7 +236,11 @@ class Run(NamedTuple):
 
 
 class Job:
-    """A run on its way: some results may already be in its file; here of independent tasks."""
+    """A run on its way: some results may already be in its file.
+
+    It computes rounds of tasks, the next when all of the last are in the file; independent tasks
+    are one round.
+    """
 
     def __init__(
         self,
@@ -256,25 +260,32 @@ class Job:
         self.team, self.prepared, self.file = team, prepared, file
         self.progress, self.phase = progress, phase
         self.work = Work()  # done so far, on rank 0
-        self.status = np.zeros(0, dtype=np.uint8)  # of every task, (T,) on rank 0
+        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
+        self.round: Any = None  # what `_next` says
 
     def run(self) -> None:
-        """Compute what is missing and write it; on all ranks.
+        """Compute what is missing and write it, round after round; on all ranks.
 
         Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
         """
-        pending = self.team.on_root(self._take_stock)
-        if pending and self.study.integrates:
-            self.phase("loading the kernel")
-            problem = self.study.problem_of(self.prepared)
-            warm_up(self.team, self.config, problem, self.study.histories, self.progress)
-        self.phase("tasks")
-        tasks = map(int, np.flatnonzero(self.status == PENDING)) if self.team.rank == 0 else ()
-        self.team.run_tasks(tasks, self._compute, self._collect)
+        self.round = self.team.on_root(self._take_stock)
+        if self.round and self.study.integrates:
+            self.load_kernel()
+        self.phase(self.study.unit)
+        while self.round:
+            tasks = self._tasks() if self.team.rank == 0 else ()
+            self.team.run_tasks(tasks, self._compute, self._collect)
+            self.round = self.team.on_root(self._next)
+
+    def load_kernel(self) -> None:
+        """Compile the kernel, or load it, before anything is measured (all ranks)."""
+        self.phase("loading the kernel")
+        problem = self.study.problem_of(self.prepared)
+        warm_up(self.team, self.config, problem, self.study.histories, self.progress)
 
     def n_done(self) -> tuple[int, int]:
         """Finished parts of the job, and all (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), len(self.status)
+        return int(np.count_nonzero(self.status == DONE)), self.status.size
 
     def require_results(self) -> None:
         """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
@@ -289,7 +300,15 @@ class Job:
 
     def _take_stock(self):
         self.status = self.file.read("status")
+        return self._next()
+
+    def _next(self):
+        """What all ranks need to know of the next round; nothing when all is there (rank 0)."""
         return int(np.count_nonzero(self.status == PENDING))
+
+    def _tasks(self):
+        """Tasks of the round (rank 0)."""
+        return map(int, np.flatnonzero(self.status == PENDING))
 
     def _compute(self, task, poll):
         """Compute and write one task; returns the seconds it took."""
@@ -303,4 +322,4 @@ class Job:
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
         if self.progress:
-            self.progress.part("tasks", *self.n_done())
+            self.progress.part(self.study.unit, *self.n_done())

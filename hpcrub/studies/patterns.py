@@ -21,7 +21,6 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
-from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
@@ -249,8 +248,7 @@ class Halving(Job):
             self.team.run_tasks(blocks, self._linear, self._collect)
         disks = self.team.on_root(self._contact)
         if disks:
-            self.phase("loading the kernel")
-            warm_up(self.team, self.config, self.prepared.problem, False, self.progress)
+            self.load_kernel()
         self.phase("disks in contact")
         self.team.run_tasks(disks, self._in_contact, self._collect)
 

@@ -21,7 +21,6 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
-from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
@@ -160,26 +159,10 @@ class Rare(Study):
 class Sampling(Job):
     """Looks at some more disks again and again, until the goal is met (all ranks)."""
 
-    def run(self) -> None:
-        """Compute what the next estimate needs, until no more is needed."""
-        self.seconds: list[float] = []  # of the pilot's disks, rank 0
-        self.step = self.team.on_root(self._take_stock)
-        if self.step:
-            self.phase("loading the kernel")
-            warm_up(self.team, self.config, self.prepared, False, self.progress)
-        self.phase("disks")
-        while self.step:
-            pending = np.flatnonzero(self.status[: self.step.n] == PENDING)
-            self.team.run_tasks(map(int, pending), self._compute, self._collect)
-            self.step = self.team.on_root(self._next)
+    seconds: tuple[float, ...] = ()  # of the pilot's disks computed in this run, rank 0
 
-    def n_done(self) -> tuple[int, int]:
-        """Disks looked at, and all that may be (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), self.status.size
-
-    def _take_stock(self):
-        self.status = self.file.read("status")
-        return self._next()
+    def _tasks(self):
+        return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
 
     def _next(self):
         """The next step, whose disks are not all there; None: nothing is left to do (rank 0).
@@ -225,7 +208,7 @@ class Sampling(Job):
 
     def _compute(self, sample, poll):
         """Look at a disk, and compute it in full where the draw says so; returns the seconds."""
-        start, step, speeds = time.perf_counter(), self.step, range(self.config.speeds.n_values)
+        start, step, speeds = time.perf_counter(), self.round, range(self.config.speeds.n_values)
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
         inclusion = 1.0
         if sample < PILOT:
@@ -263,11 +246,9 @@ class Sampling(Job):
         self.file.write(values, sample)
 
     def _collect(self, sample, seconds):
-        self.status[sample] = DONE
+        super()._collect(sample, seconds)
         if sample < PILOT:
-            self.seconds.append(seconds)
-        if self.progress:
-            self.progress.part("disks", *self.n_done())
+            self.seconds += (seconds,)
 
 
 def numbers(config: Config) -> np.ndarray:

@@ -3,6 +3,7 @@
 The same disks are drawn at every value; `statistics.threshold` says which of them are computed.
 """
 
+import time
 from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
@@ -19,7 +20,6 @@ from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study
 from hpcrub.runs.verdict import USELESS, Finding
-from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
@@ -134,28 +134,14 @@ class Threshold(Study):
 class Seeking(Job):
     """Looks at one value after the other, each with some more disks (all ranks)."""
 
-    def run(self) -> None:
-        """Compute what the next look needs, until nothing is left to look at."""
-        look = self.team.on_root(self._take_stock)
-        if look:
-            self.phase("loading the kernel")
-            warm_up(self.team, self.config, self.prepared, False, self.progress)
-        self.phase("disks")
-        while look:
-            value, n = look
-            pending = np.flatnonzero(self.status[value, :n] == PENDING) if self.status.size else ()
-            tasks = [(value, int(sample)) for sample in pending]
-            self.team.run_tasks(tasks, self._compute, self._collect)
-            look = self.team.on_root(self._next)
-
-    def n_done(self) -> tuple[int, int]:
-        """Finished disks, and all of all values (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), self.status.size
-
     def _take_stock(self):
         self.status = self.file.read("status")
         self.n_disks = np.zeros(len(self.status), dtype=int)
         return self._next()
+
+    def _tasks(self):
+        value, n = self.round
+        return [(value, int(i)) for i in np.flatnonzero(self.status[value, :n] == PENDING)]
 
     def _next(self):
         """The next look, whose disks are not all there; None, and the answer is written (rank 0).
@@ -196,15 +182,11 @@ class Seeking(Job):
         )
 
     def _compute(self, task, poll):
-        value, sample = task
+        (value, sample), start = task, time.perf_counter()
         size, stress = peaks(self.config, value, sample, poll)
         self.file.write({"peak_amplitude_m": size, "peak_stress_pa": stress}, task)
         self.file.write({"status": DONE}, task)
-
-    def _collect(self, task, result):
-        self.status[task] = DONE
-        if self.progress:
-            self.progress.part("disks", *self.n_done())
+        return time.perf_counter() - start
 
 
 def limit_problems(config: Config) -> Iterator[str]:

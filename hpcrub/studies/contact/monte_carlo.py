@@ -18,7 +18,6 @@ from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
 from hpcrub.runs.study import Job, Run
-from hpcrub.runs.warmup import warm_up
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
@@ -71,9 +70,7 @@ class MonteCarlo(Job):
         """
         self.reference, n_tasks = self.team.on_root(self._take_stock)
         if n_tasks:
-            self.phase("loading the kernel")
-            assert self.problem  # None where parts are only merged
-            warm_up(self.team, self.config, self.problem, False, self.progress)
+            self.load_kernel()
         self.phase("samples" if self.reference else "tuned disk")
         try:
             self.team.run_tasks(self.tasks, self._compute, self._collect, self.reference)
