@@ -4,7 +4,6 @@ A study is a module of `hpcrub/studies` with a subclass of `Study`, of which `ST
 """
 
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -25,7 +24,7 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
 from hpcrub.setup.disks import disks, prepare_disks
-from hpcrub.setup.problem import Problem
+from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
@@ -33,16 +32,17 @@ Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
-class Study(ABC):
+class Study:
     """One kind of study: what its result file holds, and what computes it.
 
-    A subclass gives `name`, `what`, `layout`, `prepare` and `compute`; all else has a default.
+    A subclass gives `name`, `what`, `datasets` or `layout`, and `compute`; all else has a default.
     `layout`, `sizes` and `constants` together say what the file is before anything is computed.
     A study whose parts are no independent tasks gives a `job` instead of `compute`, as `contact`.
     """
 
     name: str
     what: str  # in a few words
+    datasets: tuple[Dataset, ...] = ()  # of the result file, unless its `layout` tells others
     figures = ""  # of the paper
     sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
     # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
@@ -54,9 +54,9 @@ class Study(ABC):
     of_tasks = True  # which are independent of each other
     unit = "tasks"  # of the job, what it is made of
 
-    @abstractmethod
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
+        return self.datasets
 
     def sizes(self, config: Config) -> Counts:
         """Length of dimensions that `Run.known_sizes` does not know, as far as the input tells."""
@@ -74,9 +74,9 @@ class Study(ABC):
         """Lines about keys that do not fit the study."""
         return ()
 
-    @abstractmethod
     def prepare(self, config: Config) -> Any:
-        """What every rank needs (rank 0). Raises InputError."""
+        """What every rank needs (rank 0): the disk and scene of the input. Raises InputError."""
+        return build_problem(config)
 
     def problem_of(self, prepared: Any) -> Problem:
         """The Problem in what `prepare` has returned, of a study that integrates."""

@@ -124,10 +124,7 @@ class Branches(StudyInTime):
     what = "coexisting stable motions, from several initial states"
     figures = "17"
     sections = ("branches",)
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
-        return LAYOUT
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""

@@ -22,7 +22,7 @@ from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import APART, deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.contact.amplification import peak, peak_stress
 
@@ -103,10 +103,7 @@ class Checklist(Study):
     what = "what moves the answer of a contact study, before it is signed"
     sections = ("checklist",)
     integrates = True
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
-        return LAYOUT
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Changes, and the tuned disk beside the mistuned ones."""
@@ -115,10 +112,6 @@ class Checklist(Study):
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         yield from steady_problems(config)
-
-    def prepare(self, config: Config) -> Problem:
-        """The disk and scene as asked; those of the changes are built on every rank."""
-        return build_problem(config)
 
     def n_tasks(self, config: Config) -> int:
         """One for every change and disk, so that the disks of one change follow each other."""

@@ -82,10 +82,7 @@ class PatternStudy(Study):
     of_tasks = False
     integrates = True
     unit = "disks"
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
-        return LAYOUT
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Patterns with the disk without one, and their disks."""

@@ -23,7 +23,6 @@ from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
 from hpcrub.studies.contact.limits import percent, severity
@@ -71,10 +70,7 @@ class Rare(Study):
     of_tasks = False
     integrates = True
     unit = "disks"
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
-        return LAYOUT
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
@@ -96,10 +92,6 @@ class Rare(Study):
             )
         if config.pattern_deviation is not None:
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
-
-    def prepare(self, config: Config) -> Problem:
-        """The tuned disk and its scene."""
-        return build_problem(config)
 
     def needs(self, config: Config) -> str:
         """How many disks the goal needs, in words."""

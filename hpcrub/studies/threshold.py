@@ -22,7 +22,7 @@ from hpcrub.runs.study import Job, Poll, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import Problem, build_problem
+from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
 from hpcrub.studies.contact.amplification import peak, peak_stress
@@ -54,10 +54,7 @@ class Threshold(Study):
     of_tasks = False
     integrates = True
     unit = "disks"
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
-        return LAYOUT
+    datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
@@ -84,10 +81,6 @@ class Threshold(Study):
                 at_value(config, value)
             except InputError as error:
                 yield f"threshold.key: {value:g}: {error}"
-
-    def prepare(self, config: Config) -> Problem:
-        """The disk and scene of the input itself; those of the values are built on every rank."""
-        return build_problem(config)
 
     def cost(self, config: Config, until_steady: float) -> Cost:
         """About as many disks as a few values need whose intervals must leave out the target."""

@@ -16,7 +16,6 @@ from hpcrub.runs.study import Job, Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.file import read_trust
@@ -53,10 +52,6 @@ class Contact(Study):
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets."""
         return layout(config)
-
-    def prepare(self, config: Config) -> Problem:
-        """The tuned disk and its scene."""
-        return build_problem(config)
 
     def job(self, *arguments: Any) -> Job:
         """A Monte-Carlo simulation, whose parts are no independent tasks."""
