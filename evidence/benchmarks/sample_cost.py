@@ -45,7 +45,7 @@ def start_up():
         f"print('used', time.process_time(), {PEAK})"
     )
     few = ["--set", "mistuning.samples=1", "--set", "mistuning.tuned_runs=1",
-           "--set", "steady_state.max_time_s=0.5"]  # fmt: skip
+           "--set", "speeds.step_hz=1000", "--set", "steady_state.max_time_s=0.5"]  # fmt: skip
     out = {}
     for name in ("quickstart", "blisk/contact"):
         with tempfile.TemporaryDirectory() as folder:
