@@ -63,20 +63,25 @@ def shape_for(machine: Machine) -> Shape:
 
     The sums of a tile stay in registers, beside a row of the modes and one factor. Of the numbers
     of lanes that leave room for such a tile and keep the modes in the first-level cache, the
-    largest is taken. A block of modes fills half of this cache.
+    largest is taken. A block of modes fills three quarters of this cache.
     """
     shapes = []
     for lanes in LANES:
         row = -(-lanes // machine.vector)
         tile = max(tile for tile in TILES if tile == 1 or (tile + 1) * row < machine.registers)
         shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache)))
-    fitting = [s for s in shapes if s.tile >= FEWEST and s.block >= MODES // 2]
+    fitting = [s for s in shapes if s.tile >= FEWEST and MODES * size_of(s.lanes) <= machine.cache]
     return fitting[-1] if fitting else shapes[0]
 
 
+def size_of(lanes: int) -> int:
+    """Motion and coefficients of a mode [bytes]."""
+    return ROWS * NUMBER * lanes
+
+
 def block_of(lanes: int, cache: int) -> int:
-    """Modes whose motion and coefficients fill half of a cache [bytes]: a multiple of 12."""
-    return max(cache // 2 // (ROWS * NUMBER * lanes) // 12, 1) * 12
+    """Modes that fill three quarters of a cache [bytes]: a multiple of 12."""
+    return max(3 * cache // 4 // size_of(lanes) // 12, 1) * 12
 
 
 def shape() -> Shape:
