@@ -1,5 +1,6 @@
 """The program as its user runs it, to its end or not, and what its result file holds."""
 
+import json
 import os
 import subprocess
 
@@ -84,6 +85,11 @@ def lay_out(path, study=TINY):
 
 def error_lines(text):
     return [line for line in text.splitlines() if line.startswith("hpcrub: ")]
+
+
+def end_of_log(path):
+    """What the log of a result file tells of the end of its last run."""
+    return json.loads(path.with_suffix(".runs.jsonl").read_text("utf-8").splitlines()[-1])
 
 
 def datasets(path):

@@ -5,6 +5,7 @@ patterns that are left and drops the worse half of them. All patterns get the sa
 Where there are too many patterns to try all, the first round also names neighbours of the best.
 """
 
+import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
 from hpcrub.model.reduction import Modes
+from hpcrub.ranks.runlog import Work
 from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PENDING, Dataset
@@ -293,7 +295,7 @@ class Halving(Job):
         return disks
 
     def _linear(self, task, poll):
-        pattern, first, last, word = task
+        (pattern, first, last, word), start = task, time.perf_counter()
         found = np.empty((2, last - first))
         for i, sample in enumerate(range(first, last)):
             own = _deviation(self.config, np.array(word), sample)
@@ -303,18 +305,21 @@ class Halving(Job):
         where = pattern, slice(first, last)
         self.file.write({"amplification": found[0], "least_damping_ratio": found[1]}, where)
         self.file.write({"status": DONE}, where)
+        return time.perf_counter() - start
 
     def _in_contact(self, task, poll):
-        *where, word = task
+        (*where, word), start = task, time.perf_counter()
         own = _deviation(self.config, np.array(word), where[1])
         modes = modes_of(self.config, self.prepared.problem, own)
         speeds = self.config.speeds.values_hz
         result = run_sweep(modes, self.prepared.problem.scene, speeds, poll)
         self.file.write({"contact_amplitude_m": peak(result, speeds)[0]}, tuple(where))
         self.file.write({"contact_status": DONE}, tuple(where))
+        return time.perf_counter() - start
 
-    def _collect(self, task, result):
+    def _collect(self, task, seconds):
         self.computed += 1
+        self.work += Work(1, 0, seconds)
         if self.progress:
             self.progress.part("tasks", *self.n_done())
 

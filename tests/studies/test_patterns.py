@@ -13,7 +13,7 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, error_lines, load, run, run_here
+from tests.program import TINY, end_of_log, error_lines, load, run, run_here
 
 N = 256
 TEXT = (
@@ -101,6 +101,9 @@ def test_two_ranks_and_a_stop_give_the_same_bits(found):
     code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
     assert code == 0, out + err
     assert error_lines(err) == []
+    logged = end_of_log(folder / "two.h5")
+    assert logged["done_in_this_run"] > 0
+    assert logged["idle_share"] < 1.0
     assert bits(folder / "two.h5") == first
     with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
         for name in ("amplification", "least_damping_ratio", "contact_amplitude_m"):

@@ -10,7 +10,7 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import rare
-from tests.program import TINY, error_lines, load, run, run_here
+from tests.program import TINY, end_of_log, error_lines, load, run, run_here
 
 N = 200
 STUDY = (
@@ -94,6 +94,11 @@ def test_two_ranks_and_a_stop_give_the_same_bits(brute):
     code, out, err = run(2, "study.yaml", "--output", "b.h5", *options, folder=folder)
     assert code == 0, out + err
     assert error_lines(err) == []
+    with h5py.File(folder / "b.h5") as file:
+        n_done = np.count_nonzero(file["status"][()])
+    logged = end_of_log(folder / "b.h5")
+    assert logged["done_in_this_run"] == n_done > 0
+    assert logged["idle_share"] < 1.0
     assert bits(folder / "b.h5") == first
 
 

@@ -8,7 +8,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import probability_interval
-from tests.program import TINY, error_lines, load, run, run_here
+from tests.program import TINY, end_of_log, error_lines, load, run, run_here
 
 N = 60
 STUDY = (
@@ -82,6 +82,11 @@ def test_two_ranks_and_a_stop_give_the_same_bits(brute):
     code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
     assert code == 0, out + err
     assert error_lines(err) == []
+    with h5py.File(folder / "two.h5") as file:
+        n_done = np.count_nonzero(file["status"][()])
+    logged = end_of_log(folder / "two.h5")
+    assert logged["done_in_this_run"] == n_done > 0
+    assert logged["idle_share"] < 1.0
     assert bits(folder / "two.h5") == first
     with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
         for name in ("status", "peak_amplitude_m", "peak_stress_pa"):
