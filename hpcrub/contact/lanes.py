@@ -22,6 +22,7 @@ import numpy as np
 from hpcrub.contact import machine
 
 TILE, WIDTH, BLOCK = machine.shape()
+BESIDE_MODES = machine.fits_beside_modes(machine.shape(), machine.this_machine())
 TIPS = (0,) * TILE
 PLACES = (0,) * 8  # of a vector that holds stresses of one lane
 
@@ -120,8 +121,9 @@ def tile_rise(array: np.ndarray, rows: tuple, tile: tuple) -> None:
 
 
 def tile_relax(
-    coupling: np.ndarray, n_rows: int, rows: tuple, depth: Any, x: Any, changing: np.ndarray
-) -> tuple[tuple, tuple, np.ndarray]:
+    coupling: np.ndarray, n_rows: int, rows: tuple, depth: Any, x: Any, limit: np.ndarray,
+    change: np.ndarray,
+) -> tuple[tuple, tuple, np.ndarray]:  # fmt: skip
     """One sweep of projected Gauss–Seidel for x_i = max(depth_i, 0), depth = p − Cx.
 
     coupling: (n_rows², L) C, of zero diagonal, with entry (i, j) in row i·n_rows + j [-].
@@ -129,11 +131,12 @@ def tile_relax(
     rows: rows of C that the members of the tiles belong to.
     depth: (L,) tile of depths before the sweep [m].
     x: (L,) tile of unknowns before the sweep [m].
-    changing: (L,) bool, lanes to relax; the others stay as they are.
+    limit, change: (L,) lanes whose largest change of the sweep before is above the limit are
+        relaxed, the others stay as they are [m].
     Returns depth (L,), depths after the sweep [m]; x (L,), unknowns after the sweep [m]; change
     (L,), largest change of any x [m].
     """
-    depth, x = list(depth), list(x)
+    depth, x, changing = list(depth), list(x), limit < change
     change = np.zeros_like(depth[0])
     for a, column in enumerate(rows):
         new = select(changing, larger(depth[a], 0.0), x[a])

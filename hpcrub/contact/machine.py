@@ -17,6 +17,7 @@ NUMBER = 8  # [bytes]
 TILES = 12, 6, 4, 2, 1  # vectors that a tile may have
 LANES = 4, 8, 16  # that a bank may have
 FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
+OF_A_MODE = 3  # vectors while a mode advances: position, increment, gain and a product
 MODES = 84  # of the reference disk, whose motion and coefficients should fit the cache
 ROWS = 4  # that a mode has of numbers per lane: position, increment, decay and gain
 SMALL_CACHE = 32 << 10  # [bytes] where a system does not tell
@@ -72,6 +73,12 @@ def shape_for(machine: Machine) -> Shape:
         shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache)))
     fitting = [s for s in shapes if s.tile >= FEWEST and MODES * size_of(s.lanes) <= machine.cache]
     return fitting[-1] if fitting else shapes[0]
+
+
+def fits_beside_modes(shape: Shape, machine: Machine) -> bool:
+    """Whether the sums of a tile stay in registers while modes advance, one after the other."""
+    row = -(-shape.lanes // machine.vector)
+    return (shape.tile + OF_A_MODE) * row + 1 < machine.registers
 
 
 def size_of(lanes: int) -> int:

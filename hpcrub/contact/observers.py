@@ -13,8 +13,8 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import PLACES, TILE, TIPS
-from hpcrub.contact.passes import end_of_block, project, settle, sum_forces
+from hpcrub.contact.lanes import BESIDE_MODES, PLACES, TILE, TIPS
+from hpcrub.contact.passes import correct, project
 
 NO_LANES = np.zeros(0, dtype=np.int64)
 # Steps between looks at a stress that is below this share of its largest so far. On 492 points of
@@ -27,29 +27,22 @@ def record_displacements(
     lanes: tuple, bank: Bank, history: np.ndarray, peak: np.ndarray, row: int, block: int,
     n_active: int,
 ) -> None:  # fmt: skip
-    """Apply the corrector and record all observed displacements (bank and arrays are modified).
+    """Apply the corrector and look at all observed displacements (bank and arrays are modified).
 
     history, peak: as in `Record`.
-    row: place of the record in the ring, in records.
+    row: place of the record in the ring, in records; negative for a step that is not recorded.
     block: place of its block in the ring.
     """
     scheme, state = bank.scheme, bank.state
-    n_observed = scheme.observed.shape[1]
-    zero, n_modes, begin = v.splat(lanes, 0.0), state.position.shape[0], 0
-    while begin < n_modes:
-        end = end_of_block(scheme, begin)
-        sum_forces(lanes, scheme, state, n_active, begin, end)
-        for first in range(0, n_observed, TILE):
-            rows = v.consecutive(TIPS, row * n_observed + first)
-            seen = v.tile_splat(TIPS, zero) if begin == 0 else v.tile_gather(lanes, history, rows)
-            if first == 0:
-                seen = settle(lanes, scheme, state, n_active, begin, end, seen)
-            else:
-                seen = project(lanes, scheme.observed, state.position, first, begin, end, seen)
-            v.tile_store(history, rows, seen)
-            if end == n_modes:
-                v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
-        begin = end
+    n_modes, n_observed = scheme.observed.shape
+    seen = correct(lanes, scheme, state, n_active)
+    for first in range(0, n_observed, TILE):
+        if first > 0 or not BESIDE_MODES:
+            seen = v.tile_splat(TIPS, v.splat(lanes, 0.0))
+            seen = project(lanes, scheme.observed, state.position, first, 0, n_modes, seen)
+        if row >= 0:
+            v.tile_store(history, v.consecutive(TIPS, row * n_observed + first), seen)
+        v.tile_rise(peak, v.consecutive(TIPS, block * n_observed + first), seen)
 
 
 @compiled(inner=True)
@@ -105,15 +98,16 @@ class Record(NamedTuple):
     def observe(
         lanes: tuple, bank: Bank, record: "Record", block: int, step: int, n_active: int
     ) -> int:
-        """Record a step; every ``stride``-th replaces those before it; see ``observers``."""
+        """Record every ``stride``-th step, and the peaks of all; see ``observers``."""
         if record.begin < 0:
             return n_active
         n_steps, n_observed = bank.scheme.bump.shape[0], bank.scheme.observed.shape[1]
         place = (record.begin + block) % (record.peak.shape[0] // n_observed)
         if step == 0:
             record.peak[place * n_observed : (place + 1) * n_observed] = 0.0
-        row = place * (n_steps // record.stride) + step // record.stride
-        record_displacements(lanes, bank, record.history, record.peak, row, place, n_active)
+        row, last = place * (n_steps // record.stride) + step // record.stride, record.stride - 1
+        kept = row if step % record.stride == last else -1
+        record_displacements(lanes, bank, record.history, record.peak, kept, place, n_active)
         for i in range(len(record.watched)):
             lane = record.watched[i]
             now, peak = record.stress[0, lane], record.stress_peak[0, lane]
@@ -122,7 +116,7 @@ class Record(NamedTuple):
                 record.stress[0, lane] = now
                 record.stress_peak[0, lane] = max(peak, now)
         n_pairs = bank.scheme.casing
-        if n_pairs > 0 and (step + 1) % record.stride == 0:
+        if n_pairs > 0 and kept >= 0:
             first = bank.state.position.shape[0] - n_pairs
             for i in range(n_pairs):
                 now = v.load(lanes, bank.state.position, first + i)

@@ -23,7 +23,7 @@ import numpy as np
 from hpcrub.contact import lanes as v
 from hpcrub.contact.arrays import Bank, Scheme, State
 from hpcrub.contact.jit import compiled
-from hpcrub.contact.lanes import BLOCK, TILE, TIPS
+from hpcrub.contact.lanes import BESIDE_MODES, BLOCK, TILE, TIPS
 
 
 @compiled(inline=True, inner=True)
@@ -159,37 +159,60 @@ def turn_pair(
 
 
 @compiled(inline=True, inner=True)
+def advance_real(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
+    depth: tuple,
+) -> tuple:  # fmt: skip
+    """`advance` of a block of ordinary modes."""
+    points = v.consecutive(TIPS, 0)
+    for k in range(begin, end):
+        q, d = advanced(lanes, scheme, state, step, n_active, begin, k)
+        v.store(state.increment, k, d)
+        v.store(state.position, k, q)
+        if BESIDE_MODES:
+            depth = v.tile_add(depth, scheme.normal, k, points, q)
+    return depth
+
+
+@compiled(inline=True, inner=True)
+def advance_pairs(
+    lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
+    depth: tuple,
+) -> tuple:  # fmt: skip
+    """`advance` of a block of pairs of rows: complex modes, or modes of a casing that vibrates."""
+    points, complex_modes = v.consecutive(TIPS, 0), begin < scheme.normal.shape[0] - scheme.casing
+    for k in range(begin, end, 2):
+        if complex_modes:
+            a, b = advance_wave(lanes, scheme, state, step, n_active, begin, k)
+        else:
+            a, da = advanced(lanes, scheme, state, step, n_active, begin, k)
+            b, db = advanced(lanes, scheme, state, step, n_active, begin, k + 1)
+            turn_pair(lanes, scheme, state.increment, k, da, db)
+            a, b = turn_pair(lanes, scheme, state.position, k, a, b)
+        if BESIDE_MODES:
+            depth = v.tile_add(depth, scheme.normal, k, points, a)
+            depth = v.tile_add(depth, scheme.normal, k + 1, points, b)
+    return depth
+
+
+@compiled(inline=True, inner=True)
 def advance(
     lanes: tuple, scheme: Scheme, state: State, step: int, n_active: int, begin: int, end: int,
     depth: tuple,
 ) -> tuple:  # fmt: skip
-    """Corrector and predictor of a block of modes, or of pairs of rows (state is modified).
+    """Corrector and predictor of a block of modes (state is modified).
 
     depth: penetrations of the first tile of contact points [m].
-    Returns these with the block added.
+    Returns these, with the block added where registers have room for the sums beside the modes.
     """
-    points = v.consecutive(TIPS, 0)
-    if begin < first_pair(scheme):
-        for k in range(begin, end):
-            q, d = advanced(lanes, scheme, state, step, n_active, begin, k)
-            v.store(state.increment, k, d)
-            v.store(state.position, k, q)
-            depth = v.tile_add(depth, scheme.normal, k, points, q)
-        return depth
-    if begin < scheme.normal.shape[0] - scheme.casing:
-        for k in range(begin, end, 2):
-            re, im = advance_wave(lanes, scheme, state, step, n_active, begin, k)
-            depth = v.tile_add(depth, scheme.normal, k, points, re)
-            depth = v.tile_add(depth, scheme.normal, k + 1, points, im)
-        return depth
-    for k in range(begin, end, 2):
-        c, dc = advanced(lanes, scheme, state, step, n_active, begin, k)
-        s, ds = advanced(lanes, scheme, state, step, n_active, begin, k + 1)
-        turn_pair(lanes, scheme, state.increment, k, dc, ds)
-        c, s = turn_pair(lanes, scheme, state.position, k, c, s)
-        depth = v.tile_add(depth, scheme.normal, k, points, c)
-        depth = v.tile_add(depth, scheme.normal, k + 1, points, s)
-    return depth
+    if begin >= first_pair(scheme):
+        return advance_pairs(lanes, scheme, state, step, n_active, begin, end, depth)
+    # The loop over the modes stands in every branch without the questions that the branch answers.
+    if scheme.external.shape[0] > 0 or state.before.shape[0] > 0:
+        return advance_real(lanes, scheme, state, step, n_active, begin, end, depth)
+    if n_active > 0 or BESIDE_MODES:
+        return advance_real(lanes, scheme, state, step, n_active, begin, end, depth)
+    return advance_real(lanes, scheme, state, step, 0, begin, end, depth)
 
 
 @compiled(inline=True, inner=True)
@@ -222,11 +245,10 @@ def predict(lanes: tuple, bank: Bank, step: int, n_active: int) -> np.ndarray:
         sum_forces(lanes, scheme, state, n_active, begin, end)
         depth = begin_gaps(lanes, scheme, state, step, 0, begin)
         depth = advance(lanes, scheme, state, step, n_active, begin, end, depth)
-        v.tile_store(state.penetration, v.consecutive(TIPS, 0), depth)
-        deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
-        for first in range(TILE, n_points, TILE):
-            depth = begin_gaps(lanes, scheme, state, step, first, begin)
-            depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
+        for first in range(0, n_points, TILE):
+            if first > 0 or not BESIDE_MODES:
+                depth = begin_gaps(lanes, scheme, state, step, first, begin)
+                depth = project(lanes, scheme.normal, state.position, first, begin, end, depth)
             v.tile_store(state.penetration, v.consecutive(TIPS, first), depth)
             deepest = v.larger(v.tile_largest(depth), deepest) if end == n_modes else deepest
         begin = end
@@ -240,7 +262,7 @@ def settle(
     """Corrector by itself of a block of modes (state is modified).
 
     seen: first tile of observed displacements [m].
-    Returns these with the block added.
+    Returns these, with the block added where registers have room for the sums beside the modes.
     """
     points = v.consecutive(TIPS, 0)
     for k in range(begin, end):
@@ -250,17 +272,18 @@ def settle(
             q = q + kick
             v.store(state.position, k, q)
             v.store(state.increment, k, v.load(lanes, state.increment, k) + kick)
-        seen = v.tile_add(seen, scheme.observed, k, points, q)
+        if BESIDE_MODES:
+            seen = v.tile_add(seen, scheme.observed, k, points, q)
     return seen
 
 
-@compiled(inner=True)
-def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> None:
-    """Corrector by itself of all modes (state is modified)."""
-    nothing = v.tile_splat(TIPS, v.splat(lanes, 0.0))
-    begin = 0
+@compiled(inline=True, inner=True)
+def correct(lanes: tuple, scheme: Scheme, state: State, n_active: int) -> tuple:
+    """Corrector by itself of all modes (state is modified); returns as `settle`."""
+    seen, begin = v.tile_splat(TIPS, v.splat(lanes, 0.0)), 0
     while begin < state.position.shape[0]:
         end = end_of_block(scheme, begin)
         sum_forces(lanes, scheme, state, n_active, begin, end)
-        settle(lanes, scheme, state, n_active, begin, end, nothing)
+        seen = settle(lanes, scheme, state, n_active, begin, end, seen)
         begin = end
+    return seen

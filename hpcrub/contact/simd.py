@@ -13,6 +13,7 @@ from hpcrub.contact import lanes
 
 DOUBLE = ir.DoubleType()
 INDEX = ir.IntType(64)
+BYTE = ir.IntType(8)
 ZERO = ir.Constant(INDEX, 0)
 
 
@@ -150,14 +151,19 @@ def _splat(context, builder, sig, args):
     return _broadcast(builder, args[1], sig.return_type.width)
 
 
+def _row(context, builder, fe_type, array, row, vector):
+    """Pointer to a row of a lane array, which is as long as the vector."""
+    data = context.make_array(fe_type)(context, builder, array).data
+    return builder.gep(builder.bitcast(data, vector.as_pointer()), [row])
+
+
 def _load_row(context, builder, fe_type, array, row, width):
-    pointee = ir.VectorType(DOUBLE, width)
-    return builder.load(_address(context, builder, fe_type, array, row, ZERO, pointee), align=8)
+    at = _row(context, builder, fe_type, array, row, ir.VectorType(DOUBLE, width))
+    return builder.load(at, align=8)
 
 
 def _store_row(context, builder, fe_type, array, row, vector):
-    at = _address(context, builder, fe_type, array, row, ZERO, vector.type)
-    builder.store(vector, at, align=8)
+    builder.store(vector, _row(context, builder, fe_type, array, row, vector.type), align=8)
 
 
 def _scalar_at(context, builder, fe_type, array, row, column, width):
@@ -234,23 +240,33 @@ def _tile_add(context, builder, sig, args):
 
 @_instruction(
     lanes.tile_relax,
-    lambda coupling, n_rows, rows, depth, x, changing: types.Tuple((depth, x, depth.dtype)),
+    lambda coupling, n_rows, rows, depth, x, limit, change: types.Tuple((depth, x, depth.dtype)),
 )
 def _tile_relax(context, builder, sig, args):
-    coupling, n_rows, *tiles, changing = args
+    coupling, n_rows, *tiles, limit, change = args
     rows, depth, x = (cgutils.unpack_tuple(builder, tile) for tile in tiles)
-    kind = sig.args[3].dtype
-    zero = change = ir.Constant(ir.VectorType(DOUBLE, kind.width), None)
-    for a, column in enumerate(rows):
+    vector = ir.VectorType(DOUBLE, sig.args[3].dtype.width)
+    # a mask that another block has made is no register: it would be made anew for every point
+    changing = builder.fcmp_ordered("<", limit, change)
+    zero = change = ir.Constant(vector, None)
+    # bytes to a row and on to a column, which the processor adds: not an address for each pair
+    size = ir.Constant(INDEX, 8 * vector.count)
+    columns = [builder.mul(row, size) for row in rows]
+    data = context.make_array(sig.args[0])(context, builder, coupling).data
+    data = builder.bitcast(data, BYTE.as_pointer())
+    begins = [builder.gep(data, [builder.mul(column, n_rows)]) for column in columns]
+    for a, column in enumerate(columns):
         new = builder.select(changing, _larger(builder, depth[a], zero), x[a])
-        less = builder.fsub(x[a], new)
+        # x − new as a smaller of two numbers: the next point waits two instructions less for it
+        less = builder.fsub(x[a], depth[a])
+        less = builder.select(builder.fcmp_ordered("<", less, x[a]), less, x[a])
+        less = builder.select(changing, less, zero)
         change = _larger(builder, _larger(builder, builder.fsub(zero, less), less), change)
         x[a] = new
-        for b, row in enumerate(rows):
+        for b, begin in enumerate(begins):
             if b != a:
-                at = builder.add(builder.mul(row, n_rows), column)
-                factor = _load_row(context, builder, sig.args[0], coupling, at, kind.width)
-                depth[b] = _fma(builder, factor, less, depth[b])
+                at = builder.bitcast(builder.gep(begin, [column]), vector.as_pointer())
+                depth[b] = _fma(builder, builder.load(at, align=8), less, depth[b])
     packed = [cgutils.pack_array(builder, members) for members in (depth, x)]
     return context.make_tuple(builder, sig.return_type, [*packed, change])
 

@@ -287,7 +287,7 @@ class Band:
         time = self._seconds(lane, now)
 
         def signals(row):
-            return tuple(self._signals(lane, w)[:, row].copy() for w in self._windows(now))
+            return tuple(self._signals(lane, w, row).ravel() for w in self._windows(now))
 
         found = self.watch[lane].look(before, last, signals, time, self._is_over(lane))
         self.check[lane] = min(now + self._extension, self.start[lane] + self._cap(lane))
@@ -320,8 +320,10 @@ class Band:
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
-    def _signals(self, lane, window):
-        """Observed displacements over a window, places in the ring, (records, O) [m]."""
+    def _signals(self, lane, window, row=None):
+        """Observed displacements, all or one, over a window of the ring, (records, O) [m]."""
         n_observed, n = self.bank.scheme.observed.shape[1], len(self.modes.observed)
         history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
-        return history[window, :, :n, lane].reshape(-1, n)
+        rows = slice(n) if row is None else slice(row, row + 1)
+        kept = history[window, :, rows, lane]
+        return kept.reshape(-1, kept.shape[-1])

@@ -115,11 +115,12 @@ class Windows:
         self.alike = self.alike + 1 if same and is_repeated(*signals(tip), self.strict) else 1
         if self.alike >= ALIKE:
             return self._verdict(STEADY, ALIKE)
+        enough = len(self.sizes) >= FEWEST and self.decay * time >= SETTLED
+        if not enough and not over:
+            return None
         n = max(FEWEST, math.ceil(len(self.sizes) / 2))
         found = self._verdict(NOT_STEADY, min(n, len(self.sizes)))
-        if len(self.sizes) < FEWEST or self.decay * time < SETTLED:
-            return found if over else None
-        known = found.error <= self.criteria.max_error * found.amplitude
+        known = enough and found.error <= self.criteria.max_error * found.amplitude
         if known and not self._goes_on(n, found.amplitude):
             return found._replace(status=AVERAGED)
         return found if over else None

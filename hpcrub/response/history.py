@@ -66,8 +66,9 @@ class Trace(NamedTuple):
             i = bank.state.active[a]
             for lane in range(len(lanes)):
                 trace.force[record, i, lane] += bank.state.multiplier[i, lane]
-        record_displacements(lanes, bank, trace.observed, trace.peak, record, 0, n_active)
-        if (step + 1) % trace.stride != 0:
+        kept = record if (step + 1) % trace.stride == 0 else -1
+        record_displacements(lanes, bank, trace.observed, trace.peak, kept, 0, n_active)
+        if kept < 0:
             return 0
         for k in range(bank.state.position.shape[0]):
             for lane in range(len(lanes)):

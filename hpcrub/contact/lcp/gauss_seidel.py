@@ -57,25 +57,25 @@ def unsettled(
 
 @compiled(inline=True, inner=True)
 def solve_few(
-    lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray, changing: np.ndarray
+    lanes: tuple, slots: tuple, law: Coupled, state: State, limit: np.ndarray, deepest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Multipliers of a few active points, all in registers; see `solve`.
 
     slots: as many zeros as there is room for points, no fewer than are active.
-    changing: (L,) bool, lanes in which anything penetrates.
+    deepest: (L,) deepest penetration [m]; lanes without one stay as they are.
     Returns unsettled (L,) bool, lanes that did not converge; sweeps (L,), sweeps that each lane
     took.
     """
-    sweeps, change, largest = v.splat(lanes, 0.0), v.splat(lanes, 0.0), v.splat(lanes, 0.0)
+    sweeps, change, largest = v.splat(lanes, 0.0), deepest, v.splat(lanes, 0.0)
     rows = v.indices(slots, state.active, 0)
     depth = v.tile_gather(lanes, state.penetration, rows)
     x = v.tile_splat(slots, v.splat(lanes, 0.0))
     n_rows = state.penetration.shape[0]
     for _ in range(MAX_SWEEPS):
-        depth, x, change = v.tile_relax(law.coupling, n_rows, rows, depth, x, changing)
-        sweeps = v.select(changing, sweeps + 1.0, sweeps)
-        changing, largest = limit < change, v.larger(change, largest)
-        if not v.any_lane(changing):
+        sweeps = v.select(limit < change, sweeps + 1.0, sweeps)
+        depth, x, change = v.tile_relax(law.coupling, n_rows, rows, depth, x, limit, change)
+        largest = v.larger(change, largest)
+        if not v.any_lane(limit < change):
             break
     v.tile_store(state.multiplier, rows, x)
     return unsettled(lanes, limit, change, largest), sweeps
@@ -178,17 +178,16 @@ def solve(lanes: tuple, law: Coupled, state: State, deepest: np.ndarray, n_activ
     MAX_SWEEPS is solved by pivoting.
     """
     limit = v.larger(deepest, 0.0) * TOLERANCE
-    changing = deepest > 0.0
     if n_active <= len(FOUR):
-        stuck, sweeps = solve_few(lanes, FOUR, law, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, FOUR, law, state, limit, deepest)
     elif n_active <= len(SIX):
-        stuck, sweeps = solve_few(lanes, SIX, law, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, SIX, law, state, limit, deepest)
     elif n_active <= len(EIGHT):
-        stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, EIGHT, law, state, limit, deepest)
     elif n_active <= ROOM:
-        stuck, sweeps = solve_few(lanes, TWELVE, law, state, limit, changing)
+        stuck, sweeps = solve_few(lanes, TWELVE, law, state, limit, deepest)
     else:
-        stuck, sweeps = solve_many(lanes, law, state, n_active, limit, changing)
+        stuck, sweeps = solve_many(lanes, law, state, n_active, limit, deepest > 0.0)
     v.store(state.report, SWEEPS, v.larger(sweeps, v.load(lanes, state.report, SWEEPS)))
     if v.any_lane(stuck):
         v.store(state.report, STUCK, v.select(stuck, 1.0, 0.0))
