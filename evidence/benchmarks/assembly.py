@@ -85,12 +85,16 @@ def rows(name):
     """A row of the table for each loop of the predictor of a disk."""
     registers, vector, triple, processor = MACHINES[name]
     shape = shape_for(Machine(registers, vector, SMALL_CACHE))
-    loops = [loop for loop in inner_loops(assembly(unoptimized(), triple, processor))
-             if count(FUSED, loop) >= shape.tile * shape.lanes // vector]  # fmt: skip
-    sums = [loop for loop in loops if not count(PRODUCT, loop)]
-    modes = min((loop for loop in loops if count(PRODUCT, loop)), key=len)
-    for part, loop in zip(("modal forces", "modes, first points", "other points"),
-                          (sums[0], modes, sums[-1]), strict=True):  # fmt: skip
+    row = shape.lanes // vector  # instructions for a product of all lanes
+    loops = list(inner_loops(assembly(unoptimized(), triple, processor)))
+    sums = [loop for loop in loops if count(FUSED, loop) >= shape.tile * row
+            and not count(PRODUCT, loop) and not count(STORE, loop)]  # fmt: skip
+    # the last loop of four products for a mode: corrector and predictor of real modes
+    products = [count(PRODUCT, loop) for loop in loops]
+    modes = [loop for loop, n in zip(loops, products, strict=True) if n and n % (4 * row) == 0
+             and bool(count(FUSED, loop)) == bool(shape.beside)][-1]  # fmt: skip
+    parts = "modal forces", "modes, first points" if shape.beside else "modes", "other points"
+    for part, loop in zip(parts, (sums[0], modes, sums[-1]), strict=True):
         counts = [count(pattern, loop) for pattern in (FUSED, LOAD, STORE, SPILL)]
         yield [name, f"{shape.tile} × {shape.lanes}", part, len(loop), *counts]
 

@@ -21,8 +21,7 @@ import numpy as np
 
 from hpcrub.contact import machine
 
-TILE, WIDTH, BLOCK = machine.shape()
-BESIDE_MODES = machine.fits_beside_modes(machine.shape(), machine.this_machine())
+TILE, WIDTH, BLOCK, BESIDE_MODES = machine.shape()
 TIPS = (0,) * TILE
 PLACES = (0,) * 8  # of a vector that holds stresses of one lane
 

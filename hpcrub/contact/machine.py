@@ -3,7 +3,7 @@
 The blocks of a matrix product follow from the same numbers (BLIS: Low, Igual, Smith,
 Quintana-Ortí, ACM Transactions on Mathematical Software 43, 2016). Every choice gives the same
 bits. Tests and benchmarks override the rule by the environment variable ``HPCRUB_SHAPE``: tile,
-lanes and block, as in "6x8x60".
+lanes, block and, if the sums of a tile have room beside a mode, a 1, as in "6x8x60" or "12x8x96x1".
 """
 
 import os
@@ -17,7 +17,7 @@ NUMBER = 8  # [bytes]
 TILES = 12, 6, 4, 2, 1  # vectors that a tile may have
 LANES = 4, 8, 16  # that a bank may have
 FEWEST = 4  # vectors of a tile: with fewer, the modes are read too often
-OF_A_MODE = 3  # vectors while a mode advances: position, increment, gain and a product
+OF_A_MODE = 3  # rows in registers while a mode advances: position, increment and gain
 MODES = 84  # of the reference disk, whose motion and coefficients should fit the cache
 ROWS = 4  # that a mode has of numbers per lane: position, increment, decay and gain
 SMALL_CACHE = 32 << 10  # [bytes] where a system does not tell
@@ -37,6 +37,7 @@ class Shape(NamedTuple):
     tile: int  # rows of a matrix whose sums stay in registers
     lanes: int
     block: int  # modes that stay in the first-level cache: a multiple of 12
+    beside: int = 0  # 1: sums of a tile have room beside a mode that advances
 
 
 def this_machine() -> Machine:
@@ -64,21 +65,17 @@ def shape_for(machine: Machine) -> Shape:
 
     The sums of a tile stay in registers, beside a row of the modes and one factor. Of the numbers
     of lanes that leave room for such a tile and keep the modes in the first-level cache, the
-    largest is taken. A block of modes fills three quarters of this cache.
+    largest is taken. A block of modes fills three quarters of this cache. Where registers have room
+    for the sums of a tile and a mode that advances, one loop does both.
     """
     shapes = []
     for lanes in LANES:
         row = -(-lanes // machine.vector)
         tile = max(tile for tile in TILES if tile == 1 or (tile + 1) * row < machine.registers)
-        shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache)))
+        beside = (tile + OF_A_MODE) * row + 1 < machine.registers
+        shapes.append(Shape(tile, lanes, block_of(lanes, machine.cache), int(beside)))
     fitting = [s for s in shapes if s.tile >= FEWEST and MODES * size_of(s.lanes) <= machine.cache]
     return fitting[-1] if fitting else shapes[0]
-
-
-def fits_beside_modes(shape: Shape, machine: Machine) -> bool:
-    """Whether the sums of a tile stay in registers while modes advance, one after the other."""
-    row = -(-shape.lanes // machine.vector)
-    return (shape.tile + OF_A_MODE) * row + 1 < machine.registers
 
 
 def size_of(lanes: int) -> int:
