@@ -8,7 +8,8 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from hpcrub.errors import InputError
 from hpcrub.model import families
-from hpcrub.model.imported.assembly import PAIRING, SparseDisk, turned
+from hpcrub.model.imported.assembly import PAIRING, turned
+from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.stiffness import stiffness_at
 
 AT_ONCE = 64  # columns solved for together
@@ -17,8 +18,8 @@ SMALLEST = 200  # rows below which matrices are treated as dense
 TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its square
 
 
-def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Craig-Bampton basis of a SparseDisk at one speed of rotation.
+def basis(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Craig-Bampton basis of an assembled disk at one speed of rotation.
 
     n_modes: fixed-interface modes kept; more where they are no whole families.
     speed: of rotation, that of the mode shapes [rad/s].
@@ -49,7 +50,7 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
     return out, boundary
 
 
-def like_rows(disk: SparseDisk) -> np.ndarray:
+def like_rows(disk: NeutralModel) -> np.ndarray:
     """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
     from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
 
@@ -81,7 +82,7 @@ def _families(K, M, n_modes, factor, like):
     raise InputError("K, M: the modes of the disk have no whole families of nodal diameters")
 
 
-def boundary_rows(disk: SparseDisk) -> np.ndarray:
+def boundary_rows(disk: NeutralModel) -> np.ndarray:
     """Rows of the contact nodes: all u_r, all u_theta, and all u_z of a disk that has them."""
     rows = disk.row[disk.contact_node]
     axial = rows[:, 2] >= 0
@@ -162,8 +163,8 @@ def _orthonormal(W, M):
     return solve_triangular(R, W.T, trans="T").T, R
 
 
-def frequencies(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> np.ndarray:
-    """First natural frequencies of a SparseDisk at a speed [rad/s]; (n_modes,) [Hz]."""
+def frequencies(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> np.ndarray:
+    """First natural frequencies of an assembled disk at a speed [rad/s]; (n_modes,) [Hz]."""
     values, _ = lowest_modes(
         stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc(), n_modes
     )

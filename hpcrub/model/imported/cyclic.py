@@ -17,7 +17,7 @@ from hpcrub.model.imported.craig_bampton import (
     frequencies,
     lowest_modes,
 )
-from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
+from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.reduced import interface
 from hpcrub.model.imported.stiffness import stiffness_at
@@ -75,35 +75,34 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
     The frequencies are those of the model at these speeds [rad/s], and nearly so between them.
     Yields K0, K1, ... of the stiffness, each (k, k), and the mass (k, k), for 0, 1, ... diameters.
     """
-    if model.kind == "sector":
-        model = to_cylindrical(model)
-    matrices = assemble(model) if model.kind == "disk" else model
-    found = [_sector_modes, _disk_modes][model.kind != "sector"]
-    for columns in zip(*(found(model, matrices, speed) for speed in speeds), strict=True):
+    is_sector = model.kind == "sector"
+    model = to_cylindrical(model) if is_sector else assemble(model)
+    modes = _sector_modes if is_sector else _disk_modes
+    for columns in zip(*(modes(model, speed) for speed in speeds), strict=True):
         V = np.hstack(columns)
-        M = V.conj().T @ (matrices.mass @ V)
+        M = V.conj().T @ (model.mass @ V)
         values, vectors = np.linalg.eigh(M)
         alike = values < DEPENDENT * values.max(initial=0.0)
         T = vectors[:, ~alike]
-        small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in matrices.stiffness]
+        small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in model.stiffness]
         yield small, T.conj().T @ M @ T
 
 
-def _sector_modes(model, matrices, speed):
+def _sector_modes(model, speed):
     """Lowest modes of each number of diameters, on the rows of a sector in cylindrical frames."""
     for diameters in range(model.n_blades // 2 + 1):
-        P, K, M = wave_matrices(matrices, diameters, speed)
+        P, K, M = wave_matrices(model, diameters, speed)
         yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
 
 
-def _disk_modes(model, matrices, speed):
+def _disk_modes(model, speed):
     """Lowest modes of a whole disk by number of diameters."""
     n_modes = MODES_OF_DISK * model.n_blades
-    K, M = stiffness_at(matrices.stiffness, speed), matrices.mass
+    K, M = stiffness_at(model.stiffness, speed), model.mass
     if model.kind == "disk":
         _, vectors = lowest_modes(K.tocsc(), M.tocsc(), min(n_modes, M.shape[0]))
-        shapes = vectors[boundary_rows(matrices)]
-        angle = node_angle(matrices.nodes[matrices.contact_node])
+        shapes = vectors[boundary_rows(model)]
+        angle = node_angle(model.nodes[model.contact_node])
     else:
         face = interface(model)
         vectors = eigh(K, M)[1][:, :n_modes]
@@ -145,7 +144,7 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
         P = wave(model, 0).real
     else:
         P = sp.eye_array(n, format="csr")[:, np.setdiff1d(np.arange(n), model.fixed)]
-    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+    rows = model.row[model.contact_node]
     K = sp.csr_array(stiffness_at(model.stiffness, speed))
     back = np.zeros(n)
     back[rows[:, 1]] = -1.0

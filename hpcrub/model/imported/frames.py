@@ -3,17 +3,9 @@
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.neutral import NeutralModel, row_table
 
 PAIRS = (1, 2), (4, 5)  # directions that turn together about z
-
-
-def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
-    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
-    table = np.full((n_nodes, 7), -1)
-    placed = dof[:, 1] > 0
-    table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
-    return table
 
 
 def node_angle(nodes: np.ndarray) -> np.ndarray:

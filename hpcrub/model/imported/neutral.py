@@ -53,11 +53,26 @@ class NeutralModel(NamedTuple):
     stress: Any = NO_STRESS  # (R, n) at some places [Pa per coordinate]; sparse if not reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
     stress_static: np.ndarray = np.zeros(0)  # (R,) of the rotation there [Pa]; (0,): not known
+    # (n,) of an assembled disk: blade that has stiffness in the row, -1 for the disk's own
+    row_blade: np.ndarray = NONE
 
     @property
     def n_blades(self) -> int:
         """Blades of the whole disk."""
         return self.n_sectors or int(self.contact_blade.max()) + 1
+
+    @property
+    def row(self) -> np.ndarray:
+        """Rows of the three displacements of every node (n_nodes, 3), -1 where there is none."""
+        return row_table(self.dof, len(self.nodes))[:, 1:4]
+
+
+def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
+    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
+    table = np.full((n_nodes, 7), -1)
+    placed = dof[:, 1] > 0
+    table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
+    return table
 
 
 def from_arrays(arrays: dict) -> NeutralModel:

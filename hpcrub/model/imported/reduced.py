@@ -5,8 +5,7 @@ import numpy as np
 from hpcrub.errors import InputError
 from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
-from hpcrub.model.imported.assembly import SparseDisk
-from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
+from hpcrub.model.imported.frames import node_angle, to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.model.interface import Interface
@@ -19,21 +18,25 @@ SOLVABLE = 1e100  # share of the stiffness up to which eigenvalues are found wit
 
 
 def reduce_disk(
-    disk: SparseDisk, n_modes: int, speed: float = 0.0
+    disk: NeutralModel, n_modes: int, speed: float = 0.0
 ) -> tuple[NeutralModel, np.ndarray]:
-    """Reduce a SparseDisk to a NeutralModel of kind "reduced".
+    """Reduce a NeutralModel of kind "disk", assembled, to one of kind "reduced".
 
     n_modes: fixed-interface modes kept.
     speed: of rotation, that of the mode shapes of the basis [rad/s].
     Returns model; basis (n, m), coordinates to the rows of the disk.
     """
     basis, boundary = craig_bampton.basis(disk, n_modes, speed)
-    n_points = len(disk.contact_node)
+    n_points, m = len(disk.contact_node), basis.shape[1]
     directions = len(boundary) // n_points
-    m = basis.shape[1]
     dof = np.column_stack([np.full(m, -1), np.zeros(m, int)])
     dof[: len(boundary), 0] = np.tile(np.arange(n_points), directions)
     dof[: len(boundary), 1] = np.repeat(np.arange(1, directions + 1), n_points)
+    blades = frequencies = participation = None
+    if disk.blade_stiffness is not None:
+        own = [np.flatnonzero(disk.row_blade == blade) for blade in range(disk.n_blades)]
+        blades = np.stack([_project(disk.blade_stiffness[r][:, r], basis[r]) for r in own])
+        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
     model = NeutralModel(
         kind="reduced",
         mass=_project(disk.mass, basis),
@@ -45,26 +48,14 @@ def reduce_disk(
         contact_blade=disk.contact_blade,
         contact_clearance=disk.contact_clearance,
         contact_normal=disk.contact_normal,
-        blade_stiffness=project_blades(disk, basis),
+        blade_stiffness=blades,
+        blade_frequencies=frequencies,
+        participation=participation,
         stress=disk.stress @ basis,
         stress_blade=disk.stress_blade,
         stress_static=disk.stress_static,
     )
-    if disk.blade_stiffness is not None:
-        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
-        model = model._replace(blade_frequencies=frequencies, participation=participation)
     return model, basis
-
-
-def project_blades(disk: SparseDisk, basis: np.ndarray) -> np.ndarray | None:
-    """Every blade's stiffness on the coordinates of a basis, (N, m, m); None without K_blade."""
-    if disk.blade_stiffness is None:
-        return None
-    blades = []
-    for blade in range(disk.n_blades):
-        rows = np.flatnonzero(disk.row_blade == blade)
-        blades.append(_project(disk.blade_stiffness[rows][:, rows], basis[rows]))
-    return np.stack(blades)
 
 
 def interface(model: NeutralModel) -> Interface:
@@ -72,7 +63,7 @@ def interface(model: NeutralModel) -> Interface:
 
     Its amplitude is the largest tangential displacement of a contact node.
     """
-    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+    rows = model.row[model.contact_node]
     if (rows[:, :2] < 0).any():
         raise InputError("contact_node: a contact node has no row in x or y among dof")
     axial = rows[:, 2] >= 0

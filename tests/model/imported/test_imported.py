@@ -134,7 +134,7 @@ def test_interface_is_radial_tangential_axial_at_every_contact_node():
     np.testing.assert_allclose(cylindrical[rows[:, [0, 2]]], 0, atol=1e-12)
 
 
-def test_reduced_model_in_cartesian_rows_has_the_same_interface(disk):
+def test_reduced_model_in_cartesian_rows_has_the_same_interface_and_diameters(disk):
     """Contact rows turned to x, y by hand, and turned back by the importer."""
     model, _ = reduced.reduce_disk(disk, 5)
     face = reduced.interface(model)
@@ -151,6 +151,8 @@ def test_reduced_model_in_cartesian_rows_has_the_same_interface(disk):
         a, b = getattr(back, name), getattr(model, name)
         np.testing.assert_allclose(a, b, atol=1e-12 * abs(b).max())
     np.testing.assert_allclose(reduced.interface(back).normal, face.normal)
+    tables = [cyclic.frequencies_by_diameter(m, 0.0) for m in (neutral.from_arrays(arrays), model)]
+    np.testing.assert_allclose(*tables, rtol=1e-9)
 
 
 def test_stiffness_at_three_speeds_is_its_polynomial(sector):
