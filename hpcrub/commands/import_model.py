@@ -11,9 +11,10 @@ from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 from hpcrub.model import crossings, families
 from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced, stress
+from hpcrub.model.imported.arrays import PARTS
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
-from hpcrub.model.imported.readers.rows import PARTS, Lists, whole
+from hpcrub.model.imported.readers.rows import Lists, whole
 from hpcrub.ranks.progress import console
 from hpcrub.results import model_file, tables
 

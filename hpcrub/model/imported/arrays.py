@@ -40,6 +40,14 @@ def symmetric(name: str, matrix: Any) -> Any:
     return (matrix + matrix.T) / 2
 
 
+def stored(name: str, matrix: Any) -> dict:
+    """A matrix as arrays of a model file: itself, or the parts of a sparse one."""
+    if not sp.issparse(matrix):
+        return {name: matrix}
+    rows = sp.csr_array(matrix)
+    return {f"{name}/{part}": getattr(rows, part) for part in PARTS}
+
+
 class Arrays:
     """The arrays of a file, taken out one by one, so that none is left unread.
 
@@ -58,20 +66,17 @@ class Arrays:
         if self.left:
             raise InputError(f"{min(self.left)}: no array of a model file has this name")
 
-    def _take(self, name, default):
-        if name not in self.left:
-            if default is None:
-                raise InputError(f"{name}: this array is missing")
-            return default
-        return np.asarray(self.left.pop(name))
+    def _take(self, name, default=None):
+        if name not in self.left and default is None:
+            raise InputError(f"{name}: this array is missing")
+        return np.asarray(self.left.pop(name, default))
 
     def text(self, name: str, default: str | None = None) -> str:
         """One word."""
-        value = self._take(name, None if default is None else np.array(default))
+        value = self._take(name, default)
         if value.size != 1:
             raise InputError(f"{name}: one word is expected")
-        value = value.item()
-        return value.decode() if isinstance(value, bytes) else str(value)
+        return str(value.item())
 
     def word(self, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
         """One of some words."""
@@ -82,7 +87,7 @@ class Arrays:
 
     def number(self, name: str, default: int | None = None) -> int:
         """One whole number."""
-        value = self._take(name, None if default is None else np.array(default))
+        value = self._take(name, default)
         if value.size != 1 or value.dtype.kind not in "iu":
             raise InputError(f"{name}: one whole number is expected")
         return int(value.item())
@@ -122,7 +127,7 @@ class Arrays:
 
     def _matrix(self, name, n_rows, n):
         if f"{name}/{PARTS[0]}" in self.left:
-            parts = tuple(self._take(f"{name}/{part}", None) for part in PARTS)
+            parts = tuple(self._take(f"{name}/{part}") for part in PARTS)
             try:
                 matrix = sp.csr_array(parts, shape=(n_rows, n))
                 matrix.check_format(full_check=True)
@@ -130,7 +135,7 @@ class Arrays:
                 text = f"{name}: not {n_rows} x {n} in compressed rows ({error})"
                 raise InputError(text) from None
         else:
-            matrix = self._take(name, None)
+            matrix = self._take(name)
         what = f"real numbers for the {n} rows of dof"
         return self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
 

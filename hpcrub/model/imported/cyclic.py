@@ -218,19 +218,15 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
     Returns that of the larger magnitude of both places; the parabola through the frequencies'
     squares is taken to be right.
     """
+    square = np.sort(speeds) ** 2
+    middles = (square[1:] + square[:-1]) / 2
+    places = np.sqrt(np.concatenate([square, middles]))
     if model.kind == "sector":
         diameters = model.n_sectors // 2
-        first = [sector_frequencies(model, diameters, 1, s)[0] for s in _with_middles(speeds)]
+        first = [sector_frequencies(model, diameters, 1, s)[0] for s in places]
     else:
         disk = assemble(model)
-        first = [frequencies(disk, 1, s)[0] for s in _with_middles(speeds)]
-    square = np.sort(speeds) ** 2
+        first = [frequencies(disk, 1, s)[0] for s in places]
     parabola = np.polyfit(square / square[-1], np.square(first[:3]), 2)
-    middles = (square[1:] + square[:-1]) / 2 / square[-1]
-    errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles)) - 1.0
+    errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles / square[-1])) - 1.0
     return float(errors[np.abs(errors).argmax()])
-
-
-def _with_middles(speeds):
-    square = np.sort(speeds) ** 2
-    return np.sqrt(np.concatenate([square, (square[1:] + square[:-1]) / 2]))

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.arrays import PARTS, Arrays, symmetric
+from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 from hpcrub.model.imported.stiffness import polynomial
 
 VERSION = 1
@@ -124,7 +124,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         **_stress(left, kind, n, scale, mass / (length * time**2)),
     )
     left.finish()
-    check_members(model)
+    _check_members(model)
     return model
 
 
@@ -134,13 +134,12 @@ def to_arrays(model: NeutralModel) -> dict:
     arrays |= {name: np.array(getattr(model, name)) for name in ("kind", "frame", "n_sectors")}
     names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
     matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
-    matrices |= {} if model.blade_stiffness is None else {"K_blade": model.blade_stiffness}
+    if model.blade_stiffness is not None:
+        matrices["K_blade"] = model.blade_stiffness
     for name, matrix in matrices.items():
-        arrays |= _stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
+        arrays |= stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
     if len(model.stress_blade):
-        arrays |= _stored("stress", model.stress) | {"stress_blade": model.stress_blade}
-    if len(model.stress_static):
-        arrays["stress_static"] = model.stress_static
+        arrays |= stored("stress", model.stress)
     always = ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance")
     arrays |= {name: getattr(model, name) for name in always}
     if (model.contact_normal[:, 0] != 1.0).any():
@@ -148,19 +147,12 @@ def to_arrays(model: NeutralModel) -> dict:
     if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
-    optional = ("fixed", "low", "high", "surface")
+    optional = ("fixed", "low", "high", "surface", "stress_blade", "stress_static")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
-def _stored(name, matrix):
-    if not sp.issparse(matrix):
-        return {name: matrix}
-    matrix = sp.csr_array(matrix)
-    return {f"{name}/{part}": getattr(matrix, part) for part in PARTS}
-
-
-def check_members(model: NeutralModel) -> None:
-    """Raise InputError for nodes, rows or blades that a NeutralModel names but does not have."""
+def _check_members(model):
+    """Raise InputError for nodes, rows or blades that a model names but does not have."""
     n_nodes = len(model.nodes)
     for name in ("contact_node", "low", "high", "surface"):
         wrong = _first_outside(getattr(model, name), n_nodes)
@@ -237,15 +229,14 @@ def _first_outside(numbers, n):
 
 
 def _units(text):
-    words = text.split()
-    if len(words) != 3 or any(
-        word not in table for word, table in zip(words, (LENGTHS, MASSES, TIMES), strict=True)
-    ):
+    try:
+        length, mass, time = text.split()
+        return LENGTHS[length], MASSES[mass], TIMES[time]
+    except (KeyError, ValueError):
         raise InputError(
             f'units: "{text}" is not a length ({", ".join(LENGTHS)}), a mass '
             f'({", ".join(MASSES)}) and a time ({", ".join(TIMES)}), such as "mm t s"'
-        )
-    return LENGTHS[words[0]], MASSES[words[1]], TIMES[words[2]]
+        ) from None
 
 
 def _flip(turns):
@@ -273,7 +264,8 @@ def _stiffness(left, n, time):
     if left.has("K"):
         return (left.symmetric("K", n),)
     if left.has(POLYNOMIAL[0]):
-        return tuple(left.symmetric(name, n) for name in POLYNOMIAL if left.has(name))
+        K0, K1 = (left.symmetric(name, n) for name in POLYNOMIAL[:2])
+        return K0, K1, left.symmetric("K2", n) if left.has("K2") else 0.0 * K1
     if not left.has(AT_SPEEDS[0]):
         raise InputError(f"K: there is neither K, nor {POLYNOMIAL[0]}, nor {AT_SPEEDS[0]}")
     speeds = 2 * np.pi * left.floats("speeds_hz") * time  # [rad per unit of time]

@@ -167,6 +167,16 @@ def test_stiffness_at_three_speeds_is_its_polynomial(sector):
     assert abs(stiffness_at(found, w) - exact).max() < 1e-12 * abs(exact).max()
 
 
+def test_a_file_without_k2_is_one_whose_k2_is_zero(sector):
+    """It may be left out; such a model could not be written or followed over the speed."""
+    stiffness = sector.stiffness[0], sector.mass, sector.mass
+    arrays = neutral.to_arrays(sector._replace(stiffness=stiffness))
+    model = neutral.from_arrays({k: v for k, v in arrays.items() if not k.startswith("K2")})
+    back = neutral.from_arrays(neutral.to_arrays(model))
+    assert abs(back.stiffness[1] - sector.mass).max() == 0.0
+    assert abs(back.stiffness[2]).max() == 0.0
+
+
 def test_stiffness_of_turned_blades_is_not_that_between_them(sector):
     """A disk turned by degrees from speed to speed has its frequencies at each, but not between.
 

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.arrays import PARTS, symmetric
+from hpcrub.model.imported.arrays import stored, symmetric
 
 TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
 WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
@@ -112,7 +112,7 @@ def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
     """Put a sparse matrix among the arrays of a model file (modified)."""
     rows = matrix.tocsr()
     rows.sum_duplicates()
-    arrays |= {f"{name}/{part}": getattr(rows, part) for part in PARTS}
+    arrays |= stored(name, rows)
 
 
 def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
