@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
+from hpcrub.model.imported.readers.deck import listed
 from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
 
 
@@ -24,11 +25,9 @@ def read(
     """Arrays of a model file from Ansys's files.
 
     path: NAME.full of the disk at rest (WRFULL, or a modal analysis).
-    mesh: NAME.cdb (CDWRITE) with the nodes and their components.
-    lists: names of node components.
+    mesh: NAME.cdb (CDWRITE) with the nodes and their components, which `lists` names.
     blade: NAME.full of the element component that CYCFREQ,BLADE names, alone.
     stiffness: NAME.full of prestressed analyses at two other speeds [Hz].
-    Returns as `rows.arrays_of`.
     Raises InputError: the package, a file or a component is missing.
     """
     try:
@@ -40,19 +39,12 @@ def read(
         ) from None
     archive = _quietly(mesh, lambda: Archive(str(mesh), parse_vtk=False))
     components = {name.upper(): nodes for name, nodes in archive.node_components.items()}
-
-    def nodes_of(name):
-        if name.upper() not in components:
-            there = ", ".join(sorted(components)) or "none"
-            raise InputError(f"{mesh}: there is no node component {name}; there are {there}")
-        return components[name.upper()]
-
     order = np.argsort(archive.nnum)
     corners = [element[10:18] for element in archive.elem if len(element) >= 18]
     found = Mesh(
         np.asarray(archive.nnum)[order],
         np.asarray(archive.nodes)[order, :3],
-        nodes_of,
+        lambda name: listed(components, name, f"{mesh}: there is no node component"),
         [_distinct(nodes) for nodes in corners],
     )
     K, M = full_matrices(path)
@@ -61,10 +53,7 @@ def read(
 
 
 def full_matrices(path: str | Path) -> tuple[Rows, Rows]:
-    """Stiffness and mass of a `.full` file; held rows are not in it.
-
-    Raises InputError when it cannot be read.
-    """
+    """Stiffness and mass of a `.full` file, without held rows. Raises InputError."""
     from ansys.mapdl.reader import read_binary
 
     dof, K, M = _quietly(path, lambda: read_binary(str(path)).load_km(as_sparse=True, sort=True))

@@ -20,10 +20,7 @@ class Deck(NamedTuple):
 
 
 def read(path: str | Path) -> Deck:
-    """Read a deck and the files that it includes.
-
-    Raises InputError: unreadable, or without nodes.
-    """
+    """Read a deck and what it includes. Raises InputError: unreadable, or without nodes."""
     nodes: dict = {}
     sets: dict = {}
     elements: list = []
@@ -45,12 +42,15 @@ def read(path: str | Path) -> Deck:
     return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
 
 
-def node_set(deck: Deck, name: str, path: str | Path) -> np.ndarray:
-    """Node numbers of a set. Raises InputError that names the sets that there are."""
-    if name.upper() not in deck.sets:
-        there = ", ".join(sorted(deck.sets)) or "none"
-        raise InputError(f"{path}: there is no node set {name}; there are {there}")
-    return deck.sets[name.upper()]
+def listed(lists: dict, name: str, what: str) -> np.ndarray:
+    """Node numbers of one of some lists, whose names are in capitals.
+
+    what: f"{file}: there is no node set". Raises InputError that names the lists that there are.
+    """
+    if name.upper() not in lists:
+        there = ", ".join(sorted(lists)) or "none"
+        raise InputError(f"{what} {name}; there are {there}")
+    return lists[name.upper()]
 
 
 def _blocks(path):

@@ -25,11 +25,10 @@ def read(
     """Arrays of a model file from Nastran's files.
 
     path: text OP4 file with KGG and MGG: six rows for every grid point, by increasing number.
-    mesh: bulk data with the grid points.
-    lists: names of CSV files of grid point numbers.
+    mesh: bulk data with the grid points; lists: names of CSV files of their numbers.
     blade: OP4 file whose KGG is that of the blades alone, on the same grid points.
     stiffness: OP4 files whose KGG is that at two other speeds [Hz].
-    Returns as `rows.arrays_of`; rows without mass and stiffness are left out.
+    Returns arrays without rows that have no mass and stiffness.
     Raises InputError: the package or a file is missing or cannot be read.
     """
     try:
@@ -51,7 +50,7 @@ def read(
     used = np.flatnonzero((abs(K).sum(axis=0) != 0) | (abs(M).sum(axis=0) != 0))
     others = {0.0: path} | (stiffness or {})
     return arrays_of(
-        Mesh(number, place, lambda name: _numbers(name), corners),
+        Mesh(number, place, _numbers, corners),
         lists,
         {speed: _rows(name, STIFFNESS, number, used) for speed, name in others.items()},
         _rows(path, MASS, number, used),
