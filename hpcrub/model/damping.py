@@ -24,6 +24,17 @@ class Damping(NamedTuple):
         return np.array(self.ratios)[np.minimum(place, len(self.ratios) - 1)]
 
 
+def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0) -> np.ndarray:
+    """Matrix (2n, 2n) of x'' + D x' + S x = 0, D and S each (n, n), in x and x'/scale.
+
+    scale: of frequencies, which balances the blocks [1/s]; eigenvalues are over the scale.
+    """
+    n = len(damping)
+    return np.block([
+        [np.zeros((n, n)), np.eye(n)], [-stiffness / scale**2, -damping / scale],
+    ])  # fmt: skip
+
+
 def ratios(damping: float | Damping, omega: np.ndarray) -> float | np.ndarray:
     """Damping ratio of the modes [-]: one for all, or one for each (K,)."""
     return damping.of_modes(omega) if isinstance(damping, Damping) else damping
