@@ -22,7 +22,7 @@ from hpcrub.response.ensemble import LastWindow, Windows
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
 from hpcrub.response.sliding import permanent_contact
-from hpcrub.response.steady import localisation
+from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
 
 NARROWEST = max(WIDTH // 2, 4)  # speeds left when lanes of a sweep that runs dry are halved no more
@@ -31,13 +31,9 @@ NEVER = 1e-9  # [1/s], decay of a motion that grows by itself
 
 
 def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
-    """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
+    """What is wrong with a lane so far, as code of ``status``; size: of its displacements [m].
 
-    - lanes: after some integration.
-    - lane: index.
-    - size: magnitudes of its observed displacements, of any shape [m].
-
-    Returns code of ``status``.
+    A flaw of its contact forces counts once it has touched.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
@@ -82,8 +78,8 @@ class Band:
         self.speed = [None] * width  # index of the speed in each lane
         self.start = [0] * width  # block at which it started
         self.check = [0] * width  # block at which it is checked next
+        self.extension = 0  # blocks from a check to the next
         self.watch: list[Any] = [None] * width  # LastWindow, Windows or Wearing
-        self.ensemble = scene.steady.rule == "ensemble"
         self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
         self.runaway: list[Any] = [None] * width  # of a casing that vibrates
         # blocks between two polls; a casing that vibrates is looked at after every one
@@ -95,7 +91,7 @@ class Band:
         n_steps, now = 0, 0
         for lane in range(len(self.speed)):
             self._refill(lane, waiting, now)
-        while any(speed is not None for speed in self.speed):
+        while self._running():
             recording, event = self._next_event(now)
             until = min(event, now + self.most_blocks)
             place = now % (2 * self.window) if recording else -1
@@ -106,11 +102,9 @@ class Band:
             if poll is not None:
                 poll()
             self._count_contacts(now)
-            for lane, check in enumerate(self.check):
-                if self.speed[lane] is None:
-                    continue
+            for lane in self._running():
                 ended = self._ran_away(lane, now, out)
-                if ended or (check == now and self._finished(lane, now, out)):
+                if ended or (self.check[lane] == now and self._finished(lane, now, out)):
                     n_steps += (now - self.start[lane]) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
             self._narrow()
@@ -130,7 +124,7 @@ class Band:
 
     def _next_event(self, now):
         """Whether any lane records from block ``now`` on, and until when nothing changes."""
-        checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
+        checks = [self.check[lane] for lane in self._running()]
         begin = min(checks) - 2 * self.window
         if begin > now:
             return False, begin
@@ -164,8 +158,8 @@ class Band:
 
     def _count_contacts(self, now):
         """Keep the contacts until now of the lanes whose last window before a check begins."""
-        for lane, check in enumerate(self.check):
-            if self.speed[lane] is not None and check - self.window == now:
+        for lane in self._running():
+            if self.check[lane] - self.window == now:
                 self.touched[lane] = now, self.bank.law.steps_touched(lane)
 
     def _share_touched(self, lane, now):
@@ -173,11 +167,6 @@ class Band:
         begin, before = self.touched[lane]
         steps = (now - begin) * self.grid.steps_per_block
         return (self.bank.law.steps_touched(lane) - before) / steps
-
-    def _blocks(self, lane, seconds, rounding):
-        return rounding(
-            seconds * self.speeds_hz[self.speed[lane]] * self.grid.blocks_per_revolution
-        )
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
@@ -197,10 +186,9 @@ class Band:
         if len(modes.pairs.omega):
             limit = LARGEST * self.scene.interface.radius.max()
             self.runaway[lane] = Runaway(modes.pairs, limit, self.grid.blocks_per_revolution)
-        first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
-        if self.ensemble:  # whole windows, so that all lanes are checked together
-            first = -(-first // self.window) * self.window
-        self.check[lane] = now + max(first, 2 * self.window)
+        steady, per_turn = self.scene.steady, self.grid.blocks_per_revolution
+        first, self.extension = check_blocks(steady, speed, per_turn)
+        self.check[lane] = now + first
 
     def _ran_away(self, lane, now, out):
         """End a lane whose casing runs away (out is modified), and return True if it does."""
@@ -263,12 +251,11 @@ class Band:
         blades = self.scene.interface.of_blades(found.largest)
         out.localisation[index] = localisation(blades)
         if len(pairs.omega):
-            records = self.record.casing[:, lane].reshape(2 * self.window, -1, 2 * len(pairs.omega))
-            moved = largest(pairs, records[last].reshape(-1, 2 * len(pairs.omega)))
+            n, modes = 2 * len(pairs.omega), self.modes.at(self.speeds_hz[index])
+            records = self.record.casing[:, lane].reshape(2 * self.window, -1, n)[last]
+            moved = largest(pairs, records.reshape(-1, n))
             out.casing.largest[index], out.casing.waves[index] = moved
-            out.casing.share[index] = share_of_energy(
-                self.modes.at(self.speeds_hz[index]), self.bank, lane
-            )
+            out.casing.share[index] = share_of_energy(modes, self.bank, lane)
 
     def _reverses(self, lane, now):
         """Whether a tip of a planar disk moves faster than the disk turns in the last two windows.
@@ -290,24 +277,19 @@ class Band:
             return tuple(self._signals(lane, w)[:, row].copy() for w in self._windows(now))
 
         found = self.watch[lane].look(before, last, signals, time, self._is_over(lane))
-        self.check[lane] = min(now + self._extension, self.start[lane] + self._cap(lane))
+        self.check[lane] = min(now + self.extension, self.start[lane] + self._cap(lane))
         return found
-
-    @property
-    def _extension(self):
-        """Blocks from a check to the next."""
-        steady = self.scene.steady
-        turns = steady.window_revolutions if self.ensemble else steady.extend_revolutions
-        return turns * self.grid.blocks_per_revolution
 
     def _cap(self, lane):
         """Blocks after which a lane is given up."""
-        return self._blocks(lane, self.scene.steady.max_time, math.floor)
+        speed = self.speeds_hz[self.speed[lane]]
+        return math.floor(self.scene.steady.max_time * speed * self.grid.blocks_per_revolution)
 
     def _is_over(self, lane):
         """Whether there is no time for another check of a lane after its next, or present, one."""
         elapsed, cap = self.check[lane] - self.start[lane], self._cap(lane)
-        return elapsed + self._extension > cap if self.ensemble else elapsed >= cap
+        is_ensemble = self.scene.steady.rule == "ensemble"
+        return elapsed + self.extension > cap if is_ensemble else elapsed >= cap
 
     def _seconds(self, lane, now):
         speed = self.speeds_hz[self.speed[lane]]
