@@ -19,10 +19,7 @@ def finite(name: str, matrix: Any) -> Any:
 
 
 def symmetric(name: str, matrix: Any) -> Any:
-    """A whole symmetric matrix from one that is, or from its upper or lower triangle.
-
-    Raises InputError for what is not finite or not symmetric.
-    """
+    """A symmetric matrix from all of it or a triangle. Raises InputError if it is neither."""
     sparse = sp.issparse(matrix)
     lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
     finite(name, matrix)

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from hpcrub.errors import InputError
 from hpcrub.model.imported.blades import joined
 from hpcrub.model.imported.frames import to_cylindrical
-from hpcrub.model.imported.neutral import NONE, NeutralModel, row_table
+from hpcrub.model.imported.neutral import NONE, NeutralModel, contact_rows, row_table
 
 PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
 
@@ -16,9 +16,8 @@ def pair_sides(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Nodes of the low side in the order of those that they become one sector further on.
 
-    nodes: (n_nodes, 3) [m].
-    low, high: (p,) nodes of the sides; exchanged where they were named the other way round.
-    Returns low, high (p,) in pairs; error, largest distance of a pair [m].
+    nodes: (n_nodes, 3) [m]; low, high: (p,) of the sides, which may be exchanged.
+    Returns low, high (p,) in pairs; largest distance of a pair [m].
     Raises InputError: the sides do not pair.
     """
     found = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
@@ -44,8 +43,8 @@ def _pair(nodes, low, high, n_sectors):
 def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
 
-    Returns rows (n_sectors, n), every sector owns as many, one sector after another; own (n_own,),
-    rows of a sector that are not those of the next one's low side.
+    Returns rows (n_sectors, n), sector by sector; own (n_own,), rows of a sector that are not those
+    of the next one's low side.
     """
     low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
     table = row_table(model.dof, len(model.nodes))
@@ -89,8 +88,7 @@ def assemble(model: NeutralModel) -> NeutralModel:
         blade_stiffness=None if blade is None else held(blade),
         stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
     )
-    if (disk.row[disk.contact_node, :2] < 0).any():
-        raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
+    contact_rows(disk)  # refuses what lacks them
     return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))
 
 

@@ -27,9 +27,8 @@ def cantilever(
     """Cantilever modes of every blade, on the coordinates of a basis.
 
     disk: assembled, with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
-    Returns frequencies (N, n_modes) [Hz], natural frequencies of every blade alone, its root held,
-    at rest; participation (N, n_modes, m) [sqrt(kg)], amplitude q of each mass-normalised
-    cantilever mode per unit coordinate.
+    Returns frequencies (N, n_modes) of every blade alone, its root held, at rest [Hz];
+    participation (N, n_modes, m), amplitude of each mode per unit coordinate [sqrt(kg)].
     Raises InputError: a blade has fewer rows than modes.
     """
     frequencies, participation = [], []
@@ -45,9 +44,6 @@ def cantilever(
 
 
 def modal_stiffness(frequencies: np.ndarray, participation: np.ndarray) -> np.ndarray:
-    """Stiffness of every blade's cantilever modes on the coordinates, (N, m, m).
-
-    frequencies: (N, c) [Hz]; participation: (N, c, m) [sqrt(kg)].
-    """
+    """Stiffness (N, m, m) of cantilever modes (N, c) [Hz], participation (N, c, m) [sqrt(kg)]."""
     q = 2 * np.pi * frequencies[:, :, None] * participation
     return np.swapaxes(q, 1, 2) @ q

@@ -10,11 +10,7 @@ SHARED = 1e-9  # of the largest entry: below, a stiffness joins no rows
 
 
 def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Connected parts of a sparse stiffness.
-
-    Returns part (n,) int, part that every row belongs to; touched (n,) bool, whether a row has any
-    stiffness.
-    """
+    """Connected part (n,) int of every row of a sparse stiffness; whether it has any (n,) bool."""
     strong = abs(K) > SHARED * abs(K).max()
     _, part = connected_components(strong, directed=False)
     return part, np.asarray(strong.sum(axis=0)).ravel() > 0
@@ -26,13 +22,10 @@ def number(
     contact_node: np.ndarray,
     blade_stiffness: sp.csr_array | None,
 ) -> np.ndarray:
-    """Blade of every contact node of a whole disk, counted by angle from that at x > 0.
+    """Blade of every contact node of a whole disk (C,) int, counted by angle from that at x > 0.
 
-    nodes: (n_nodes, 3).
-    dof: (n, 2).
-    contact_node: (C,).
-    blade_stiffness: (n, n), of all blades: its connected parts are the blades.
-    Returns (C,) int.
+    blade_stiffness: (n, n), of all blades, which are its connected parts; the others: as of a
+        NeutralModel.
     Raises InputError: there is none, or a contact node is on no row.
     """
     if blade_stiffness is None:

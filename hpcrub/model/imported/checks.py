@@ -29,10 +29,7 @@ class Findings(NamedTuple):
 
 
 def check(model: NeutralModel) -> Findings:
-    """Measure a NeutralModel.
-
-    Raises InputError: says in one sentence what cannot be right.
-    """
+    """Measure a NeutralModel. Raises InputError for what cannot be right."""
     radius = np.hypot(model.nodes[:, 0], model.nodes[:, 1])
     _check_contact_nodes(model, radius)
     tip = radius[model.contact_node]

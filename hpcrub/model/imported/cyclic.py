@@ -11,15 +11,9 @@ from scipy.linalg import eigh, eigvalsh
 
 from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.checks import check_frequency
-from hpcrub.model.imported.craig_bampton import (
-    boundary_rows,
-    factorised,
-    frequencies,
-    lowest_modes,
-)
+from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.model.imported.reduced import interface
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows
 from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.model.reduction import ReducedModel
 
@@ -33,9 +27,8 @@ def sector_frequencies(
 ) -> np.ndarray:
     """Frequencies of the modes with some nodal diameters, from one sector.
 
-    model: of kind "sector".
-    n_diameters: nodal diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
-    speed: of rotation [rad/s].
+    model: of kind "sector"; speed: of rotation [rad/s].
+    n_diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
     Returns (n_modes,) [Hz]; every double frequency once.
     """
     _, K, M = wave_matrices(to_cylindrical(model), n_diameters, speed)
@@ -101,17 +94,10 @@ def _disk_modes(model, speed):
     K, M = stiffness_at(model.stiffness, speed), model.mass
     if model.kind == "disk":
         _, vectors = lowest_modes(K.tocsc(), M.tocsc(), min(n_modes, M.shape[0]))
-        shapes = vectors[boundary_rows(model)]
-        angle = node_angle(model.nodes[model.contact_node])
     else:
-        face = interface(model)
         vectors = eigh(K, M)[1][:, :n_modes]
-        shapes = np.concatenate(
-            [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
-        )
-        angle = face.angle
-    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
-    diameters = diameters_of(shapes, model.contact_blade, angle)
+    angle = node_angle(model.nodes[model.contact_node])
+    diameters = diameters_of(vectors[contact_rows(model)], model.contact_blade, angle)
     for h in range(model.n_blades // 2 + 1):
         both = 1 if h == 0 or 2 * h == model.n_blades else 2  # modes of a pair
         yield vectors[:, diameters == h][:, : both * MODES_PER_DIAMETER]
@@ -156,8 +142,7 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
 def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
     """Nodal diameters of every mode from displacements of like points of all blades.
 
-    shapes: (p, N, K) p displacements of each of N blades in K modes; angle: (N,) [rad].
-    Returns (K,) int.
+    shapes: (p, N, K) p displacements of N blades in K modes; angle: (N,) [rad]. Returns (K,) int.
     """
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
@@ -167,10 +152,7 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
 
 
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Nodal diameters of every mode from displacements of all contact points.
-
-    shapes, blade, angle: as of `of_blades`. Returns (K,) int.
-    """
+    """Nodal diameters of every mode (K,) int from displacements of all contact points."""
     like, angles = of_blades(shapes, blade, angle)
     return nodal_diameters(like, angles, len(angles))
 
@@ -180,10 +162,8 @@ def of_blades(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements of like points of all blades, and the angles of the blades.
 
-    shapes: (p, C, K) p displacements of each of C points in K modes.
-    blade: (C,) int, number of each point's blade. The first points of all blades are taken to be
-        alike.
-    angle: (C,) [rad].
+    shapes: (p, C, K) p displacements of each of C points in K modes; blade, angle: (C,) [rad] of
+        each point. The first points of all blades are taken to be alike.
     Returns (q, N, K) and (N,) [rad].
     """
     count = np.bincount(blade)
@@ -215,8 +195,7 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
 
     model: of kind "sector" or "disk", with stiffness fitted through three speeds.
     speeds: (3,) these speeds, 0 among them [rad/s].
-    Returns that of the larger magnitude of both places; the parabola through the frequencies'
-    squares is taken to be right.
+    Returns the larger error; the parabola through the frequencies' squares is taken to be right.
     """
     square = np.sort(speeds) ** 2
     middles = (square[1:] + square[:-1]) / 2

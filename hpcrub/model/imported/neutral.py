@@ -27,10 +27,7 @@ NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0
 
 
 class NeutralModel(NamedTuple):
-    """A bladed disk, one sector of it, or a reduced model of it; n rows, SI units.
-
-    The disk turns about z, towards +theta.
-    """
+    """A bladed disk about z, one sector of it, or a reduced model of it; n rows, SI units."""
 
     kind: str  # one of KINDS
     mass: Any  # (n, n); sparse, but dense in a reduced model
@@ -75,11 +72,23 @@ def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
     return table
 
 
-def from_arrays(arrays: dict) -> NeutralModel:
-    """Check the arrays of a model file.
+def contact_rows(model: NeutralModel) -> np.ndarray:
+    """Rows of u_r, u_theta and, where there is any, u_z of the contact nodes (2 or 3, C).
 
-    arrays: by the names of `docs/model_file.md`.
-    Returns the model in SI units, all matrices whole and symmetric.
+    model: in cylindrical node frames. Raises InputError for a contact node that lacks a row.
+    """
+    rows = model.row[model.contact_node].T
+    if (rows[:2] < 0).any():
+        raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
+    axial = rows[2] >= 0
+    if axial.any() and not axial.all():
+        raise InputError("contact_node: some contact nodes have a row in z, and others none")
+    return rows[: 3 if axial.any() else 2]
+
+
+def from_arrays(arrays: dict) -> NeutralModel:
+    """The model of a model file's arrays, in SI units, all matrices whole and symmetric.
+
     Raises InputError: says which array is missing, has another shape, or holds what cannot be.
     """
     left = Arrays(arrays)

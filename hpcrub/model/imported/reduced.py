@@ -6,7 +6,7 @@ from hpcrub.errors import InputError
 from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows
 from hpcrub.model.imported.stiffness import stiffness_at
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
@@ -22,9 +22,7 @@ def reduce_disk(
 ) -> tuple[NeutralModel, np.ndarray]:
     """Reduce a NeutralModel of kind "disk", assembled, to one of kind "reduced".
 
-    n_modes: fixed-interface modes kept.
-    speed: of rotation, that of the mode shapes of the basis [rad/s].
-    Returns model; basis (n, m), coordinates to the rows of the disk.
+    n_modes, speed: as of `craig_bampton.basis`. Returns model; basis (n, m) on rows of the disk.
     """
     basis, boundary = craig_bampton.basis(disk, n_modes, speed)
     n_points, m = len(disk.contact_node), basis.shape[1]
@@ -59,19 +57,10 @@ def reduce_disk(
 
 
 def interface(model: NeutralModel) -> Interface:
-    """Contact interface of a NeutralModel of kind "reduced" in cylindrical node frames.
-
-    Its amplitude is the largest tangential displacement of a contact node.
-    """
-    rows = model.row[model.contact_node]
-    if (rows[:, :2] < 0).any():
-        raise InputError("contact_node: a contact node has no row in x or y among dof")
-    axial = rows[:, 2] >= 0
-    if axial.any() and not axial.all():
-        raise InputError("contact_node: some contact nodes have a row in z, and others none")
-    one = np.eye(len(model.dof))
+    """Contact interface of a reduced, cylindrical model; it observes tangential displacements."""
+    rows, one = contact_rows(model), np.eye(len(model.dof))
     at = model.nodes[model.contact_node]
-    normal, axial = one[rows[:, 0]], one[rows[axial, 2]]
+    normal, tangential, axial = one[rows[0]], one[rows[1]], one[rows[2:].ravel()]
     outward, along = model.contact_normal[:, [0]], model.contact_normal[:, [2]]
     if along.any():  # a cone: the normal, and the direction along its generator
         if not len(axial):
@@ -84,9 +73,9 @@ def interface(model: NeutralModel) -> Interface:
         axial_position=at[:, 2],
         clearance=model.contact_clearance,
         normal=normal,
-        tangential=one[rows[:, 1]],
+        tangential=tangential,
         axial=axial,
-        observed=one[rows[:, 1]],
+        observed=tangential,
         observed_blade=model.contact_blade,
         stress=model.stress,
         stress_blade=model.stress_blade,
@@ -98,8 +87,7 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
     """What the studies start from, of a NeutralModel of kind "reduced".
 
     speed: of rotation, that of the mode shapes [rad/s].
-    by_modes: whether blades are mistuned by their cantilever modes (component mode mistuning), and
-        not by all of their stiffness.
+    by_modes: whether blades are mistuned by their cantilever modes, and not by all stiffness.
     Raises InputError: the model is not positive definite, or has no cantilever modes.
     """
     model = to_cylindrical(model)
