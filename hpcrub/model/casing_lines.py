@@ -26,10 +26,8 @@ def family_frequency(
 ) -> Callable[[float], float] | None:
     """Angular frequency [rad/s] of a family of the tuned disk over the speed of rotation [rad/s].
 
-    The frequency is NaN where rotation has taken all stiffness, far beyond the speeds of a model.
-
     diameters: (m,) nodal diameters of the tuned modes; diameter: of these modes; family: from 0.
-    Returns None where the model has no such modes.
+    Returns None where the model has no such modes; NaN where rotation has taken all stiffness.
     """
     mine = diameters == diameter
     shapes, powers = reduced.tuned_modes[:, mine], reduced.speed ** np.array([2, 4])

@@ -24,12 +24,9 @@ def choose(
     """Combinations of modes that are the lowest families.
 
     values: (K,) eigenvalues of the lowest modes, increasing.
-    sectors: (N, p, K) displacements of p like points of N sectors in these modes, in frames that
-        turn with them.
-    are_all: whether no higher mode may be one of a group of nearly the same eigenvalue with the
-        last.
-    Returns (K, n_families N); orthonormal columns by increasing eigenvalue; None where the modes
-    are too few.
+    sectors: (N, p, K) displacements of p like points of N sectors, in frames that turn with them.
+    are_all: whether no higher mode may have nearly the same eigenvalue as the last one.
+    Returns (K, n_families N), orthonormal, by increasing eigenvalue; None of too few modes.
     """
     n, n_modes = len(sectors), len(values)
     power = np.fft.fft(sectors, axis=0)
@@ -39,8 +36,6 @@ def choose(
         left[-1] = n_families
     chosen = []
     starts = np.flatnonzero(np.diff(values, prepend=-np.inf) > CLOSE * np.abs(values))
-    if not left.any():
-        return np.zeros((n_modes, 0))
     for first, end in zip(starts, [*starts[1:], n_modes if are_all else 0], strict=True):
         if not end:
             break
@@ -59,7 +54,7 @@ def choose(
 
 
 def _separated(power):
-    """Orthogonal combinations (c, c) of c modes that have one number of diameters, and these (c,).
+    """Orthogonal combinations (c, c) of modes of one number of diameters, and these (c,).
 
     power: (N, p, c), Fourier coefficients over the sectors.
     """
@@ -89,11 +84,8 @@ def sentence(
 ) -> str:
     """Which of coupling, mistuning and damping rules the first family.
 
-    full_hz, reduced_hz: (N,) frequencies of the first family of the tuned disk, full and reduced;
-        one may be (0,) [Hz].
-    share: part of the blades' stiffness in that of the family's modes [-].
-    half_range: largest deviation of a blade's stiffness [-].
-    damping: damping ratio [-].
+    full_hz, reduced_hz: (N,) frequencies of the tuned disk, full and reduced; one may be (0,) [Hz].
+    share: as of `share`; half_range: largest deviation of a blade's stiffness; damping: ratio [-].
     """
     spreads = [
         (name, np.ptp(found) / found.mean())

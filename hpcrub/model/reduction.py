@@ -98,22 +98,22 @@ class Modes(NamedTuple):
         pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
         if not len(pairs.omega):
             return self
-        stiffening = self.stiffening
+
+        def rows(normal, tangential, axial):
+            beside = np.hstack([normal, pairs.normal]), np.hstack([tangential, pairs.tangential])
+            return *beside, np.pad(axial, more)
+
+        normal, tangential, axial = rows(self.normal, self.tangential, self.axial)
         return self._replace(
             omega=np.concatenate([self.omega, np.repeat(pairs.omega, 2)]),
-            normal=np.hstack([self.normal, pairs.normal]),
-            tangential=np.hstack([self.tangential, pairs.tangential]),
-            axial=np.pad(self.axial, more),
+            normal=normal,
+            tangential=tangential,
+            axial=axial,
             observed=np.pad(self.observed, more),
             stress=np.pad(self.stress, more),
-            stiffening=np.pad(stiffening, more) if len(stiffening) else stiffening,
+            stiffening=np.pad(self.stiffening, more),
             pairs=NO_PAIRS,
-            load=self.load
-            and (
-                np.hstack([self.load[0], pairs.normal]),
-                np.hstack([self.load[1], pairs.tangential]),
-                np.pad(self.load[2], more),
-            ),
+            load=self.load and rows(*self.load),
         )
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -267,12 +267,9 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
 
 
 def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) -> np.ndarray:
-    """Stiffness of every blade of one mistuned sample in its modes.
+    """Stiffness of every blade of one mistuned sample in its modes, (N, K, K) [rad2/s2].
 
-    - reduced, deviation: what its modes were made of, by `mistuned_modes`.
-    - modes: these modes.
-
-    Returns (N, K, K); [rad2/s2].
+    reduced, deviation: what its modes were made of, by `mistuned_modes`.
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     return _project(stiffness, modes.shapes)

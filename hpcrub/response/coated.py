@@ -21,10 +21,7 @@ class CoatedBand(Band):
         return np.array(self._running() if self.scene.observes_stress else [], dtype=np.int64)
 
     def _follow(self, now, until):
-        """Look at the amplitudes of the blocks from ``now`` on; keep the coating by windows.
-
-        Of a lane's own windows, so that it does not matter when those beside it are checked.
-        """
+        """See the amplitudes of all blocks; keep the coating at the end of a lane's own windows."""
         places = np.arange(now, until) % (2 * self.window)
         peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))[places]
         peak = peak[:, : len(self.modes.observed)].max(axis=1)

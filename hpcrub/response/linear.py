@@ -94,10 +94,7 @@ def linear_peak(
 
 
 class _Oscillators:
-    """The modes under a load of an engine order, whose frequency w says the speed.
-
-    The terms of a response are those of the real modes, of the complex ones, of their conjugates.
-    """
+    """Terms of a response by its frequency w: real modes, complex ones, conjugates of these."""
 
     def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
         self.modes, self.engine_order = modes, engine_order
@@ -158,31 +155,24 @@ class _Oscillators:
 
 
 def _resonances(modes, engine_order):
-    """Frequencies at which the load meets every mode (K,), those of complex modes in their place.
+    """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
 
-    The air shifts these at all speeds by the same share.
+    omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
+    The air shifts those of complex modes at all speeds by the same share.
     """
-    found = _of_real_modes(modes, engine_order)
+    found = modes.omega
+    if len(modes.stiffening):
+        speed, (by_square, by_fourth) = modes.speed, modes.stiffening
+        a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
+        left = 1 - by_square / engine_order**2
+        c = by_fourth / engine_order**4
+        with np.errstate(all="ignore"):
+            square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
+            found = np.sqrt(np.where(square > 0, square, np.nan))
     if modes.waves:
         rows, found = modes.waves.rows, found.copy()
         found[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
     return found
-
-
-def _of_real_modes(modes, engine_order):
-    """Frequencies w = omega(w / n_d) at which the load meets every real mode; NaN where never.
-
-    omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
-    """
-    if not len(modes.stiffening):
-        return modes.omega
-    speed, (by_square, by_fourth) = modes.speed, modes.stiffening
-    a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
-    left = 1 - by_square / engine_order**2
-    c = by_fourth / engine_order**4
-    with np.errstate(all="ignore"):
-        square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
-        return np.sqrt(np.where(square > 0, square, np.nan))
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
@@ -222,8 +212,7 @@ def _mesh_maxima(u):
 def _refine(residues, oscillators, w, low, high):
     """Maximise |u|, u = sum_k residues_k / d_k(w), from w inside [low, high], several at once.
 
-    Newton's method on the slope of |u|^2, halving the bracket where it fails.
-    Returns the last w and |u|, shapes as w.
+    Newton's method on the slope of |u|^2, halving the bracket where it fails. Returns w and |u|.
     """
     smallest = np.min(1e-5 * oscillators.xi * oscillators.modes.omega)
     for _ in range(_MAX_ITERATIONS):

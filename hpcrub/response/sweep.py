@@ -95,8 +95,8 @@ def run_sweep(
 ) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
-    - modes: modes of the sample.
-    - speeds_hz: (S,) angular speeds [Hz].
+    - modes: of the sample.
+    - speeds_hz: (S,) of rotation [Hz].
     - poll: called without arguments after every PIECE of steps, some hundredths of a second; what
       it raises ends the sweep.
     - width: speeds integrated together; changes the cost, not one bit of the result.

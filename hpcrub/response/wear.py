@@ -51,10 +51,7 @@ class Wearing:
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
 
     def see(self, amplitude: float, time: float) -> None:
-        """Take note of the largest displacement of a block [m], and of its end since the start [s].
-
-        Blocks are seen in order.
-        """
+        """Take the largest displacement of the next block [m], and its end since the start [s]."""
         if amplitude > self.largest:
             self.largest, self.time = amplitude, time
 
@@ -118,10 +115,7 @@ def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
 
 
 def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
-    """Depths (Z, S) [m] that bumps and profile press into the coating where no blade moves.
-
-    scene: at one speed; n_strips, n_bars: Z, S.
-    """
+    """Depths (Z, S) [m] that bumps and profile press into the coating where no blade moves."""
     face, coating = scene.interface, scene.coating
     assert coating is not None
     phi = 2.0 * np.pi * np.arange(n_bars) / n_bars
@@ -134,9 +128,8 @@ def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
 def lobes(worn: np.ndarray, scene: Scene) -> int:
     """Lobes of worn depths (Z, S) [m] around the casing; scene: at their speed.
 
-    Returns strongest order of what is worn deeper than blades at rest would have cut. A blade that
-    vibrates with the frequency f while it cuts leaves f/Ω lobes. 0: as good as nothing is deeper,
-    or the depth is the same all around.
+    Returns strongest order of what is worn deeper than blades at rest would have cut; 0 where as
+    good as nothing is deeper, or the depth is the same all around.
     """
     beyond = np.maximum(worn - cut_at_rest(scene, *worn.shape), 0.0).mean(axis=0)
     size = np.abs(np.fft.rfft(beyond))
