@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hpcrub.model.damping import state_matrix
+from hpcrub.model.families import multiplicity
 
 CYCLIC = 1e-3  # by which a tuned disk's waves may miss to repeat themselves from blade to blade
 
@@ -117,7 +118,7 @@ def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndar
     """Tuned modes (N,) of a family, from 0, by their diameters (m,). Raises ValueError for none."""
     found: list[int] = []
     for h in range(n_blades // 2 + 1):
-        each = 1 if 2 * h % n_blades == 0 else 2  # waves that run either way
+        each = multiplicity(h, n_blades)
         mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
         if len(mine) < each:
             raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")

@@ -18,6 +18,11 @@ def whole(n_modes: int, n_blades: int) -> int:
     return -(-n_modes // n_blades) * n_blades
 
 
+def multiplicity(diameters: Any, n_blades: int) -> Any:
+    """Modes of a family with some nodal diameters: two, of waves either way, but of 0 and N/2."""
+    return np.where(2 * np.asarray(diameters) % n_blades == 0, 1, 2)
+
+
 def choose(
     values: np.ndarray, sectors: np.ndarray, n_families: int, are_all: bool = False
 ) -> np.ndarray | None:
@@ -30,10 +35,7 @@ def choose(
     """
     n, n_modes = len(sectors), len(values)
     power = np.fft.fft(sectors, axis=0)
-    left = np.full(n // 2 + 1, 2 * n_families)
-    left[0] = n_families
-    if n % 2 == 0:
-        left[-1] = n_families
+    left = n_families * multiplicity(np.arange(n // 2 + 1), n)
     chosen = []
     starts = np.flatnonzero(np.diff(values, prepend=-np.inf) > CLOSE * np.abs(values))
     for first, end in zip(starts, [*starts[1:], n_modes if are_all else 0], strict=True):

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh, eigvalsh
 
+from hpcrub.model.families import multiplicity
 from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.checks import check_frequency
 from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
@@ -99,8 +100,8 @@ def _disk_modes(model, speed):
     angle = node_angle(model.nodes[model.contact_node])
     diameters = diameters_of(vectors[contact_rows(model)], model.contact_blade, angle)
     for h in range(model.n_blades // 2 + 1):
-        both = 1 if h == 0 or 2 * h == model.n_blades else 2  # modes of a pair
-        yield vectors[:, diameters == h][:, : both * MODES_PER_DIAMETER]
+        n_kept = multiplicity(h, model.n_blades) * MODES_PER_DIAMETER
+        yield vectors[:, diameters == h][:, :n_kept]
 
 
 def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
@@ -112,8 +113,8 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
     table = np.full((model.n_blades // 2 + 1, MODES_PER_DIAMETER), np.nan)
     for h, (K, M) in enumerate(pencils(model, [speed])):
         values = eigvalsh(stiffness_at(K, speed), M)
-        is_single = model.kind == "sector" or h == 0 or 2 * h == model.n_blades
-        mine = (values if is_single else values[::2])[:MODES_PER_DIAMETER]
+        each = 1 if model.kind == "sector" else multiplicity(h, model.n_blades)
+        mine = values[::each][:MODES_PER_DIAMETER]
         table[h, : len(mine)] = np.sqrt(np.maximum(mine, 0.0)) / (2 * np.pi)
     check_frequency(float(np.nanmin(table)))
     return table
@@ -147,8 +148,7 @@ def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
-    twice = np.where((orders == 0) | (2 * orders == n_blades), 1.0, 2.0)  # and the backward wave
-    return (size * twice[:, None]).argmax(axis=0)
+    return (size * multiplicity(orders, n_blades)[:, None]).argmax(axis=0)
 
 
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
