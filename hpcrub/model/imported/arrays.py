@@ -46,10 +46,7 @@ def stored(name: str, matrix: Any) -> dict:
 
 
 class Arrays:
-    """The arrays of a file, taken out one by one, so that none is left unread.
-
-    Methods raise InputError, which names the array, for what is missing or of another kind.
-    """
+    """The arrays of a file, taken out one by one; InputError names what is missing or wrong."""
 
     def __init__(self, arrays):
         self.left = dict(arrays)

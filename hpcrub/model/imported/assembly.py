@@ -2,13 +2,15 @@
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.blades import joined
+from hpcrub.model.imported.arrays import PARTS
 from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import NONE, NeutralModel, contact_rows, row_table
 
 PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
+SHARED = 1e-9  # of the largest entry: below, a stiffness joins no rows
 
 
 def pair_sides(
@@ -142,6 +144,39 @@ def turned(nodes: np.ndarray, angle: float) -> np.ndarray:
     """Nodes (n, 3) turned by an angle about z [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+
+def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Connected part (n,) int of every row of a sparse stiffness; whether it has any (n,) bool."""
+    strong = abs(K) > SHARED * abs(K).max()
+    _, part = connected_components(strong, directed=False)
+    return part, np.asarray(strong.sum(axis=0)).ravel() > 0
+
+
+def blade_numbers(arrays: dict) -> np.ndarray:
+    """Blade of every contact node of a whole disk (C,) int, counted by angle from that at x > 0.
+
+    arrays: of a model file, whose sparse K_blade tells the blades apart: its connected parts.
+    Raises InputError: there is none, or a contact node is on no row.
+    """
+    if f"K_blade/{PARTS[0]}" not in arrays:
+        raise InputError(
+            "contact_blade: a whole disk needs the blade of every contact node, or the stiffness "
+            "of the blades (--blade, K_blade), which tells them apart"
+        )
+    nodes, dof, contact_node = (arrays[name] for name in ("nodes", "dof", "contact_node"))
+    parts, shape = tuple(arrays[f"K_blade/{part}"] for part in PARTS), (len(dof), len(dof))
+    part, _ = joined(sp.csr_array(parts, shape=shape))
+    row = {node: k for k, node in enumerate(dof[:, 0].tolist())}
+    if lost := [node for node in contact_node.tolist() if node not in row]:
+        raise InputError(f"contact_node: node {lost[0]} has no rows")
+    _, group = np.unique(part[[row[node] for node in contact_node.tolist()]], return_inverse=True)
+    x, y = (np.bincount(group, nodes[contact_node, axis]) for axis in (0, 1))
+    pitch = 2 * np.pi / len(x)
+    turn = np.mod(np.arctan2(y, x) + pitch / 2, 2 * np.pi)  # the first one may lie about 0
+    order = np.empty(len(x), dtype=np.int64)
+    order[np.argsort(turn)] = np.arange(len(x))
+    return order[group]
 
 
 def blade_of_rows(disk: NeutralModel) -> np.ndarray:

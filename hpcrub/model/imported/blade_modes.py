@@ -9,7 +9,7 @@ Journal 45(9), equations (14) to (20).
 import numpy as np
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.blades import SHARED
+from hpcrub.model.imported.assembly import SHARED
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.neutral import NeutralModel
 

@@ -153,7 +153,5 @@ def _orthonormal(W, M):
 
 def frequencies(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> np.ndarray:
     """First natural frequencies of an assembled disk at a speed [rad/s]; (n_modes,) [Hz]."""
-    values, _ = lowest_modes(
-        stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc(), n_modes
-    )
+    values, _ = lowest_modes(stiffness_at(disk.stiffness, speed), disk.mass.tocsc(), n_modes)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)

@@ -162,13 +162,9 @@ def to_arrays(model: NeutralModel) -> dict:
 
 def _check_members(model):
     """Raise InputError for nodes, rows or blades that a model names but does not have."""
-    n_nodes = len(model.nodes)
     for name in ("contact_node", "low", "high", "surface"):
-        wrong = _first_outside(getattr(model, name), n_nodes)
-        if wrong is not None:
-            raise InputError(f"{name}: there is no node {wrong}, nodes run from 0 to {n_nodes - 1}")
-    if (wrong := _first_outside(model.fixed, len(model.dof))) is not None:
-        raise InputError(f"fixed: there is no row {wrong}, rows run from 0 to {len(model.dof) - 1}")
+        _check_inside(name, "node", getattr(model, name), len(model.nodes))
+    _check_inside("fixed", "row", model.fixed, len(model.dof))
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
     for name in ("contact_blade", "contact_clearance", "contact_normal"):
@@ -188,10 +184,9 @@ def _check_sector(model):
         raise InputError(
             f"n_sectors: {model.n_sectors}; a sector needs their number, 2 to {MOST_BLADES}"
         )
-    if model.contact_blade.any():
-        raise InputError("contact_blade: a sector has one blade, number 0")
-    if model.stress_blade.any():
-        raise InputError("stress_blade: a sector has one blade, number 0")
+    for name in ("contact_blade", "stress_blade"):
+        if getattr(model, name).any():
+            raise InputError(f"{name}: a sector has one blade, number 0")
     if not len(model.low) or len(model.low) != len(model.high):
         raise InputError(
             f"low, high: {len(model.low)} and {len(model.high)} nodes; the sides of a sector have "
@@ -200,8 +195,7 @@ def _check_sector(model):
 
 
 def _check_blades(model):
-    if (wrong := _first_outside(model.stress_blade, model.n_blades)) is not None:
-        raise InputError(f"stress_blade: there is no blade {wrong}, blades run from 0")
+    _check_inside("stress_blade", "blade", model.stress_blade, model.n_blades)
     blades, count = np.unique(model.contact_blade, return_counts=True)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
@@ -223,18 +217,16 @@ def _check_dof(dof, n_nodes):
     wrong = (dof[:, 1] < 0) | (dof[:, 1] > 6)
     if wrong.any():
         raise InputError(f"dof: {dof[wrong][0, 1]} is no direction (1 to 6; 0: anything else)")
-    placed = dof[:, 1] > 0
-    outside = _first_outside(dof[placed, 0], n_nodes)
-    if outside is not None:
-        raise InputError(f"dof: there is no node {outside}, nodes run from 0 to {n_nodes - 1}")
-    rows = dof[placed]
+    rows = dof[dof[:, 1] > 0]
+    _check_inside("dof", "node", rows[:, 0], n_nodes)
     if len(np.unique(rows, axis=0)) != len(rows):
         raise InputError("dof: a node has two rows in the same direction")
 
 
-def _first_outside(numbers, n):
-    wrong = (numbers < 0) | (numbers >= n)
-    return numbers[wrong].flat[0] if wrong.any() else None
+def _check_inside(name, what, numbers, n):
+    wrong = numbers[(numbers < 0) | (numbers >= n)]
+    if len(wrong):
+        raise InputError(f"{name}: there is no {what} {wrong[0]}, {what}s run from 0 to {n - 1}")
 
 
 def _units(text):

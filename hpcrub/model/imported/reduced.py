@@ -100,16 +100,9 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
         blades = np.zeros((model.n_blades, m, m))
     else:
         blades = model.blade_stiffness
+    K, face, slopes = stiffness_at(model.stiffness, speed), interface(model), model.stiffness[1:]
     try:
-        found = reduction.reduced_model(
-            model.mass,
-            stiffness_at(model.stiffness, speed),
-            blades,
-            np.eye(m),
-            interface(model),
-            speed,
-            model.stiffness[1:],
-        )
+        found = reduction.reduced_model(model.mass, K, blades, np.eye(m), face, speed, slopes)
     except np.linalg.LinAlgError:
         raise InputError("M: the mass matrix is not positive definite") from None
     if found.tuned_eigenvalues[0] <= 0:

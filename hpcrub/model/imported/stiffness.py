@@ -7,11 +7,7 @@ import numpy as np
 
 
 def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:
-    """K0, K1, K2 of the parabola in W^2 through the stiffness at three speeds.
-
-    stiffness: sequence of three matrices (n, n); speeds: (3,) [rad/s].
-    Returns K0 [N/m], K1 [N s2/m], K2 [N s4/m].
-    """
+    """K0 [N/m], K1 [N s2/m], K2 [N s4/m] of the parabola through three speeds (3,) [rad/s]."""
     square = np.asarray(speeds, dtype=float) ** 2
     coefficients = np.linalg.inv(np.vander(square / square.max(), 3, increasing=True))
     return tuple(

@@ -40,12 +40,13 @@ def read(
     archive = _quietly(mesh, lambda: Archive(str(mesh), parse_vtk=False))
     components = {name.upper(): nodes for name, nodes in archive.node_components.items()}
     order = np.argsort(archive.nnum)
-    corners = [element[10:18] for element in archive.elem if len(element) >= 18]
+    # a degenerate hexahedron has corners twice
+    corners = [dict.fromkeys(map(int, e[10:18])) for e in archive.elem if len(e) >= 18]
     found = Mesh(
         np.asarray(archive.nnum)[order],
         np.asarray(archive.nodes)[order, :3],
         lambda name: listed(components, name, f"{mesh}: there is no node component"),
-        [_distinct(nodes) for nodes in corners],
+        [[node for node in nodes if node] for nodes in corners],
     )
     K, M = full_matrices(path)
     others = {speed: full_matrices(name)[0] for speed, name in (stiffness or {}).items()}
@@ -65,11 +66,6 @@ def _upper(matrix):
     """The stored triangle as the upper one: a row that `sort` moved lies in the other."""
     upper, lower = sp.triu(matrix), sp.tril(matrix, -1)
     return sp.csr_array(upper + lower.T)
-
-
-def _distinct(nodes):
-    """Corners of a degenerate hexahedron, each once; others as they are."""
-    return list(dict.fromkeys(int(node) for node in nodes if node))
 
 
 def _quietly(path, work):

@@ -46,11 +46,7 @@ class Lists(NamedTuple):
 
 
 def arrays_of(
-    mesh: Mesh,
-    lists: Lists,
-    stiffness: dict[float, Rows],
-    mass: Rows,
-    blade: Rows | None = None,
+    mesh: Mesh, lists: Lists, stiffness: dict[float, Rows], mass: Rows, blade: Rows | None = None
 ) -> dict:
     """Arrays of a model file, but for `units` and the blades' numbers in a whole disk.
 
