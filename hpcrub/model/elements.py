@@ -35,10 +35,11 @@ def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     +90 degrees. Returns mass, stiffness (6, 6) of a length [m].
     """
     axial, transverse = [0, 3], [1, 2, 4, 5]
-    line, line1 = _linear(length)
+    line = np.stack([1 - _XI, _XI], axis=1)
+    slope = np.tile([-1.0, 1.0], (len(_XI), 1)) / length
     n, _, n2 = _hermite(length)
     u, v = _rows(6, axial, line), _rows(6, transverse, n)
-    eps, kappa = _rows(6, axial, line1), _rows(6, transverse, n2)
+    eps, kappa = _rows(6, axial, slope), _rows(6, transverse, n2)
     return _matrices(beam, length, u, v, eps, kappa)
 
 
@@ -91,12 +92,6 @@ def _hermite(length):
     n2 = [12 * x - 6 * one, 6 * x - 4 * one, 6 * one - 12 * x, 6 * x - 2 * one]
     scale = np.array([1, length, 1, length])
     return (np.stack(f, axis=1) * scale / length**k for k, f in enumerate((n, n1, n2)))
-
-
-def _linear(length):
-    """Linear functions at the Gauss points and their slope, (n_gauss, 2) each."""
-    one = np.ones_like(_XI)
-    return np.stack([1 - _XI, _XI], axis=1), np.stack([-one, one], axis=1) / length
 
 
 def _rows(n_dof, columns, functions):

@@ -220,17 +220,9 @@ def reduced_model(
 ) -> ReducedModel:
     """A ReducedModel and its tuned modes; parameters are its members."""
     eigenvalues, modes = eigh(stiffness, mass)
+    tuned = modes, eigenvalues, _project(blade_stiffness, modes)
     return ReducedModel(
-        mass=mass,
-        stiffness=stiffness,
-        blade_stiffness=blade_stiffness,
-        basis=basis,
-        interface=interface,
-        tuned_modes=modes,
-        tuned_eigenvalues=eigenvalues,
-        modal_blade_stiffness=_project(blade_stiffness, modes),
-        speed=speed,
-        stiffening=stiffening,
+        mass, stiffness, blade_stiffness, basis, interface, *tuned, speed, stiffening
     )
 
 

@@ -44,10 +44,7 @@ def amplitudes(pairs: Pairs, coordinates: np.ndarray) -> np.ndarray:
 
 
 def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
-    """Largest radial motion of some records [m], and the number n of waves that moves most.
-
-    coordinates: of the pairs (R, 2J) [m·√kg].
-    """
+    """Largest radial motion [m] in coordinates of the pairs (R, 2J); n of what moves most."""
     n_angles = ANGLES_PER_WAVE * max(int(pairs.n_waves.max()), 1)
     angle = np.arange(n_angles) * (2.0 * np.pi / n_angles)
     most = np.argmax((amplitudes(pairs, coordinates) ** 2).mean(axis=0))

@@ -28,10 +28,9 @@ class Growth(NamedTuple):
 def turned_matrices(
     modes: Modes, ratios: np.ndarray, speed: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """D and S of disk and casing together, seen from the rotor, without contact.
+    """D [1/s] and S [1/s²] of disk and casing, (n, n), seen from the rotor, without contact.
 
     ratios: damping ratios of all coordinates (n,) [-]; speed: of rotation [rad/s].
-    Returns two arrays (n, n) [1/s], [1/s²].
     """
     omega = modes._replace(waves=None).joined.omega
     damping, stiffness = np.diag(2.0 * ratios * omega), np.diag(omega**2)
