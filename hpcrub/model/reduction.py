@@ -83,9 +83,7 @@ class Modes(NamedTuple):
         return self._replace(
             **moved,
             omega=np.concatenate([self.omega[real], np.repeat(np.abs(waves.eigenvalue), 2)]),
-            stiffening=np.pad(self.stiffening[:, real], more)
-            if len(self.stiffening)
-            else self.stiffening,
+            stiffening=np.pad(self.stiffening[:, real], more),
             load=tuple(rows(waves.force, name) for name in names[:3]),
             waves=None,
         )

@@ -12,8 +12,7 @@ from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cartesian
-from hpcrub.model.imported.neutral import contact_rows
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import contact_rows, stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study, Values

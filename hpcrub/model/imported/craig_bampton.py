@@ -9,8 +9,7 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 from hpcrub.errors import InputError
 from hpcrub.model import families
 from hpcrub.model.imported.assembly import PAIRING, turned
-from hpcrub.model.imported.neutral import NeutralModel, contact_rows
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 
 AT_ONCE = 64  # columns solved for together
 BLOCK = 12  # vectors of the Lanczos iteration

@@ -14,8 +14,7 @@ from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.checks import check_frequency
 from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel, contact_rows
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.reduction import ReducedModel
 
 MODES_PER_DIAMETER = 3

@@ -3,6 +3,7 @@
 `docs/model_file.md` specifies the arrays. A `NeutralModel` holds them checked and in SI units.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported.arrays import Arrays, stored, symmetric
-from hpcrub.model.imported.stiffness import polynomial
 
 VERSION = 1
 MOST_BLADES = 200
@@ -84,6 +84,21 @@ def contact_rows(model: NeutralModel) -> np.ndarray:
     if axial.any() and not axial.all():
         raise InputError("contact_node: some contact nodes have a row in z, and others none")
     return rows[: 3 if axial.any() else 2]
+
+
+def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:
+    """K0 [N/m], K1 [N s2/m], K2 [N s4/m] of the parabola through three speeds (3,) [rad/s]."""
+    square = np.asarray(speeds, dtype=float) ** 2
+    coefficients = np.linalg.inv(np.vander(square / square.max(), 3, increasing=True))
+    return tuple(
+        sum(c * k for c, k in zip(row, stiffness, strict=True)) / square.max() ** power
+        for power, row in enumerate(coefficients)
+    )
+
+
+def stiffness_at(stiffness: Sequence, speed: float) -> Any:
+    """K0 + W^2 K1 + W^4 K2 at a speed of rotation [rad/s]."""
+    return sum(k * speed ** (2 * power) for power, k in enumerate(stiffness))
 
 
 def from_arrays(arrays: dict) -> NeutralModel:

@@ -6,8 +6,7 @@ from hpcrub.errors import InputError
 from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
 from hpcrub.model.imported.frames import node_angle, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel, contact_rows
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
 

@@ -31,7 +31,7 @@ from hpcrub.model.imported import (
     neutral,
     reduced,
 )
-from hpcrub.model.imported.stiffness import polynomial, stiffness_at
+from hpcrub.model.imported.neutral import polynomial, stiffness_at
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion

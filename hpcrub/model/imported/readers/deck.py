@@ -56,7 +56,7 @@ def listed(lists: dict, name: str, what: str) -> np.ndarray:
 def _blocks(path):
     """(keyword, options, data lines) of a deck, one after another."""
     keyword, options, lines = None, {}, []
-    for line in _lines(path):
+    for line in (*_lines(path), "*"):  # which ends the last one
         if not line.startswith("*"):
             lines.append(line)
             continue
@@ -66,8 +66,6 @@ def _blocks(path):
         keyword, lines = words[0].upper(), []
         pairs = (word.partition("=") for word in words[1:])
         options = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
-    if keyword:
-        yield keyword, options, lines
 
 
 def _lines(path, outer=()):
