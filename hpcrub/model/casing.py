@@ -163,18 +163,12 @@ def outline(shape: CasingShape) -> Outline:
     size = 2.0 * np.abs(spectrum) / N_ANGLES
     size[size < 1e-12 * np.abs(there).max()] = 0.0  # rounding
     orders = np.flatnonzero((size > 0.0) & (size >= RELEVANT * size.max()))
-    strongest = orders[np.argsort(-size[orders], kind="stable")]
+    strongest = tuple(orders[np.argsort(-size[orders], kind="stable")].tolist())
     lines = profile._replace(harmonics=(), cut_off=0.0).height(phi)
     away = np.abs(lines - profile._replace(harmonics=()).height(phi)).max()
-    return Outline(
-        float(there.max()),
-        min(0.0, float(there.min())),
-        float(mean),
-        float(np.abs(slope).max()),
-        float(-second.min()),
-        tuple(int(n) for n in strongest),
-        float(away),
-    )
+    highest, lowest = float(there.max()), min(0.0, float(there.min()))
+    steepest, sharpest = float(np.abs(slope).max()), float(-second.min())
+    return Outline(highest, lowest, float(mean), steepest, sharpest, strongest, float(away))
 
 
 def ramp(t: float, ramp_time: float) -> float:

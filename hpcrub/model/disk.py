@@ -61,11 +61,9 @@ def build_disk(disk: Any, material: Any) -> Disk:
     """
     nodes = _blade_nodes(disk)
     blade_mass, blade_stiffness = _blade(disk, material, nodes)
-    ring_mass, ring_stiffness = elements.ring_element(
-        _beam(disk, disk.ring_thickness, material),
-        2 * np.pi * disk.hub_radius / disk.n_blades,
-        disk.hub_radius,
-    )
+    beam, R_h = _beam(disk, disk.ring_thickness, material), disk.hub_radius
+    arc = 2 * np.pi * R_h / disk.n_blades
+    ring_mass, ring_stiffness = elements.ring_element(beam, arc, R_h)
     spoke_mass, spoke_stiffness = _spoke(disk, material)
 
     blade_dof, ring_dof, spoke_dof = _numbering(disk)

@@ -89,13 +89,11 @@ def sentence(
     full_hz, reduced_hz: (N,) frequencies of the tuned disk, full and reduced; one may be (0,) [Hz].
     share: as of `share`; half_range: largest deviation of a blade's stiffness; damping: ratio [-].
     """
-    spreads = [
-        (name, np.ptp(found) / found.mean())
-        for name, found in (("full", full_hz), ("reduced", reduced_hz))
-        if len(found)
-    ]
-    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads)
-    widths = {"coupling": spreads[-1][1], "mistuning": half_range * share, "damping": 2 * damping}
+    known = {"full": full_hz, "reduced": reduced_hz}
+    spreads = {name: np.ptp(hz) / hz.mean() for name, hz in known.items() if len(hz)}
+    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads.items())
+    *_, coupling = spreads.values()
+    widths = {"coupling": coupling, "mistuning": half_range * share, "damping": 2 * damping}
     return (
         f"first family: coupling spreads it by {found}; blades of ±{100 * half_range:g} % "
         f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are "

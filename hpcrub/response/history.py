@@ -152,12 +152,8 @@ class Follower:
 
 def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:
     """Split speeds (S,) [Hz] into index arrays that `integrate` takes."""
-    width = len(LANES)
-    return [
-        band[first : first + width]
-        for band in speed_bands(speeds_hz)
-        for first in range(0, len(band), width)
-    ]
+    width, bands = len(LANES), speed_bands(speeds_hz)
+    return [part for band in bands for part in np.split(band, range(width, len(band), width))]
 
 
 def integrate(

@@ -84,17 +84,10 @@ class Wearing:
         worn = self.depths[-1][1]
         coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
         assert coating is not None  # what wears is one
-        values = (
-            self.largest,
-            self.time,
-            worn.max(),
-            self.growth,
-            volume(worn, coating, radius),
-            energy(worn, coating, radius),
-            lobes(worn, self.scene),
-            around(worn),
-        )
-        for array, value in zip(wear, values, strict=True):
+        grown = self.largest, self.time, worn.max(), self.growth
+        lost = volume(worn, coating, radius), energy(worn, coating, radius)
+        shape = lobes(worn, self.scene), around(worn)
+        for array, value in zip(wear, (*grown, *lost, *shape), strict=True):
             array[index] = value
 
 

@@ -5,22 +5,17 @@ Needs the package ansys-mapdl-reader.
 
 import contextlib
 import io
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
 from hpcrub.model.imported.readers.deck import listed
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of
 
 
 def read(
-    path: str | Path,
-    mesh: str | Path,
-    lists: Lists,
-    blade: str | Path | None = None,
-    stiffness: dict[float, str | Path] | None = None,
+    path: File, mesh: File, lists: Lists, blade: File | None = None, stiffness: Files | None = None
 ) -> dict:
     """Arrays of a model file from Ansys's files.
 
@@ -40,20 +35,21 @@ def read(
     archive = _quietly(mesh, lambda: Archive(str(mesh), parse_vtk=False))
     components = {name.upper(): nodes for name, nodes in archive.node_components.items()}
     order = np.argsort(archive.nnum)
+    number, place = np.asarray(archive.nnum)[order], np.asarray(archive.nodes)[order, :3]
     # a degenerate hexahedron has corners twice
     corners = [dict.fromkeys(map(int, e[10:18])) for e in archive.elem if len(e) >= 18]
-    found = Mesh(
-        np.asarray(archive.nnum)[order],
-        np.asarray(archive.nodes)[order, :3],
-        lambda name: listed(components, name, f"{mesh}: there is no node component"),
-        [[node for node in nodes if node] for nodes in corners],
-    )
+    elements = [[node for node in nodes if node] for nodes in corners]
+
+    def nodes_of(name):
+        return listed(components, name, f"{mesh}: there is no node component")
+
+    found = Mesh(number, place, nodes_of, elements)
     K, M = full_matrices(path)
     others = {speed: full_matrices(name)[0] for speed, name in (stiffness or {}).items()}
     return arrays_of(found, lists, {0.0: K} | others, M, full_matrices(blade)[0] if blade else None)
 
 
-def full_matrices(path: str | Path) -> tuple[Rows, Rows]:
+def full_matrices(path: File) -> tuple[Rows, Rows]:
     """Stiffness and mass of a `.full` file, without held rows. Raises InputError."""
     from ansys.mapdl.reader import read_binary
 

@@ -41,13 +41,8 @@ def read(
     )
     speeds = {0.0: path} | (stiffness or {})
     mass = job_matrix(path, "mas")
-    arrays = arrays_of(
-        mesh,
-        lists,
-        {speed: job_matrix(job, "sti") for speed, job in speeds.items()},
-        mass,
-        _blade_matrix(blade, deck) if blade else None,
-    )
+    K = {speed: job_matrix(job, "sti") for speed, job in speeds.items()}
+    arrays = arrays_of(mesh, lists, K, mass, _blade_matrix(blade, deck) if blade else None)
     if stress:
         number = np.union1d(deck.node, mass.dof[:, 0])
         elements = _printed(stress, {label: nodes for _, label, nodes in deck.elements}, number)

@@ -1,6 +1,7 @@
 """What the readers share: a mesh and its skin, lists of nodes, matrices by (node, direction)."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ from hpcrub.errors import InputError
 from hpcrub.model.imported.arrays import stored, symmetric
 from hpcrub.model.imported.neutral import AT_SPEEDS
 
+File = str | Path
+Files = dict[float, File]  # by speeds of rotation [Hz]
 TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
 WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
 HEXAHEDRON = (
