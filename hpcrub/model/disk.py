@@ -198,9 +198,8 @@ def _points(disk, nodes, blade_dof):
     blade_xy = np.einsum("xyi,ny->inx", turn, nodes)
     inner_xy = disk.inner_radius * _direction(root).T
 
-    blade_node_dof = np.empty((n_blades, n_nodes, 2), dtype=int)
-    blade_node_dof[:, 0] = blade_dof[:, [0, 2]]
-    blade_node_dof[:, 1:] = blade_dof[:, 3:].reshape(n_blades, n_nodes - 1, 3)[:, :, :2]
+    own = 3 * np.arange(n_nodes)[:, None] + [0, 1]  # radial and tangential dof of a node
+    own[0, 1] = 2  # the root is one of the ring
     frame = np.repeat(tip[:, None], n_nodes, axis=1)
     frame[:, 0] = root
 
@@ -208,7 +207,7 @@ def _points(disk, nodes, blade_dof):
     inner = n_blades * n_nodes + np.arange(n_blades)
     return Points(
         position=np.vstack([blade_xy.reshape(-1, 2), inner_xy]),
-        dof=np.vstack([blade_node_dof.reshape(-1, 2), np.full((n_blades, 2), -1)]),
+        dof=np.vstack([blade_dof[:, own].reshape(-1, 2), np.full((n_blades, 2), -1)]),
         frame=np.concatenate([frame.ravel(), root]),
         blades=blades,
         ring=np.column_stack([blades[:, 0], np.roll(blades[:, 0], -1)]),

@@ -194,13 +194,9 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
     blade_basis = basis[disk.blade_dof]  # (N, nb, m)
     blade_stiffness = _project(disk.blade_stiffness, blade_basis)
-    interface = planar_interface(
-        disk.contact_angle,
-        disk.contact_radius,
-        normal=basis[disk.contact_dof[:, 0]],
-        tangential=basis[disk.contact_dof[:, 1]],
-        blade=disk.contact_blade,
-    )
+    normal, tangential = basis[disk.contact_dof.T]
+    angle, radius, blade = disk.contact_angle, disk.contact_radius, disk.contact_blade
+    interface = planar_interface(angle, radius, normal, tangential, blade)
     stress = disk.blade_stress @ blade_basis  # (N, 2, m)
     faces = np.repeat(np.arange(len(stress)), stress.shape[1])
     interface = interface._replace(stress=np.concatenate(stress), stress_blade=faces)

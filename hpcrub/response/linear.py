@@ -1,10 +1,9 @@
 """Forced response to an engine-order excitation of the blades, in the frequency domain.
 
 The load of a blade is F cos(n_d (theta - Omega t)), radial [equation (5)], shared evenly by its
-contact points, each at its own angle theta, which is that in the rotating frame. So it travels
-forward over the disk, by Omega. With a negative n_d it travels backward: it is at rest in space, as
-a casing is, F cos(n_d (theta + Omega t)). It is harmonic at w = |n_d| Omega, and a displacement is
-Re(u exp(j w t)) with
+contact points at the angles theta of the rotating frame. So it travels forward over the disk, and
+with a negative n_d backward: it is then at rest in space, as a casing is. It is harmonic at
+w = |n_d| Omega, and a displacement is Re(u exp(j w t)) with
 
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.

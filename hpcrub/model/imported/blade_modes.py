@@ -14,11 +14,12 @@ from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.neutral import NeutralModel
 
 
-def inner_rows(disk: NeutralModel, blade: int) -> np.ndarray:
-    """Rows of a blade that have no stiffness of the disk: all of it but its root."""
+def inner_rows(disk: NeutralModel) -> list[np.ndarray]:
+    """Rows of every blade that have no stiffness of the disk: all of it but its root."""
     K = disk.stiffness[0]
     foreign = abs(K - disk.blade_stiffness).max(axis=1).toarray().ravel()
-    return np.flatnonzero((disk.row_blade == blade) & (foreign < SHARED * abs(K).max()))
+    own = np.where(foreign < SHARED * abs(K).max(), disk.row_blade, -1)
+    return [np.flatnonzero(own == blade) for blade in range(disk.n_blades)]
 
 
 def cantilever(
@@ -32,8 +33,7 @@ def cantilever(
     Raises InputError: a blade has fewer rows than modes.
     """
     frequencies, participation = [], []
-    for blade in range(disk.n_blades):
-        rows = inner_rows(disk, blade)
+    for blade, rows in enumerate(inner_rows(disk)):
         if len(rows) < n_modes:
             raise InputError(f"K_blade: blade {blade + 1} has {len(rows)} rows beyond its root")
         K = disk.blade_stiffness[rows]
