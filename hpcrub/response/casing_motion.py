@@ -44,7 +44,7 @@ def amplitudes(pairs: Pairs, coordinates: np.ndarray) -> np.ndarray:
 
 
 def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
-    """Largest radial motion [m] in coordinates of the pairs (R, 2J); n of what moves most."""
+    """Largest radial motion [m] of pairs at (R, 2J), and n of the wave that moves most."""
     n_angles = ANGLES_PER_WAVE * max(int(pairs.n_waves.max()), 1)
     angle = np.arange(n_angles) * (2.0 * np.pi / n_angles)
     most = np.argmax((amplitudes(pairs, coordinates) ** 2).mean(axis=0))
@@ -71,7 +71,7 @@ class Runaway:
         self.sizes: list[np.ndarray] = []  # amplitudes of every wave (J,) [m] at the ends of blocks
 
     def see(self, coordinates: np.ndarray) -> bool:
-        """Take the pairs' coordinates (2J,) at the end of a block; whether the casing runs away."""
+        """Take the pairs' coordinates (2J,) after a block; returns whether the casing runs away."""
         self.sizes = [*self.sizes[-self.per_turn :], amplitudes(self.pairs, coordinates)]
         return not bool((self.sizes[-1] <= self.limit).all())
 

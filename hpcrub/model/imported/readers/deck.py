@@ -43,7 +43,7 @@ def read(path: str | Path) -> Deck:
 
 
 def listed(lists: dict, name: str, what: str) -> np.ndarray:
-    """Node numbers of one of some lists, whose names are in capitals.
+    """Node numbers of a list by its name; the names of all lists are in capitals.
 
     what: f"{file}: there is no node set". Raises InputError that names the lists that there are.
     """
