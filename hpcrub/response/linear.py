@@ -144,8 +144,7 @@ class _Oscillators:
         if waves is None:
             return d1, d2
         d1, d2 = (np.broadcast_to(d, d1.shape)[:, self.real] for d in (d1, d2))
-        none = np.zeros(len(waves.rows))
-        by = waves.slopes if len(waves.slopes) else np.array([none, none])
+        by = waves.slopes if len(self.modes.stiffening) else np.zeros((2, len(waves.rows)))
         poles1, poles2 = (
             (part[0] * by[0] + part[1] * by[1]) / n**k for k, part in ((1, rise), (2, bend))
         )
