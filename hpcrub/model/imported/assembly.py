@@ -78,16 +78,16 @@ def assemble(model: NeutralModel) -> NeutralModel:
         model = _unfold(model)
     free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
 
-    def held(matrix):
+    def of_free(matrix):
         return matrix[free][:, free].tocsr()
 
     blade = model.blade_stiffness
     disk = model._replace(
-        mass=held(model.mass),
-        stiffness=tuple(held(k) for k in model.stiffness),
+        mass=of_free(model.mass),
+        stiffness=tuple(of_free(k) for k in model.stiffness),
         dof=model.dof[free],
         fixed=NONE,
-        blade_stiffness=None if blade is None else held(blade),
+        blade_stiffness=None if blade is None else of_free(blade),
         stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
     )
     contact_rows(disk)  # refuses what lacks them
