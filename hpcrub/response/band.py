@@ -81,6 +81,11 @@ class Course:
         """Time from its start to a block [s]."""
         return (now - self.start) / (self.speed_hz * self.per_turn)
 
+    def may_end(self, now: int, window: int) -> bool:
+        """Whether a verdict may come at the end of the window (blocks) in which a block is."""
+        ends = self.is_over or self.watch.may_end(self.seconds(self.check))
+        return self.check - window <= now and ends
+
     @property
     def is_over(self) -> bool:
         """Whether there is no time for another check after the next, or present, one."""
@@ -122,7 +127,8 @@ class Band:
             place = now % (2 * self.window) if recording else -1
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
-            self._follow(now, until)
+            if self.scene.coating:
+                self._follow_wear(now, until)
             now = until
             if poll is not None:
                 poll()
@@ -147,16 +153,34 @@ class Band:
         self.lanes = [self.lanes[lane] for lane in kept]
 
     def _next_event(self, now):
-        """Whether any lane records from block ``now`` on, and until when nothing changes."""
-        checks = [course.check for _, course in self._running()]
+        """Whether any lane records from block ``now`` on, and until when nothing changes.
+
+        On a coating all lanes record, and each one's coating is kept after each of its windows.
+        """
+        courses = [course for _, course in self._running()]
+        checks = [course.check for course in courses]
+        if self.scene.coating:
+            ends = [now + self.window - (now - course.start) % self.window for course in courses]
+            return True, min(checks + ends)
         begin = min(checks) - 2 * self.window
         if begin > now:
             return False, begin
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
 
-    def _follow(self, now, until):
-        """Look at the blocks from ``now`` on, beside the checks; of a bare casing at none."""
+    def _follow_wear(self, now, until):
+        """See the amplitudes of the blocks from ``now`` on; keep the coating after windows."""
+        places = np.arange(now, until) % (2 * self.window)
+        peak = self._peaks()[places].max(axis=1)
+        for lane, course in self._running():
+            for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
+                course.watch.see(size, course.seconds(block))
+            if (until - course.start) % self.window == 0:
+                self._keep_wear(lane, course, until)
+
+    def _keep_wear(self, lane, course, now):
+        revolutions = (now - course.start) // self.grid.blocks_per_revolution
+        course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _running(self):
         """Lanes that have a speed, and its Course."""
@@ -165,17 +189,15 @@ class Band:
     def _watched(self, now):
         """Lanes whose stresses are observed from block ``now`` on (A,) int.
 
-        Those of which a verdict may come at the end of their window, which forgets those before.
+        On a coating all; else those of which a verdict may come at the end of their window, which
+        forgets those before.
         """
-        lanes = []
-        for lane, course in self._running() if self.scene.observes_stress else ():
-            to_go = course.check - now
-            ends = course.is_over or course.watch.may_end(course.seconds(course.check))
-            if to_go <= self.window and ends:
-                lanes.append(lane)
-                if to_go == self.window:
-                    self.record.stress_peak[:, lane] = 0.0
-        return np.array(lanes, dtype=np.int64)
+        running = self._running() if self.scene.observes_stress else []
+        if not self.scene.coating:
+            running = [(lane, c) for lane, c in running if c.may_end(now, self.window)]
+            begun = [lane for lane, course in running if course.check - self.window == now]
+            self.record.stress_peak[:, begun] = 0.0
+        return np.array([lane for lane, _ in running], dtype=np.int64)
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
@@ -205,8 +227,7 @@ class Band:
     def _finished(self, lane, course, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
         older, newer = self._windows(now)
-        peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
-        peak = peak[:, : len(self.modes.observed), lane]
+        peak = self._peaks()[..., lane]
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
         reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
         begin, touched = course.touched
@@ -224,8 +245,9 @@ class Band:
                 verdict, reason = DIVERGED, stuck
             else:
                 self._write(lane, course, now, found, out)
-        if verdict != DIVERGED:
-            self._conclude(lane, course, now, out)
+        if verdict != DIVERGED and self.scene.coating:
+            self._keep_wear(lane, course, now)
+            course.watch.write(course.index, out.wear)
         if reason == status.NONE and self._reverses(lane, now):
             reason = status.REVERSED
         self._end(lane, course, now, out, verdict, reason)
@@ -240,9 +262,6 @@ class Band:
         out.point_status[index], out.point_reason[index] = verdict, reason
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
-
-    def _conclude(self, lane, course, now, out):
-        """What else a lane that ends with a result tells (out is modified)."""
 
     def _write(self, lane, course, now, found, out):
         """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified)."""
@@ -286,6 +305,11 @@ class Band:
         The ring holds just these two, and block ``now`` is next: its place is the oldest.
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
+
+    def _peaks(self):
+        """Largest observed displacements of the blocks in the ring (blocks, O, lanes) [m]."""
+        peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
+        return peak[:, : len(self.modes.observed)]
 
     def _signals(self, lane, window):
         """Observed displacements over a window, places in the ring, (records, O) [m]."""
