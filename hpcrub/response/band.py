@@ -183,7 +183,7 @@ class Band:
         course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _running(self):
-        """Lanes that have a speed, and its Course."""
+        """Lanes that have a speed, each with its Course."""
         return [(lane, course) for lane, course in enumerate(self.lanes) if course]
 
     def _watched(self, now):

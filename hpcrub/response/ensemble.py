@@ -49,7 +49,6 @@ class LastWindow:
     """The paper's rule: two windows are compared, and the last one tells the amplitude."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
-        """As `Windows`."""
         self.criteria, self.passed = criteria, 0
 
     def may_end(self, time: float) -> bool:

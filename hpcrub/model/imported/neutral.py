@@ -176,7 +176,6 @@ def to_arrays(model: NeutralModel) -> dict:
 
 
 def _check_members(model):
-    """Raise InputError for nodes, rows or blades that a model names but does not have."""
     for name in ("contact_node", "low", "high", "surface"):
         _check_inside(name, "node", getattr(model, name), len(model.nodes))
     _check_inside("fixed", "row", model.fixed, len(model.dof))

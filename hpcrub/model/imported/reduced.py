@@ -126,6 +126,5 @@ def _check_blades(found):
 
 
 def _project(matrix, basis):
-    """basis^T matrix basis, symmetric."""
     projected = basis.T @ (matrix @ basis)
     return (projected + projected.T) / 2
