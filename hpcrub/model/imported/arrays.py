@@ -97,17 +97,12 @@ class Arrays:
             raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
         return value
 
-    def integers(
-        self, name: str, columns: int = 0, default: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Whole numbers (any,), or (any, columns)."""
-        shape = (None, columns) if columns else (None,)
-        value = self._checked(name, self._take(name, default), "iu", "whole numbers", shape)
-        return value.astype(np.int64)
+    def integers(self, name: str, *shape: int, default: np.ndarray | None = None) -> np.ndarray:
+        """Whole numbers of a shape whose first length is any."""
+        value = self._take(name, default)
+        return self._checked(name, value, "iu", "whole numbers", (None, *shape)).astype(np.int64)
 
-    def floats(
-        self, name: str, *shape: int | None, default: np.ndarray | None = None
-    ) -> np.ndarray:
+    def floats(self, name: str, *shape: int | None, default: Any = None) -> np.ndarray:
         """Numbers of a shape whose first length is any."""
         value = self._take(name, default)
         value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
