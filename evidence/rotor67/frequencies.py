@@ -12,7 +12,7 @@ from evidence.rotor67.mesh import Size, sector
 from evidence.rotor67.model import SPEED, Fan
 from evidence.rotor67.numbers import Number
 from hpcrub.model.imported import cyclic, neutral, reduced
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import stiffness_at
 
 MESHES = Size(7, 8), Size(14, 16), Size(21, 24), Size(28, 32), Size(28, 32, 2)
 N_ALONE = 5

@@ -15,9 +15,9 @@ from evidence.rotor67.sections import Sections
 from hpcrub.model.imported import neutral
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cylindrical
+from hpcrub.model.imported.neutral import polynomial
 from hpcrub.model.imported.readers import calculix as reader
 from hpcrub.model.imported.readers.rows import Lists
-from hpcrub.model.imported.stiffness import polynomial
 
 SPEED = 16_043 / 60  # design speed [Hz]
 SHARES = 0.0, 0.6, 1.0, 1.1  # of it, of the matrices

@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 
 from hpcrub.model.imported.craig_bampton import factorised, lowest_modes
 from hpcrub.model.imported.cyclic import wave
-from hpcrub.model.imported.frames import row_table, to_cylindrical
+from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import NeutralModel
 
 
@@ -39,7 +39,7 @@ class Cyclic:
             (self.phases.conj().T @ a @ self.phases).tocsc()
             for a in (model.stiffness[0], model.mass)
         )
-        contact = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+        contact = model.row[model.contact_node]
         # node by node, three directions: the one column of each row
         self.boundary = self.phases.indices[self.phases.indptr[contact.ravel()]]
 

@@ -13,8 +13,8 @@ from evidence.rotor67.mesh import PLACES
 from evidence.rotor67.model import DESIGN, Fan
 from evidence.rotor67.numbers import Number
 from evidence.rotor67.reduction import Cyclic
-from hpcrub.model.imported.frames import row_table, to_cartesian, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.frames import to_cartesian, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel, row_table
 from hpcrub.model.imported.stress import COMPONENTS, tangent, von_mises
 
 DIAMETERS = 2  # of the mode: the second engine order meets it

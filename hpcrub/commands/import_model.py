@@ -5,15 +5,14 @@ import functools
 from collections.abc import Iterator
 
 import numpy as np
-import scipy.sparse as sp
 
 from hpcrub.config.text import counted
 from hpcrub.errors import InputError, reading
 from hpcrub.model import crossings, families
-from hpcrub.model.imported import assembly, blades, checks, cyclic, neutral, reduced, stress
+from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, stress
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
-from hpcrub.model.imported.readers.rows import PARTS, Lists, whole
+from hpcrub.model.imported.readers.rows import Lists, whole
 from hpcrub.ranks.progress import console
 from hpcrub.results import model_file, tables
 
@@ -119,7 +118,7 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if options.turns == -1:
         arrays["turns"] = np.array(-int(np.ravel(arrays.get("turns", 1))[0]))
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
-        arrays["contact_blade"] = _numbered(arrays)
+        arrays["contact_blade"] = assembly.blade_numbers(arrays)
     model = neutral.from_arrays(arrays)
     if options.format == "calculix" and options.stress:
         return _with_stress(model, options)
@@ -175,15 +174,6 @@ def _speed(text):
         return float(speed), name
     except ValueError:
         raise InputError(f"--stiffness: {text} is not of the form HZ=FILE") from None
-
-
-def _numbered(arrays):
-    blade = None
-    if f"K_blade/{PARTS[0]}" in arrays:
-        n = len(arrays["dof"])
-        blade = sp.csr_array(tuple(arrays[f"K_blade/{part}"] for part in PARTS), shape=(n, n))
-    mesh = (arrays[name] for name in ("nodes", "dof", "contact_node"))
-    return blades.number(*mesh, blade)
 
 
 def _say(line):

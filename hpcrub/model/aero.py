@@ -1,19 +1,14 @@
 """Air between the blades: damping of every wave of a family of blades, and complex modes.
 
-The air answers the motion of one blade with forces on its neighbours. A tuned family then has a
-damping ratio ζ_r and a frequency shift δ_r for every wave r = 0 … N−1, in which blade j moves as
-e^{i(ωt − 2πrj/N)}: wave r travels with the rotation, wave N − r against it. With the waves ψ_r of
-the tuned disk and the eigenvalues λ_r = ω_r (−ζ_r + i (1 + δ_r)) that they are to have,
+In wave r = 0 … N−1 of a tuned family blade j moves as e^{i(ωt − 2πrj/N)}: wave r travels with the
+rotation, wave N − r against it. With the waves ψ_r of the tuned disk, their damping ratios ζ_r,
+frequency shifts δ_r, and so the eigenvalues λ_r = ω_r (−ζ_r + i (1 + δ_r)) that they are to have,
 
     D = Σ_r d_r Mψ_r ψ_rᴴM,    d_r = −(λ_r + λ̄_{N−r}),
     K = Σ_r k_r Mψ_r ψ_rᴴM,    k_r = λ_r λ̄_{N−r},
 
-are real, and are damping and stiffness with exactly these eigenvalues: the conjugate of the motion
-of wave N − r has the shape of wave r. Where the two directions differ K is not symmetric; this part
-feeds one direction and brakes the other. Mistuning changes the stiffness of the structure alone,
-so that the sum of all eigenvalues' real parts, half the trace of D, stays.
-
-Of a mistuned disk the N modes of the family become N complex ones (`Waves`); all others stay.
+are real, and are damping and stiffness with exactly these eigenvalues. Of a mistuned disk the N
+modes of the family become N complex ones (`Waves`); all others stay. `docs/theory.md` says more.
 
 Crawley, in AGARD-AG-298 vol. 1 (1987), has influence coefficients and waves; Kaza and Kielb, AIAA
 J. 20 (1982), what mistuning does.
@@ -22,6 +17,9 @@ J. 20 (1982), what mistuning does.
 from typing import NamedTuple
 
 import numpy as np
+
+from hpcrub.model.damping import state_matrix
+from hpcrub.model.families import multiplicity
 
 CYCLIC = 1e-3  # by which a tuned disk's waves may miss to repeat themselves from blade to blade
 
@@ -39,7 +37,6 @@ class Air(NamedTuple):
 
     columns: np.ndarray  # tuned modes of the family (N,) int
     waves: np.ndarray  # ψ_r on these modes, in columns, orthonormal (N, N) complex
-    eigenvalues: np.ndarray  # λ_r (N,) [1/s]
     damping: np.ndarray  # d_r (N,) complex [1/s]
     stiffness: np.ndarray  # k_r − ω_r² (N,) complex [rad²/s²]
 
@@ -58,12 +55,12 @@ class Waves(NamedTuple):
     def motion(self, displacement: np.ndarray) -> np.ndarray:
         """Rows (..., K) per unit modal coordinate as rows (..., 2N) per Re z and Im z."""
         part = displacement[..., self.rows] @ self.right
-        return _interleaved(part.real, -part.imag)
+        return part.conj().view(float)
 
     def force(self, displacement: np.ndarray) -> np.ndarray:
         """What unit forces along rows (..., K) add to Re z' and Im z' (..., 2N)."""
         part = displacement[..., self.rows] @ self.left[:, len(self.rows) :].T
-        return _interleaved(part.real, part.imag)
+        return part.view(float)
 
     def coordinates(self, parts: np.ndarray) -> np.ndarray:
         """Real modal coordinates (..., N) of Re z and Im z in turn (..., 2N)."""
@@ -73,7 +70,7 @@ class Waves(NamedTuple):
     def parts(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Re z and Im z in turn (..., 2N) of real modal coordinates and velocities (..., N)."""
         z = np.concatenate([position, velocity], axis=-1) @ self.left.T
-        return _interleaved(z.real, z.imag)
+        return z.view(float)
 
     @property
     def damping_ratio(self) -> np.ndarray:
@@ -98,10 +95,8 @@ def of_influence(
 def largest_amplification(damping_ratio: np.ndarray, diameters: int) -> float:
     """Whitehead's limit of the linear amplification, for waves of different damping [-].
 
-    damping_ratio: of all waves (N,), above zero; diameters: of the load, forward. The power of the
-    load, which is in wave n, equals that of the damping, Σ_r c_r |v_r|² = 2 c_n V Re v_n, if a
-    tuned blade moves by 2V; so that v_n − V and the other v_r lie on an ellipsoid, and a blade's
-    velocity is their sum: A ≤ ½ [1 + √(ζ_n Σ_r 1/ζ_r)], and (1 + √N)/2 of equal waves.
+    damping_ratio: of all waves (N,), above zero; diameters: of the load, forward.
+    `docs/theory.md` derives the limit ½ [1 + √(ζ_n Σ_r 1/ζ_r)].
     Source: Whitehead, J. Mech. Eng. Sci. 8 (1966), of equal waves.
     """
     own = damping_ratio[diameters % len(damping_ratio)]
@@ -120,13 +115,10 @@ def coefficients(wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def family_columns(diameters: np.ndarray, family: int, n_blades: int) -> np.ndarray:
-    """Tuned modes of a family, from 0, by their nodal diameters (m,): (N,) int.
-
-    Raises ValueError where the model has no such family.
-    """
+    """Tuned modes (N,) of a family, from 0, by their diameters (m,). Raises ValueError for none."""
     found: list[int] = []
     for h in range(n_blades // 2 + 1):
-        each = 1 if 2 * h % n_blades == 0 else 2
+        each = multiplicity(h, n_blades)
         mine = np.flatnonzero(diameters == h)[family * each : (family + 1) * each]
         if len(mine) < each:
             raise ValueError(f"the reduced model has no family {family + 1} of {h} nodal diameters")
@@ -150,16 +142,14 @@ def air_of(
     shift = np.linalg.lstsq(here.reshape(-1, n_blades), following.reshape(-1, n_blades))[0]
     turns, waves = np.linalg.eig(shift)  # of the following blade: e^{−2πi r/N}
     r = -np.angle(turns) * n_blades / (2.0 * np.pi)
-    order = np.argsort(np.round(r) % n_blades)
-    if np.abs(r - np.round(r)).max() > CYCLIC * n_blades or len(set(np.round(r) % n_blades)) < len(
-        r
-    ):
+    wave = np.round(r) % n_blades
+    order = np.argsort(wave)
+    if np.abs(r - np.round(r)).max() > CYCLIC * n_blades or len(set(wave)) < n_blades:
         raise ValueError("the tuned disk does not repeat itself from blade to blade")
     waves = waves[:, order] / np.linalg.norm(waves[:, order], axis=0)
     squared = np.einsum("kr,k,kr->r", waves.conj(), tuned_eigenvalues[columns], waves).real
-    wanted = eigenvalues(np.sqrt(squared), curve)
-    damping, stiffness = coefficients(wanted)
-    return Air(columns, waves, wanted, damping, stiffness - squared)
+    damping, stiffness = coefficients(eigenvalues(np.sqrt(squared), curve))
+    return Air(columns, waves, damping, stiffness - squared)
 
 
 def complex_modes(
@@ -188,18 +178,9 @@ def eigen(damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.nd
     """
     n = len(damping)
     scale = np.sqrt(np.abs(stiffness).max())  # of time: balances the blocks
-    state = np.block([
-        [np.zeros((n, n)), np.eye(n)], [-stiffness / scale**2, -damping / scale],
-    ])  # fmt: skip
-    values, vectors = np.linalg.eig(state)
+    values, vectors = np.linalg.eig(state_matrix(damping, stiffness, scale))
     left = np.linalg.inv(vectors)
     left[:, n:] /= scale
     forward = np.flatnonzero(values.imag > 0.0)
     forward = forward[np.argsort(values[forward].imag)]
     return scale * values[forward], 2.0 * vectors[:n, forward], left[forward]
-
-
-def _interleaved(first, second):
-    """Columns of two arrays (..., N) in turn (..., 2N)."""
-    both = np.stack([first, second], axis=-1)
-    return both.reshape(*first.shape[:-1], 2 * first.shape[-1])

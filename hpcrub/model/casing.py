@@ -95,15 +95,12 @@ def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.nd
 def bump_height(
     phi: np.ndarray, n_bumps: int, height: float, width: float = BUMP_WIDTH
 ) -> np.ndarray:
-    """Height of the casing's bumps at an angle.
+    """Height of n_d evenly spaced bumps [m], inward, at angles from any of them [rad].
 
-    - phi: angle from any bump [rad], of any shape.
-    - n_bumps: number n_d of evenly spaced bumps.
-    - height: bump height c_rd [m].
+    - height: of a bump, c_rd [m].
     - width: distance from its crest at which a bump has 1/e of its height, in pitches [-].
 
-    Returns height above the undeformed casing [m], same shape as ``phi``.
-    Source: Joachim, Nyssen, Batailly (2020), equation (1), inward counted positive.
+    Source: Joachim, Nyssen, Batailly (2020), equation (1).
     """
     pitch = 2.0 * np.pi / n_bumps
     return height * np.exp(-((_from_crest(phi, pitch) / (width * pitch)) ** 2))
@@ -139,22 +136,17 @@ class CasingShape(NamedTuple):
         return math.gcd(self.n_bumps if self.bump_height > 0.0 else 0, self.profile.repeats)
 
     def table(self, angle: np.ndarray, steps_per_revolution: int, n_steps: int) -> np.ndarray:
-        """Heights that points (C,) meet in the first steps of a revolution (n_steps, C) [m].
-
-        angle: of the points in the rotating frame [rad]. Row j holds the heights after j + 1 steps.
-        """
+        """Heights (n_steps, C) [m] after each step, at points (C,) [rad] of the rotating frame."""
         rotation = (np.arange(n_steps) + 1.0) * (2.0 * np.pi / steps_per_revolution)
         return self.height(rotation[:, None] + angle[None, :])
 
 
 @lru_cache(maxsize=16)
 def outline(shape: CasingShape) -> Outline:
-    """Outline of a casing.
+    """Outline of a casing: bumps, harmonics and smoothed points together.
 
-    Slope and curvature are those of the whole, bumps, harmonics and smoothed points together, at
-    evenly spaced angles, across every bump and at every measured point. An order is relevant when
-    its amplitude is at least one hundredth of the largest: of Gaussian bumps the first six
-    multiples of their number.
+    Slope and curvature are looked at at evenly spaced angles, across every bump and at every
+    measured point. Of Gaussian bumps the first six multiples of their number are relevant orders.
     """
     n_bumps, height, profile, width = shape
     around = 2.0 * np.pi * np.arange(N_ANGLES) / N_ANGLES
@@ -171,18 +163,12 @@ def outline(shape: CasingShape) -> Outline:
     size = 2.0 * np.abs(spectrum) / N_ANGLES
     size[size < 1e-12 * np.abs(there).max()] = 0.0  # rounding
     orders = np.flatnonzero((size > 0.0) & (size >= RELEVANT * size.max()))
-    strongest = orders[np.argsort(-size[orders], kind="stable")]
+    strongest = tuple(orders[np.argsort(-size[orders], kind="stable")].tolist())
     lines = profile._replace(harmonics=(), cut_off=0.0).height(phi)
     away = np.abs(lines - profile._replace(harmonics=()).height(phi)).max()
-    return Outline(
-        float(there.max()),
-        min(0.0, float(there.min())),
-        float(mean),
-        float(np.abs(slope).max()),
-        float(-second.min()),
-        tuple(int(n) for n in strongest),
-        float(away),
-    )
+    highest, lowest = float(there.max()), min(0.0, float(there.min()))
+    steepest, sharpest = float(np.abs(slope).max()), float(-second.min())
+    return Outline(highest, lowest, float(mean), steepest, sharpest, strongest, float(away))
 
 
 def ramp(t: float, ramp_time: float) -> float:

@@ -4,14 +4,9 @@ At the angle θ of the casing the wave with n periods moves it outward by w and 
 
     w = A (c cos nθ + s sin nθ),    v = B (c sin nθ − s cos nθ),
 
-where c and s are ordinary modal coordinates of the same frequency. A contact point of the disk at
-the angle φ of the rotating frame stands at θ = φ + Ωt. In coordinates C, S that are turned by nΩt,
-
-    w = A (C cos nφ + S sin nφ),    v = B (C sin nφ − S cos nφ):
-
-the contact points see constant projections, and a time step is that of two ordinary modes, after
-which both coordinates and their increments are turned by the angle nΩh (`turn`). A casing that
-vibrates is thus a few pairs of rows beside the modes of the disk (`joined`).
+with ordinary modal coordinates c and s of one frequency. In coordinates that are turned by nΩt
+contact points in rotation see constant projections, so that a casing that vibrates is a few pairs
+of rows beside the modes of the disk (`Modes.joined`). `docs/theory.md` says more.
 
 Legrand, Pierre, Cartraud, Lombard, J. Sound Vib. 319 (2009), has the ring in contact with a bladed
 disk; Soedel, Vibrations of shells and plates, its free vibration.
@@ -33,16 +28,12 @@ class CasingModes(NamedTuple):
     tangential: np.ndarray  # B (J,) [1/√kg]
 
     def rows(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Outward motion w and tangential motion v at angles (C,) [rad] per unit coordinate.
-
-        Returns two arrays (C, 2J) [1/√kg]; columns c and s of the first pair, then of the next.
-        """
+        """Motion w and v at angles (C,) [rad] per unit c, s of each pair: two (C, 2J) [1/√kg]."""
         phase = np.asarray(angle)[:, None] * self.n_waves
         cosine, sine = np.cos(phase), np.sin(phase)
-        return (
-            _interleaved(self.radial * cosine, self.radial * sine),
-            _interleaved(self.tangential * sine, -self.tangential * cosine),
-        )
+        outward = np.stack([self.radial * cosine, self.radial * sine], axis=-1)
+        along = np.stack([self.tangential * sine, -self.tangential * cosine], axis=-1)
+        return outward.reshape(len(phase), -1), along.reshape(len(phase), -1)
 
     def seen_from(self, angle: np.ndarray) -> "Pairs":
         """The casing as contact points at angles (C,) [rad] of the rotating frame see it."""
@@ -110,8 +101,3 @@ def ring_modes(ring: Ring, n_waves: np.ndarray, damping_ratio: float) -> CasingM
         radial[j], tangential[j] = shapes[:, 0] / np.sqrt(mass) * np.sign(shapes[0, 0])
     ratio = np.full(len(n_waves), damping_ratio)
     return CasingModes(np.asarray(n_waves), omega, ratio, radial, tangential)
-
-
-def _interleaved(first, second):
-    """Columns of two arrays (C, J) in turn (C, 2J)."""
-    return np.stack([first, second], axis=-1).reshape(len(first), -1)

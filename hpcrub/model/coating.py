@@ -46,10 +46,7 @@ class Coating(NamedTuple):
         return (self.yield_stress + self.hardening * worn / (2.0 * self.thickness)) * worn
 
     def stiffnesses(self, area: float) -> tuple[float, float, float]:
-        """Of one bar: before yield and beyond it [N/m], and the force of this second line at p = 0.
-
-        area: cross section of the bar [m²].
-        """
+        """Of a bar of an area [m²]: before and beyond yield [N/m], force of the latter at p = 0."""
         before = self.young * area / self.thickness
         start = before * self.depth_at_yield * self.kept
         return before, before * self.hardening / (self.young + self.hardening), start

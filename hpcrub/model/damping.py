@@ -14,14 +14,20 @@ class Damping(NamedTuple):
     bands: tuple[float, ...] = ()
 
     def of_modes(self, omega: np.ndarray) -> np.ndarray:
-        """Damping ratio of every mode (K,) from the angular frequencies, increasing (K,) [rad/s].
-
-        A frequency at the end of a band belongs to the band below.
-        """
+        """Damping ratio of modes of increasing frequencies (K,) [rad/s]; bands hold upper ends."""
         place = np.arange(len(omega)) // self.family
         if self.bands:
             place = np.searchsorted(self.bands, omega)
         return np.array(self.ratios)[np.minimum(place, len(self.ratios) - 1)]
+
+
+def state_matrix(damping: np.ndarray, stiffness: np.ndarray, scale: float = 1.0) -> np.ndarray:
+    """Matrix (2n, 2n) of x'' + D x' + S x = 0, D and S each (n, n), in x and x'/scale.
+
+    scale: of frequencies, which balances the blocks [1/s]; eigenvalues are over the scale.
+    """
+    zero, one = np.zeros_like(stiffness), np.eye(len(stiffness))
+    return np.block([[zero, one], [-stiffness / scale**2, -damping / scale]])
 
 
 def ratios(damping: float | Damping, omega: np.ndarray) -> float | np.ndarray:

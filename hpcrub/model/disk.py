@@ -14,13 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.model.elements import (
-    frame_element,
-    rectangular_beam,
-    ring_element,
-    spoke_element,
-    strains_at_start,
-)
+from hpcrub.model import elements
 
 _N_RING = 4  # dof of a ring node: u, u', v, v'
 _N_FOOT = _N_RING + 1  # and the spoke's own axial derivative
@@ -67,11 +61,9 @@ def build_disk(disk: Any, material: Any) -> Disk:
     """
     nodes = _blade_nodes(disk)
     blade_mass, blade_stiffness = _blade(disk, material, nodes)
-    ring_mass, ring_stiffness = ring_element(
-        _beam(disk, disk.ring_thickness, material),
-        2 * np.pi * disk.hub_radius / disk.n_blades,
-        disk.hub_radius,
-    )
+    beam, R_h = _beam(disk, disk.ring_thickness, material), disk.hub_radius
+    arc = 2 * np.pi * R_h / disk.n_blades
+    ring_mass, ring_stiffness = elements.ring_element(beam, arc, R_h)
     spoke_mass, spoke_stiffness = _spoke(disk, material)
 
     blade_dof, ring_dof, spoke_dof = _numbering(disk)
@@ -101,7 +93,8 @@ def build_disk(disk: Any, material: Any) -> Disk:
 
 
 def _beam(disk, thickness, material):
-    return rectangular_beam(disk.width, thickness, material.young_modulus, material.density)
+    E, density = material.young_modulus, material.density
+    return elements.rectangular_beam(disk.width, thickness, E, density)
 
 
 def _tip_angles(disk):
@@ -143,7 +136,7 @@ def _blade(disk, material, nodes):
         length = np.hypot(*edge)
         turn = np.kron(np.eye(2), _turn_node(edge / length))
         dof = slice(3 * e, 3 * e + 6)
-        m, k = frame_element(beam, length)
+        m, k = elements.frame_element(beam, length)
         mass[dof, dof] += turn.T @ m @ turn
         stiffness[dof, dof] += turn.T @ k @ turn
     to_ring = np.eye(n)
@@ -161,9 +154,8 @@ def _root_stress(disk, material, nodes):
     """Stress of both faces at a blade's root, E (strain ± t/2 curvature), on its dof (2, nb)."""
     edge = nodes[1] - nodes[0]
     length = np.hypot(*edge)
-    strain, curvature = (
-        row @ np.kron(np.eye(2), _turn_node(edge / length)) for row in strains_at_start(length)
-    )
+    turn = np.kron(np.eye(2), _turn_node(edge / length))
+    strain, curvature = (row @ turn for row in elements.strains_at_start(length))
     bending = disk.blade.thickness / 2.0 * curvature
     faces = np.zeros((2, 3 * len(nodes)))
     faces[:, :6] = material.young_modulus * np.array([strain + bending, strain - bending])
@@ -174,7 +166,7 @@ def _root_stress(disk, material, nodes):
 def _spoke(disk, material):
     """Mass and stiffness of a spoke, clamped at its inner end, on ring u, u', v and its own u'."""
     beam = _beam(disk, disk.spoke_thickness, material)
-    m, k = spoke_element(beam, disk.hub_radius - disk.inner_radius)
+    m, k = elements.spoke_element(beam, disk.hub_radius - disk.inner_radius)
     u, v, slope = _section_motion(disk.hub_radius)
     to_ring = np.zeros((4, 4))  # u, u', v, v' of the outer end
     to_ring[[0, 2, 3], :3] = u, v, slope
@@ -206,9 +198,8 @@ def _points(disk, nodes, blade_dof):
     blade_xy = np.einsum("xyi,ny->inx", turn, nodes)
     inner_xy = disk.inner_radius * _direction(root).T
 
-    blade_node_dof = np.empty((n_blades, n_nodes, 2), dtype=int)
-    blade_node_dof[:, 0] = blade_dof[:, [0, 2]]
-    blade_node_dof[:, 1:] = blade_dof[:, 3:].reshape(n_blades, n_nodes - 1, 3)[:, :, :2]
+    own = 3 * np.arange(n_nodes)[:, None] + [0, 1]  # radial and tangential dof of a node
+    own[0, 1] = 2  # the root is one of the ring
     frame = np.repeat(tip[:, None], n_nodes, axis=1)
     frame[:, 0] = root
 
@@ -216,7 +207,7 @@ def _points(disk, nodes, blade_dof):
     inner = n_blades * n_nodes + np.arange(n_blades)
     return Points(
         position=np.vstack([blade_xy.reshape(-1, 2), inner_xy]),
-        dof=np.vstack([blade_node_dof.reshape(-1, 2), np.full((n_blades, 2), -1)]),
+        dof=np.vstack([blade_dof[:, own].reshape(-1, 2), np.full((n_blades, 2), -1)]),
         frame=np.concatenate([frame.ravel(), root]),
         blades=blades,
         ring=np.column_stack([blades[:, 0], np.roll(blades[:, 0], -1)]),

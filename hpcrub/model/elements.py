@@ -23,10 +23,7 @@ class Beam(NamedTuple):
 
 
 def rectangular_beam(width: float, thickness: float, young_modulus: float, density: float) -> Beam:
-    """Beam of rectangular section, bent across its thickness.
-
-    width, thickness: sides of the section [m]; young_modulus: [Pa]; density: [kg/m3].
-    """
+    """Beam of a rectangular section [m], bent across its thickness, of E [Pa], density [kg/m3]."""
     area = width * thickness
     return Beam(young_modulus * area, young_modulus * area * thickness**2 / 12, density * area)
 
@@ -35,25 +32,19 @@ def frame_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight frame element: linear axial, cubic transverse displacement.
 
     Dof (axial, transverse, rotation) at each end; the transverse direction is the axis turned by
-    +90 degrees.
-
-    length: [m].
-    Returns mass, stiffness (6, 6).
+    +90 degrees. Returns mass, stiffness (6, 6) of a length [m].
     """
     axial, transverse = [0, 3], [1, 2, 4, 5]
-    line, line1 = _linear(length)
+    line = np.stack([1 - _XI, _XI], axis=1)
+    slope = np.tile([-1.0, 1.0], (len(_XI), 1)) / length
     n, _, n2 = _hermite(length)
     u, v = _rows(6, axial, line), _rows(6, transverse, n)
-    eps, kappa = _rows(6, axial, line1), _rows(6, transverse, n2)
+    eps, kappa = _rows(6, axial, slope), _rows(6, transverse, n2)
     return _matrices(beam, length, u, v, eps, kappa)
 
 
 def strains_at_start(length: float) -> tuple[np.ndarray, np.ndarray]:
-    """Axial strain and curvature of a straight frame element at its first end.
-
-    length: [m].
-    Returns rows over the dof of `frame_element`, (6,) each: of the strain, and of the curvature.
-    """
+    """Axial strain and curvature at the first end of a `frame_element`: rows (6,) over its dof."""
     strain = np.array([-1.0, 0.0, 0.0, 1.0, 0.0, 0.0]) / length
     curvature = np.array([0.0, -6.0, -4.0 * length, 0.0, 6.0, -2.0 * length]) / length**2
     return strain, curvature
@@ -63,10 +54,7 @@ def spoke_element(beam: Beam, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Straight element with cubic displacements in both directions.
 
     Dof (u, u', v, v') at each end, u axial, v transverse (the axis turned by +90 degrees), ' along
-    the axis.
-
-    length: [m].
-    Returns mass, stiffness (8, 8).
+    the axis. Returns mass, stiffness (8, 8) of a length [m].
     """
     n, n1, n2 = _hermite(length)
     return _matrices(beam, length, _u(n), _v(n), _u(n1), _v(n2))
@@ -76,10 +64,8 @@ def ring_element(beam: Beam, length: float, radius: float) -> tuple[np.ndarray, 
     """Curved element: membrane strain v' + u/R, curvature u'' - v'/R.
 
     Dof (u, u', v, v') at each end, u radial (outward), v tangential and ' along the arc, both
-    towards +theta; the section turns by v/R - u'.
-
-    length: of the arc [m]; radius: R [m].
-    Returns mass, stiffness (8, 8).
+    towards +theta; the section turns by v/R - u'. Returns mass, stiffness (8, 8) of an arc of a
+    length [m] and a radius [m].
     """
     n, n1, n2 = _hermite(length)
     eps = _v(n1) + _u(n) / radius
@@ -106,12 +92,6 @@ def _hermite(length):
     n2 = [12 * x - 6 * one, 6 * x - 4 * one, 6 * one - 12 * x, 6 * x - 2 * one]
     scale = np.array([1, length, 1, length])
     return (np.stack(f, axis=1) * scale / length**k for k, f in enumerate((n, n1, n2)))
-
-
-def _linear(length):
-    """Linear functions at the Gauss points and their slope, (n_gauss, 2) each."""
-    one = np.ones_like(_XI)
-    return np.stack([1 - _XI, _XI], axis=1), np.stack([-one, one], axis=1) / length
 
 
 def _rows(n_dof, columns, functions):

@@ -18,29 +18,26 @@ def whole(n_modes: int, n_blades: int) -> int:
     return -(-n_modes // n_blades) * n_blades
 
 
+def multiplicity(diameters: Any, n_blades: int) -> Any:
+    """Modes of a family with some nodal diameters: two, of waves either way, but of 0 and N/2."""
+    return np.where(2 * np.asarray(diameters) % n_blades == 0, 1, 2)
+
+
 def choose(
     values: np.ndarray, sectors: np.ndarray, n_families: int, are_all: bool = False
 ) -> np.ndarray | None:
     """Combinations of modes that are the lowest families.
 
     values: (K,) eigenvalues of the lowest modes, increasing.
-    sectors: (N, p, K) displacements of p like points of N sectors in these modes, in frames that
-        turn with them.
-    are_all: whether no higher mode may be one of a group of nearly the same eigenvalue with the
-        last.
-    Returns (K, n_families N); orthonormal columns by increasing eigenvalue; None where the modes
-    are too few.
+    sectors: (N, p, K) displacements of p like points of N sectors, in frames that turn with them.
+    are_all: whether no higher mode may have nearly the same eigenvalue as the last one.
+    Returns (K, n_families N), orthonormal, by increasing eigenvalue; None of too few modes.
     """
     n, n_modes = len(sectors), len(values)
     power = np.fft.fft(sectors, axis=0)
-    left = np.full(n // 2 + 1, 2 * n_families)
-    left[0] = n_families
-    if n % 2 == 0:
-        left[-1] = n_families
+    left = n_families * multiplicity(np.arange(n // 2 + 1), n)
     chosen = []
     starts = np.flatnonzero(np.diff(values, prepend=-np.inf) > CLOSE * np.abs(values))
-    if not left.any():
-        return np.zeros((n_modes, 0))
     for first, end in zip(starts, [*starts[1:], n_modes if are_all else 0], strict=True):
         if not end:
             break
@@ -59,7 +56,7 @@ def choose(
 
 
 def _separated(power):
-    """Orthogonal combinations (c, c) of c modes that have one number of diameters, and these (c,).
+    """Orthogonal combinations (c, c) of modes of one number of diameters, and these (c,).
 
     power: (N, p, c), Fourier coefficients over the sectors.
     """
@@ -89,19 +86,14 @@ def sentence(
 ) -> str:
     """Which of coupling, mistuning and damping rules the first family.
 
-    full_hz, reduced_hz: (N,) frequencies of the first family of the tuned disk, full and reduced;
-        one may be (0,) [Hz].
-    share: part of the blades' stiffness in that of the family's modes [-].
-    half_range: largest deviation of a blade's stiffness [-].
-    damping: damping ratio [-].
+    full_hz, reduced_hz: (N,) frequencies of the tuned disk, full and reduced; one may be (0,) [Hz].
+    share: as of `share`; half_range: largest deviation of a blade's stiffness; damping: ratio [-].
     """
-    spreads = [
-        (name, np.ptp(found) / found.mean())
-        for name, found in (("full", full_hz), ("reduced", reduced_hz))
-        if len(found)
-    ]
-    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads)
-    widths = {"coupling": spreads[-1][1], "mistuning": half_range * share, "damping": 2 * damping}
+    known = {"full": full_hz, "reduced": reduced_hz}
+    spreads = {name: np.ptp(hz) / hz.mean() for name, hz in known.items() if len(hz)}
+    found = ", ".join(f"{100 * spread:.3g} % {name}" for name, spread in spreads.items())
+    *_, coupling = spreads.values()
+    widths = {"coupling": coupling, "mistuning": half_range * share, "damping": 2 * damping}
     return (
         f"first family: coupling spreads it by {found}; blades of ±{100 * half_range:g} % "
         f"stiffness by {100 * widths['mistuning']:.3g} %; resonances are "

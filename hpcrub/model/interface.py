@@ -64,11 +64,7 @@ class Interface(NamedTuple):
         return found
 
     def of_blades(self, magnitude: np.ndarray) -> np.ndarray:
-        """Largest of the observed magnitudes of every blade.
-
-        magnitude: (..., O) magnitudes of the observed displacements, not negative.
-        Returns (..., N); the largest of each blade; NaN where one of them is.
-        """
+        """Largest of the observed magnitudes (..., O) of every blade (..., N); NaN where one is."""
         largest = np.zeros((*magnitude.shape[:-1], self.n_blades))
         np.maximum.at(largest, (..., self.observed_blade), magnitude)  # type: ignore[arg-type]
         return largest
@@ -90,8 +86,8 @@ def planar_interface(
 
     - angle: (C,) angle of each contact point in the rotating frame [rad].
     - radius: (C,) of all of them, or of each [m].
-    - normal, tangential: (C, m) displacements per unit coordinate; by default the
-      coordinates are all u_r, then all u_t.
+    - normal, tangential: (C, m) displacements per unit coordinate; by default the coordinates are
+      all u_r, then all u_t.
     - blade: (C,) blade of each point; by default every blade has one.
     """
     angle = np.asarray(angle, dtype=float)

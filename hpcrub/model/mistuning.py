@@ -56,10 +56,9 @@ def correlated(drawn: np.ndarray, correlation: float) -> np.ndarray:
     """Uniform numbers whose normal scores are correlated around the disk.
 
     - drawn: (N,) independent numbers in [-1, 1), one for each blade.
-    - correlation: correlation of two neighbours, 0 or more; that of blades k apart is its k-th
-      power.
+    - correlation: of two neighbours, 0 or more; that of blades k apart is its k-th power.
 
-    Returns (N,); in (-1, 1).
+    Returns (N,), in (-1, 1).
     """
     n = len(drawn)
     apart = np.minimum(np.arange(n), n - np.arange(n))
@@ -74,9 +73,7 @@ def stiffness_deviation(
 ) -> np.ndarray:
     """Random stiffness deviations of the blades of one sample.
 
-    - seed: 0 ... 2^128 - 1.
-    - level, sample: 0 ... 2^64 - 1, their place in the study.
-    - n_blades: number N of blades.
+    - seed, level, sample: as of `uniform`.
     - half_range: largest deviation [-].
     - law: how they are distributed, uniformly by default.
 

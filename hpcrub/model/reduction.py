@@ -83,9 +83,7 @@ class Modes(NamedTuple):
         return self._replace(
             **moved,
             omega=np.concatenate([self.omega[real], np.repeat(np.abs(waves.eigenvalue), 2)]),
-            stiffening=np.pad(self.stiffening[:, real], more)
-            if len(self.stiffening)
-            else self.stiffening,
+            stiffening=np.pad(self.stiffening[:, real], more),
             load=tuple(rows(waves.force, name) for name in names[:3]),
             waves=None,
         )
@@ -98,22 +96,22 @@ class Modes(NamedTuple):
         pairs, more = self.pairs, ((0, 0), (0, 2 * len(self.pairs.omega)))
         if not len(pairs.omega):
             return self
-        stiffening = self.stiffening
+
+        def rows(normal, tangential, axial):
+            beside = np.hstack([normal, pairs.normal]), np.hstack([tangential, pairs.tangential])
+            return *beside, np.pad(axial, more)
+
+        normal, tangential, axial = rows(self.normal, self.tangential, self.axial)
         return self._replace(
             omega=np.concatenate([self.omega, np.repeat(pairs.omega, 2)]),
-            normal=np.hstack([self.normal, pairs.normal]),
-            tangential=np.hstack([self.tangential, pairs.tangential]),
-            axial=np.pad(self.axial, more),
+            normal=normal,
+            tangential=tangential,
+            axial=axial,
             observed=np.pad(self.observed, more),
             stress=np.pad(self.stress, more),
-            stiffening=np.pad(stiffening, more) if len(stiffening) else stiffening,
+            stiffening=np.pad(self.stiffening, more),
             pairs=NO_PAIRS,
-            load=self.load
-            and (
-                np.hstack([self.load[0], pairs.normal]),
-                np.hstack([self.load[1], pairs.tangential]),
-                np.pad(self.load[2], more),
-            ),
+            load=self.load and rows(*self.load),
         )
 
     def of_rows(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -196,13 +194,9 @@ def craig_bampton(disk: Disk, n_modes: int) -> ReducedModel:
     stiffness = _symmetric(basis.T @ disk.stiffness @ basis)
     blade_basis = basis[disk.blade_dof]  # (N, nb, m)
     blade_stiffness = _project(disk.blade_stiffness, blade_basis)
-    interface = planar_interface(
-        disk.contact_angle,
-        disk.contact_radius,
-        normal=basis[disk.contact_dof[:, 0]],
-        tangential=basis[disk.contact_dof[:, 1]],
-        blade=disk.contact_blade,
-    )
+    normal, tangential = basis[disk.contact_dof.T]
+    angle, radius, blade = disk.contact_angle, disk.contact_radius, disk.contact_blade
+    interface = planar_interface(angle, radius, normal, tangential, blade)
     stress = disk.blade_stress @ blade_basis  # (N, 2, m)
     faces = np.repeat(np.arange(len(stress)), stress.shape[1])
     interface = interface._replace(stress=np.concatenate(stress), stress_blade=faces)
@@ -220,17 +214,9 @@ def reduced_model(
 ) -> ReducedModel:
     """A ReducedModel and its tuned modes; parameters are its members."""
     eigenvalues, modes = eigh(stiffness, mass)
+    tuned = modes, eigenvalues, _project(blade_stiffness, modes)
     return ReducedModel(
-        mass=mass,
-        stiffness=stiffness,
-        blade_stiffness=blade_stiffness,
-        basis=basis,
-        interface=interface,
-        tuned_modes=modes,
-        tuned_eigenvalues=eigenvalues,
-        modal_blade_stiffness=_project(blade_stiffness, modes),
-        speed=speed,
-        stiffening=stiffening,
+        mass, stiffness, blade_stiffness, basis, interface, *tuned, speed, stiffening
     )
 
 
@@ -267,12 +253,9 @@ def mistuned_modes(reduced: ReducedModel, deviation: np.ndarray) -> Modes:
 
 
 def blade_stiffness(reduced: ReducedModel, deviation: np.ndarray, modes: Modes) -> np.ndarray:
-    """Stiffness of every blade of one mistuned sample in its modes.
+    """Stiffness of every blade of one mistuned sample in its modes, (N, K, K) [rad2/s2].
 
-    - reduced, deviation: what its modes were made of, by `mistuned_modes`.
-    - modes: these modes.
-
-    Returns (N, K, K); [rad2/s2].
+    reduced, deviation: what its modes were made of, by `mistuned_modes`.
     """
     stiffness = (1.0 + deviation)[:, None, None] * reduced.blade_stiffness
     return _project(stiffness, modes.shapes)

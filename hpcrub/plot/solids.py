@@ -78,8 +78,7 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
     Returns the axes drawn into.
     Raises InputError: the file is no model file, or the axes are flat.
     """
-    file = neutral.from_arrays(model_file.read(Path(path)))
-    disk: Any = file if file.kind == "reduced" else assembly.assemble(file)
+    disk = assembly.assemble(neutral.from_arrays(model_file.read(Path(path))))
     solid = Solid(*(getattr(disk, name) for name in Solid._fields))
     with rc_context(STYLE if ax is None else {}):
         if ax is None:

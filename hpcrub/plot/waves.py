@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from hpcrub.model.casing_lines import KINDS
+from hpcrub.model.crossings import KINDS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_range, draw_response
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades

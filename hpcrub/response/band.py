@@ -22,7 +22,7 @@ from hpcrub.response.ensemble import LastWindow, Windows
 from hpcrub.response.revolution import Grid
 from hpcrub.response.scene import Scene
 from hpcrub.response.sliding import permanent_contact
-from hpcrub.response.steady import localisation
+from hpcrub.response.steady import check_blocks, localisation
 from hpcrub.response.wear import Wearing
 
 NARROWEST = max(WIDTH // 2, 4)  # speeds left when lanes of a sweep that runs dry are halved no more
@@ -31,13 +31,9 @@ NEVER = 1e-9  # [1/s], decay of a motion that grows by itself
 
 
 def judge(lanes: Bank, lane: int, size: np.ndarray, scene: Scene) -> int:
-    """What is wrong with a lane so far; a flaw of its contact forces counts once it has touched.
+    """What is wrong with a lane so far, as code of ``status``; size: of its displacements [m].
 
-    - lanes: after some integration.
-    - lane: index.
-    - size: magnitudes of its observed displacements, of any shape [m].
-
-    Returns code of ``status``.
+    A flaw of its contact forces counts once it has touched.
     """
     state = lanes.state
     touched = state.report[SWEEPS, lane] > 0.0
@@ -62,6 +58,42 @@ def watch_of(modes: Modes, scene: Scene, speed_hz: float) -> Any:
     return Wearing(rule, scene.at(speed_hz)) if scene.coating else rule
 
 
+class Course:
+    """A speed in a lane: since when, when it is checked next, and what watches it."""
+
+    def __init__(
+        self, index: int, speed_hz: float, modes: Modes, scene: Scene, grid: Grid, start: int
+    ) -> None:
+        """It starts at a block; index: of the speed; modes: at this speed."""
+        self.index, self.speed_hz, self.start = index, speed_hz, start
+        self.per_turn, steady = grid.blocks_per_revolution, scene.steady
+        first, self.extension = check_blocks(steady, speed_hz, self.per_turn)
+        self.check = start + first
+        self.cap = start + math.floor(steady.max_time * speed_hz * self.per_turn)
+        self.is_ensemble = steady.rule == "ensemble"
+        self.watch = watch_of(modes, scene, speed_hz)
+        self.touched = start, np.zeros(0)  # a block, and steps_touched until then
+        limit = LARGEST * scene.interface.radius.max()
+        vibrates = len(modes.pairs.omega) > 0
+        self.runaway = Runaway(modes.pairs, limit, self.per_turn) if vibrates else None
+
+    def seconds(self, now: int) -> float:
+        """Time from its start to a block [s]."""
+        return (now - self.start) / (self.speed_hz * self.per_turn)
+
+    def may_end(self, now: int, window: int) -> bool:
+        """Whether a verdict may come at the end of the window (blocks) in which a block is."""
+        ends = self.is_over or self.watch.may_end(self.seconds(self.check))
+        return self.check - window <= now and ends
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there is no time for another check after the next, or present, one."""
+        if self.is_ensemble:
+            return self.check + self.extension > self.cap
+        return self.check >= self.cap
+
+
 class Band:
     """Lanes that integrate the speeds of one band."""
 
@@ -79,13 +111,7 @@ class Band:
         self.bank = bank.allocate(modes, scene, grid, width)
         self.window = scene.steady.window_revolutions * grid.blocks_per_revolution
         self.record = Record.allocate(self.bank, 2 * self.window, grid.stride)
-        self.speed = [None] * width  # index of the speed in each lane
-        self.start = [0] * width  # block at which it started
-        self.check = [0] * width  # block at which it is checked next
-        self.watch: list[Any] = [None] * width  # LastWindow, Windows or Wearing
-        self.ensemble = scene.steady.rule == "ensemble"
-        self.touched = [(0, np.zeros(0))] * width  # a block, and steps_touched until then
-        self.runaway: list[Any] = [None] * width  # of a casing that vibrates
+        self.lanes: list[Course | None] = [None] * width
         # blocks between two polls; a casing that vibrates is looked at after every one
         vibrates = len(modes.pairs.omega) > 0
         self.most_blocks = 1 if vibrates else max(1, PIECE // grid.steps_per_block)
@@ -93,168 +119,153 @@ class Band:
     def run(self, waiting: list[int], out: Any, poll: Any) -> int:
         """Integrate the speeds ``waiting`` (indices) into ``out`` (modified); returns the steps."""
         n_steps, now = 0, 0
-        for lane in range(len(self.speed)):
+        for lane in range(len(self.lanes)):
             self._refill(lane, waiting, now)
-        while any(speed is not None for speed in self.speed):
+        while self._running():
             recording, event = self._next_event(now)
             until = min(event, now + self.most_blocks)
             place = now % (2 * self.window) if recording else -1
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
-            self._follow(now, until)
+            if self.scene.coating:
+                self._follow_wear(now, until)
             now = until
             if poll is not None:
                 poll()
-            self._count_contacts(now)
-            for lane, check in enumerate(self.check):
-                if self.speed[lane] is None:
-                    continue
-                ended = self._ran_away(lane, now, out)
-                if ended or (check == now and self._finished(lane, now, out)):
-                    n_steps += (now - self.start[lane]) * self.grid.steps_per_block
+            for lane, course in self._running():
+                if course.check - self.window == now:  # the last window before a check begins
+                    course.touched = now, self.bank.law.steps_touched(lane)
+                ended = self._ran_away(lane, course, now, out)
+                if ended or (course.check == now and self._finished(lane, course, now, out)):
+                    n_steps += (now - course.start) * self.grid.steps_per_block
                     self._refill(lane, waiting, now)
             self._narrow()
         return n_steps
 
     def _narrow(self):
         """Go on with half the lanes when the others are idle: a step of fewer lanes costs less."""
-        running = self._running()
-        half = len(self.speed) // 2
+        half, running = len(self.lanes) // 2, [lane for lane, _ in self._running()]
         if not self.scene.halves_lanes or half < NARROWEST or len(running) > half:
             return
-        idle = [lane for lane, speed in enumerate(self.speed) if speed is None]
+        idle = [lane for lane, course in enumerate(self.lanes) if course is None]
         kept = (running + idle)[:half]
         self.bank, self.record = self.bank.take(kept), take_lanes(self.record, kept)
-        for name in ("speed", "start", "check", "watch", "touched", "runaway"):
-            setattr(self, name, [getattr(self, name)[lane] for lane in kept])
+        self.lanes = [self.lanes[lane] for lane in kept]
 
     def _next_event(self, now):
-        """Whether any lane records from block ``now`` on, and until when nothing changes."""
-        checks = [c for c, s in zip(self.check, self.speed, strict=True) if s is not None]
+        """Whether any lane records from block ``now`` on, and until when nothing changes.
+
+        On a coating all lanes record, and each one's coating is kept after each of its windows.
+        """
+        courses = [course for _, course in self._running()]
+        checks = [course.check for course in courses]
+        if self.scene.coating:
+            ends = [now + self.window - (now - course.start) % self.window for course in courses]
+            return True, min(checks + ends)
         begin = min(checks) - 2 * self.window
         if begin > now:
             return False, begin
         last_windows = [c - self.window for c in checks if c - self.window > now]
         return True, min(checks + last_windows)
 
-    def _follow(self, now, until):
-        """Look at the blocks from ``now`` on, beside the checks; of a bare casing at none."""
+    def _follow_wear(self, now, until):
+        """See the amplitudes of the blocks from ``now`` on; keep the coating after windows."""
+        places = np.arange(now, until) % (2 * self.window)
+        peak = self._peaks()[places].max(axis=1)
+        for lane, course in self._running():
+            for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
+                course.watch.see(size, course.seconds(block))
+            if (until - course.start) % self.window == 0:
+                self._keep_wear(lane, course, until)
+
+    def _keep_wear(self, lane, course, now):
+        revolutions = (now - course.start) // self.grid.blocks_per_revolution
+        course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _running(self):
-        """Lanes that have a speed."""
-        return [lane for lane, speed in enumerate(self.speed) if speed is not None]
+        """Lanes that have a speed, each with its Course."""
+        return [(lane, course) for lane, course in enumerate(self.lanes) if course]
 
     def _watched(self, now):
         """Lanes whose stresses are observed from block ``now`` on (A,) int.
 
-        Those of which a verdict may come at the end of their window, which forgets those before.
+        On a coating all; else those of which a verdict may come at the end of their window, which
+        forgets those before.
         """
-        lanes = self._running() if self.scene.observes_stress else []
-        lanes = [lane for lane in lanes if self._may_end(lane, now)]
-        begun = [lane for lane in lanes if self.check[lane] - self.window == now]
-        self.record.stress_peak[:, begun] = 0.0
-        return np.array(lanes, dtype=np.int64)
-
-    def _may_end(self, lane, now):
-        """Whether a lane is in its last window before a check that may be its last one."""
-        if self.check[lane] - self.window > now:
-            return False
-        seconds = self._seconds(lane, self.check[lane])
-        return self._is_over(lane) or self.watch[lane].may_end(seconds)
-
-    def _count_contacts(self, now):
-        """Keep the contacts until now of the lanes whose last window before a check begins."""
-        for lane, check in enumerate(self.check):
-            if self.speed[lane] is not None and check - self.window == now:
-                self.touched[lane] = now, self.bank.law.steps_touched(lane)
-
-    def _share_touched(self, lane, now):
-        """Share of the last window in which every blade touched (N,); (0,) where not counted."""
-        begin, before = self.touched[lane]
-        steps = (now - begin) * self.grid.steps_per_block
-        return (self.bank.law.steps_touched(lane) - before) / steps
-
-    def _blocks(self, lane, seconds, rounding):
-        return rounding(
-            seconds * self.speeds_hz[self.speed[lane]] * self.grid.blocks_per_revolution
-        )
+        running = self._running() if self.scene.observes_stress else []
+        if not self.scene.coating:
+            running = [(lane, c) for lane, c in running if c.may_end(now, self.window)]
+            begun = [lane for lane, course in running if course.check - self.window == now]
+            self.record.stress_peak[:, begun] = 0.0
+        return np.array([lane for lane, _ in running], dtype=np.int64)
 
     def _refill(self, lane, waiting, now):
         """Put the next waiting speed into a lane; leave the lane idle if there is none."""
         bank.empty_lane(self.bank, lane)
-        self.speed[lane] = waiting.pop(0) if waiting else None
-        if self.speed[lane] is None:
+        self.lanes[lane] = None
+        if not waiting:
             return
-        speed = self.speeds_hz[self.speed[lane]]
-        h = 1.0 / (speed * self.grid.steps_per_revolution)
-        modes = self.modes.at(speed)
+        index = waiting.pop(0)
+        speed = self.speeds_hz[index]
+        modes, h = self.modes.at(speed), 1.0 / (speed * self.grid.steps_per_revolution)
         bank.fill_lane(self.bank, lane, modes, self.scene.at(speed), h)
         if self.motion is not None:
-            bank.set_motion(self.bank, lane, *(m[self.speed[lane]] for m in self.motion))
-        self.start[lane] = now
+            bank.set_motion(self.bank, lane, *(m[index] for m in self.motion))
         self.record.stress_peak[:, lane] = 0.0
-        self.watch[lane] = watch_of(modes, self.scene, speed)
-        if len(modes.pairs.omega):
-            limit = LARGEST * self.scene.interface.radius.max()
-            self.runaway[lane] = Runaway(modes.pairs, limit, self.grid.blocks_per_revolution)
-        first = self._blocks(lane, self.scene.steady.first_check, math.ceil)
-        if self.ensemble:  # whole windows, so that all lanes are checked together
-            first = -(-first // self.window) * self.window
-        self.check[lane] = now + max(first, 2 * self.window)
+        self.lanes[lane] = Course(index, speed, modes, self.scene, self.grid, now)
 
-    def _ran_away(self, lane, now, out):
+    def _ran_away(self, lane, course, now, out):
         """End a lane whose casing runs away (out is modified), and return True if it does."""
-        if self.runaway[lane] is None:
+        casing = self.bank.state.position[-self.bank.scheme.casing :, lane]
+        if course.runaway is None or not course.runaway.see(casing):
             return False
-        if not self.runaway[lane].see(self.bank.state.position[-self.bank.scheme.casing :, lane]):
-            return False
-        index = self.speed[lane]
-        growth = self.runaway[lane].growth(self.speeds_hz[index])
-        out.casing.waves[index], out.casing.growth[index] = growth
-        out.point_status[index], out.point_reason[index] = DIVERGED, status.RUNAWAY
-        out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
-        out.time[index] = self._seconds(lane, now)
+        growth = course.runaway.growth(course.speed_hz)
+        out.casing.waves[course.index], out.casing.growth[course.index] = growth
+        self._end(lane, course, now, out, DIVERGED, status.RUNAWAY)
         return True
 
-    def _finished(self, lane, now, out):
+    def _finished(self, lane, course, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
         older, newer = self._windows(now)
-        peak = self.record.peak.reshape(2 * self.window, -1, len(self.speed))
-        peak = peak[:, : len(self.modes.observed), lane]
+        peak = self._peaks()[..., lane]
         before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
-        index = self.speed[lane]
         reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
-        touched = self._share_touched(lane, now)
-        stuck = permanent_contact(touched, self.modes, self.scene, self.speeds_hz[index])
+        begin, touched = course.touched
+        steps = (now - begin) * self.grid.steps_per_block
+        share = (self.bank.law.steps_touched(lane) - touched) / steps
+        stuck = permanent_contact(share, self.modes, self.scene, course.speed_hz)
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # it grows without bounds: no further window can tell more
         if reason not in status.FATAL:
-            found = self._look(lane, now, before, last)
+            found = self._look(lane, course, now, before, last)
             if found is None:
                 return False
             verdict = found.status
             if stuck:
                 verdict, reason = DIVERGED, stuck
             else:
-                self._write(lane, now, found, out)
-        if verdict != DIVERGED:
-            self._conclude(lane, now, out)
+                self._write(lane, course, now, found, out)
+        if verdict != DIVERGED and self.scene.coating:
+            self._keep_wear(lane, course, now)
+            course.watch.write(course.index, out.wear)
         if reason == status.NONE and self._reverses(lane, now):
             reason = status.REVERSED
-        out.point_status[index], out.point_reason[index] = verdict, reason
-        out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
-        out.time[index] = self._seconds(lane, now)
+        self._end(lane, course, now, out, verdict, reason)
         if self.motion is not None:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
-                values[index] = end
+                values[course.index] = end
         return True
 
-    def _conclude(self, lane, now, out):
-        """What else a lane that ends with a result tells (out is modified)."""
+    def _end(self, lane, course, now, out, verdict, reason):
+        """What every speed that ends tells (out is modified)."""
+        index = course.index
+        out.point_status[index], out.point_reason[index] = verdict, reason
+        out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
+        out.time[index] = course.seconds(now)
 
-    def _write(self, lane, now, found, out):
+    def _write(self, lane, course, now, found, out):
         """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified)."""
-        index, pairs, last = self.speed[lane], self.modes.pairs, self._windows(now)[1]
+        index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
         out.amplitude[index] = found.amplitude
         out.error[index], out.scatter[index] = found.error, found.scatter
         if self.scene.observes_stress:
@@ -263,55 +274,30 @@ class Band:
         blades = self.scene.interface.of_blades(found.largest)
         out.localisation[index] = localisation(blades)
         if len(pairs.omega):
-            records = self.record.casing[:, lane].reshape(2 * self.window, -1, 2 * len(pairs.omega))
-            moved = largest(pairs, records[last].reshape(-1, 2 * len(pairs.omega)))
+            n, modes = 2 * len(pairs.omega), self.modes.at(course.speed_hz)
+            records = self.record.casing[:, lane].reshape(2 * self.window, -1, n)[last]
+            moved = largest(pairs, records.reshape(-1, n))
             out.casing.largest[index], out.casing.waves[index] = moved
-            out.casing.share[index] = share_of_energy(
-                self.modes.at(self.speeds_hz[index]), self.bank, lane
-            )
+            out.casing.share[index] = share_of_energy(modes, self.bank, lane)
 
     def _reverses(self, lane, now):
-        """Whether a tip of a planar disk moves faster than the disk turns in the last two windows.
-
-        In three dimensions friction turns with the slip.
-        """
-        if len(self.modes.axial) > 0:
+        """Whether a tip of a planar disk outruns the disk's rotation in the last two windows."""
+        if len(self.modes.axial) > 0:  # friction turns with the slip
             return False
         motion = self._signals(lane, self._windows(now).ravel())
         moved = np.abs(np.diff(motion, axis=0)).max()
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return moved > turned * self.scene.interface.radius.min()
 
-    def _look(self, lane, now, before, last):
+    def _look(self, lane, course, now, before, last):
         """The Verdict on the windows of a lane; None, with the time of its next check: go on."""
-        time = self._seconds(lane, now)
 
         def signals(row):
             return tuple(self._signals(lane, w, row).ravel() for w in self._windows(now))
 
-        found = self.watch[lane].look(before, last, signals, time, self._is_over(lane))
-        self.check[lane] = min(now + self._extension, self.start[lane] + self._cap(lane))
+        found = course.watch.look(before, last, signals, course.seconds(now), course.is_over)
+        course.check = min(now + course.extension, course.cap)
         return found
-
-    @property
-    def _extension(self):
-        """Blocks from a check to the next."""
-        steady = self.scene.steady
-        turns = steady.window_revolutions if self.ensemble else steady.extend_revolutions
-        return turns * self.grid.blocks_per_revolution
-
-    def _cap(self, lane):
-        """Blocks after which a lane is given up."""
-        return self._blocks(lane, self.scene.steady.max_time, math.floor)
-
-    def _is_over(self, lane):
-        """Whether there is no time for another check of a lane after its next, or present, one."""
-        elapsed, cap = self.check[lane] - self.start[lane], self._cap(lane)
-        return elapsed + self._extension > cap if self.ensemble else elapsed >= cap
-
-    def _seconds(self, lane, now):
-        speed = self.speeds_hz[self.speed[lane]]
-        return (now - self.start[lane]) / (speed * self.grid.blocks_per_revolution)
 
     def _windows(self, now):
         """Places in the ring of the blocks of the window before the last one, and of the last.
@@ -320,10 +306,15 @@ class Band:
         """
         return (now + np.arange(2 * self.window).reshape(2, -1)) % (2 * self.window)
 
+    def _peaks(self):
+        """Largest observed displacements of the blocks in the ring (blocks, O, lanes) [m]."""
+        peak = self.record.peak.reshape(2 * self.window, -1, len(self.lanes))
+        return peak[:, : len(self.modes.observed)]
+
     def _signals(self, lane, window, row=None):
         """Observed displacements, all or one, over a window of the ring, (records, O) [m]."""
         n_observed, n = self.bank.scheme.observed.shape[1], len(self.modes.observed)
-        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.speed))
+        history = self.record.history.reshape(2 * self.window, -1, n_observed, len(self.lanes))
         rows = slice(n) if row is None else slice(row, row + 1)
         kept = history[window, :, rows, lane]
         return kept.reshape(-1, kept.shape[-1])

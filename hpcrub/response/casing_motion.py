@@ -29,8 +29,7 @@ class CasingMotion(NamedTuple):
 def radial(pairs: Pairs, coordinates: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Outward motion of the casing (R, A) [m].
 
-    coordinates: of the pairs, turned as the kernel has them (R, 2J) [m·√kg].
-    angle: of the rotating frame (A,), or of each record (R, A) [rad].
+    coordinates: of the pairs, as the kernel has them (R, 2J); angle: rotating (A,) or (R, A) [rad].
     """
     moved = np.zeros((len(coordinates), np.shape(angle)[-1]))
     for j, n in enumerate(pairs.n_waves):
@@ -45,10 +44,7 @@ def amplitudes(pairs: Pairs, coordinates: np.ndarray) -> np.ndarray:
 
 
 def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
-    """Largest radial motion of some records [m], and the number n of waves that moves most.
-
-    coordinates: of the pairs (R, 2J) [m·√kg].
-    """
+    """Largest radial motion [m] of pairs at (R, 2J), and n of the wave that moves most."""
     n_angles = ANGLES_PER_WAVE * max(int(pairs.n_waves.max()), 1)
     angle = np.arange(n_angles) * (2.0 * np.pi / n_angles)
     most = np.argmax((amplitudes(pairs, coordinates) ** 2).mean(axis=0))
@@ -56,10 +52,7 @@ def largest(pairs: Pairs, coordinates: np.ndarray) -> tuple[float, int]:
 
 
 def share_of_energy(modes: Modes, bank: Bank, lane: int) -> float:
-    """Energy of the casing over that of disk and casing together, of a lane now [-].
-
-    modes: at the speed of the lane.
-    """
+    """Energy of the casing over that of disk and casing, of a lane now [-]; modes: at its speed."""
     velocity = bank.state.increment[:, lane] / bank.scheme.step[lane]
     omega = modes.omega, np.repeat(modes.pairs.omega, 2)
     moving = zip(
@@ -78,10 +71,7 @@ class Runaway:
         self.sizes: list[np.ndarray] = []  # amplitudes of every wave (J,) [m] at the ends of blocks
 
     def see(self, coordinates: np.ndarray) -> bool:
-        """Take note of the end of a block; whether the casing runs away.
-
-        coordinates: of the pairs (2J,) [m·√kg].
-        """
+        """Take the pairs' coordinates (2J,) after a block; returns whether the casing runs away."""
         self.sizes = [*self.sizes[-self.per_turn :], amplitudes(self.pairs, coordinates)]
         return not bool((self.sizes[-1] <= self.limit).all())
 

@@ -1,14 +1,10 @@
 """Linear stability of tips that slide along a vibrating casing without leaving it.
 
-Disk and pairs of the casing are joined at all contact points, R x = 0, by forces λ along R + μT:
+Disk and pairs of the casing are joined at all contact points, R x = 0, by forces λ along R + μT,
 
-    x'' + D x' + S x = −(R + μT)ᵀ λ.
+    x'' + D x' + S x = −(R + μT)ᵀ λ,
 
-For who turns with the rotor a pair Y = C − iS of the casing obeys
-
-    Y'' + (2ζω − 2inΩ) Y' + (ω² − n²Ω² − 2iζω nΩ) Y = F,
-
-which is y'' + 2ζω y' + ω² y = f of the casing at rest with Y = y e^{inΩt}. Bumps, clearance and
+the pairs as seen from the rotor (`docs/theory.md`, a casing that vibrates). Bumps, clearance and
 the end of contact are left out: what grows here grows until the tips leave the casing, or without
 bound.
 """
@@ -18,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig, null_space
 
-from hpcrub.model.damping import Damping
+from hpcrub.model.damping import Damping, state_matrix
 from hpcrub.model.reduction import Modes
 
 
@@ -26,17 +22,15 @@ class Growth(NamedTuple):
     """The motion in permanent contact that grows fastest."""
 
     rate: float  # real part of its eigenvalue [1/s]; below 0: all decay
-    frequency: float  # seen from the rotor [rad/s]
     waves: int  # n of the casing's wave that moves most
 
 
 def turned_matrices(
     modes: Modes, ratios: np.ndarray, speed: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """D and S of disk and casing together, seen from the rotor, without contact.
+    """D [1/s] and S [1/s²] of disk and casing, (n, n), seen from the rotor, without contact.
 
     ratios: damping ratios of all coordinates (n,) [-]; speed: of rotation [rad/s].
-    Returns two arrays (n, n) [1/s], [1/s²].
     """
     omega = modes._replace(waves=None).joined.omega
     damping, stiffness = np.diag(2.0 * ratios * omega), np.diag(omega**2)
@@ -59,15 +53,10 @@ def eigenvalues(
     mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (2n,) [1/s] and vectors (n, 2n) of M x'' + D x' + S x = 0, matrices (n, n)."""
-    n = len(mass)
     scale = np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())  # of time: balances the blocks
     inverse = np.linalg.inv(mass)
-    companion = np.block([
-        [np.zeros((n, n)), np.eye(n)],
-        [-inverse @ stiffness / scale**2, -inverse @ damping / scale],
-    ])  # fmt: skip
-    values, vectors = eig(companion)
-    return values * scale, vectors[:n]
+    values, vectors = eig(state_matrix(inverse @ damping, inverse @ stiffness, scale))
+    return values * scale, vectors[: len(mass)]
 
 
 def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: float) -> Growth:
@@ -83,6 +72,4 @@ def growth(modes: Modes, damping: float | Damping, friction: float, speed_hz: fl
     fastest = int(np.argmax(values.real))
     pairs = (free @ vectors[:, fastest])[len(modes.omega) :].reshape(-1, 2)
     size = np.linalg.norm(pairs, axis=1) * np.abs(modes.pairs.radial)
-    value = values[fastest]
-    wave = int(modes.pairs.n_waves[np.argmax(size)])
-    return Growth(float(value.real), float(abs(value.imag)), wave)
+    return Growth(float(values[fastest].real), int(modes.pairs.n_waves[np.argmax(size)]))

@@ -1,23 +1,17 @@
 """When a motion is followed no longer, and what its amplitude is.
 
 Rubbing is hardly ever periodic. The largest displacement of a few revolutions is then one draw of
-many: it repeats to several per cent, and the largest of many speeds is too high. So a motion is
-watched window by window, from the first check on:
+many, so that a motion is watched window by window, from the first check on:
 
 - *steady*: three windows in succession are alike. By how much they may differ follows from the
-  damping: what a transient still has to go is its last change over the part of it that decays in a
-  window, and this must be below the change allowed.
-- *averaged*: it has not repeated itself so far, but the mean of its windows' largest displacements
-  has a standard error below `max_error`, and they show no trend. Their mean is the amplitude, and
-  the motion is followed no further: it may repeat itself later, or never. Windows
-  that follow one another are correlated, so that fewer count as independent ones: of a process that
-  forgets as a transient decays, those that are two time constants apart. The scatter of a few is
-  not well known either, for which Student's t makes up. No mean is taken for better known than the
-  change that is allowed to a steady motion.
+  damping: what a transient still has to go must be below the change allowed.
+- *averaged*: the mean of the windows' largest displacements has a standard error below `max_error`,
+  and they show no trend. The motion is followed no further: it may repeat itself later, or never.
 - *not steady*: neither is true when the time is over.
 
 Only the later half of the windows counts, five at least, and no motion is averaged before
-transients of the free disk have decayed. `docs/steady_state.md` says what this gains.
+transients of the free disk have decayed. `docs/steady_state.md` says what is in the standard error,
+and what the rule gains.
 """
 
 import math
@@ -55,7 +49,6 @@ class LastWindow:
     """The paper's rule: two windows are compared, and the last one tells the amplitude."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
-        """As `Windows`."""
         self.criteria, self.passed = criteria, 0
 
     def may_end(self, time: float) -> bool:
@@ -99,14 +92,11 @@ class Windows:
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
     ) -> Verdict | None:
-        """Take note of a window.
+        """Take note of a window; returns None to go on.
 
-        before, last: (O,) largest magnitudes of all observed displacements in the window before,
-            and in the last one [m].
+        before, last: (O,) largest observed displacements in the window before, and in this one [m].
         signals: gives the history of one observed displacement in both.
-        time: since the start [s].
-        over: whether there is no time for another window.
-        Returns None to go on.
+        time: since the start [s]; over: whether there is no time for another window.
         """
         self.sizes += [last] if self.sizes else [before, last]
         tip = int(np.argmax(last))

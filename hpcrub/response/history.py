@@ -25,6 +25,7 @@ from hpcrub.response.band import judge, watch_of
 from hpcrub.response.ensemble import Verdict
 from hpcrub.response.revolution import Grid, cut_revolution, speed_bands
 from hpcrub.response.scene import Scene
+from hpcrub.response.steady import check_blocks
 from hpcrub.response.sweep import Motion
 from hpcrub.response.wear import Wear
 
@@ -90,12 +91,9 @@ def n_blocks(speed_hz: float, duration: float, grid: Grid) -> int:
 
 def checks(speed_hz: float, duration: float, scene: Scene) -> range:
     """Blocks after which a history of a speed [Hz] and a duration [s] is judged, as in a sweep."""
-    steady, per_turn = scene.steady, cut_revolution(speed_hz, scene).blocks_per_revolution
-    window, first = steady.window_revolutions * per_turn, steady.first_check * speed_hz * per_turn
-    last = n_blocks(speed_hz, duration, cut_revolution(speed_hz, scene))
-    if steady.rule == "ensemble":
-        return range(max(math.ceil(first / window), 2) * window, last + 1, window)
-    return range(max(math.ceil(first), 2 * window), last + 1, steady.extend_revolutions * per_turn)
+    grid = cut_revolution(speed_hz, scene)
+    first, extension = check_blocks(scene.steady, speed_hz, grid.blocks_per_revolution)
+    return range(first, n_blocks(speed_hz, duration, grid) + 1, extension)
 
 
 class Follower:
@@ -155,12 +153,8 @@ class Follower:
 
 def groups(speeds_hz: np.ndarray) -> list[np.ndarray]:
     """Split speeds (S,) [Hz] into index arrays that `integrate` takes."""
-    width = len(LANES)
-    return [
-        band[first : first + width]
-        for band in speed_bands(speeds_hz)
-        for first in range(0, len(band), width)
-    ]
+    width, bands = len(LANES), speed_bands(speeds_hz)
+    return [part for band in bands for part in np.split(band, range(width, len(band), width))]
 
 
 def integrate(
@@ -173,7 +167,7 @@ def integrate(
 ) -> Iterator[Piece]:
     """Histories of a few speeds, as Pieces of one block each.
 
-    - modes: modes of the sample.
+    - modes: of the sample.
     - speeds_hz: one of the `groups` of the speeds, (S,) [Hz].
     - duration: [s], rounded up to blocks of the fastest speed.
     - motion: to start from, rest by default (modified: the motion at the end).

@@ -1,10 +1,9 @@
 """Forced response to an engine-order excitation of the blades, in the frequency domain.
 
 The load of a blade is F cos(n_d (theta - Omega t)), radial [equation (5)], shared evenly by its
-contact points, each at its own angle theta, which is that in the rotating frame. So it travels
-forward over the disk, by Omega. With a negative n_d it travels backward: it is at rest in space, as
-a casing is, F cos(n_d (theta + Omega t)). It is harmonic at w = |n_d| Omega, and a displacement is
-Re(u exp(j w t)) with
+contact points at the angles theta of the rotating frame. So it travels forward over the disk, and
+with a negative n_d backward: it is then at rest in space, as a casing is. It is harmonic at
+w = |n_d| Omega, and a displacement is Re(u exp(j w t)) with
 
     u = sum_k observed_k p_k / (omega_k^2 - w^2 + 2 j xi omega_k w),
     p_k = sum_i F/n_i normal_ik exp(-j n_d theta_i),    n_i contact points on the blade of point i.
@@ -94,10 +93,7 @@ def linear_peak(
 
 
 class _Oscillators:
-    """The modes under a load of an engine order, whose frequency w says the speed.
-
-    The terms of a response are those of the real modes, of the complex ones, of their conjugates.
-    """
+    """Terms of a response by its frequency w: real modes, complex ones, conjugates of these."""
 
     def __init__(self, modes: Modes, damping_ratio: float | Damping, engine_order: int) -> None:
         self.modes, self.engine_order = modes, engine_order
@@ -148,8 +144,7 @@ class _Oscillators:
         if waves is None:
             return d1, d2
         d1, d2 = (np.broadcast_to(d, d1.shape)[:, self.real] for d in (d1, d2))
-        none = np.zeros(len(waves.rows))
-        by = waves.slopes if len(waves.slopes) else np.array([none, none])
+        by = waves.slopes if len(self.modes.stiffening) else np.zeros((2, len(waves.rows)))
         poles1, poles2 = (
             (part[0] * by[0] + part[1] * by[1]) / n**k for k, part in ((1, rise), (2, bend))
         )
@@ -158,31 +153,24 @@ class _Oscillators:
 
 
 def _resonances(modes, engine_order):
-    """Frequencies at which the load meets every mode (K,), those of complex modes in their place.
+    """Frequencies w = omega(w / n_d) at which the load meets every mode (K,); NaN where never.
 
-    The air shifts these at all speeds by the same share.
+    omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
+    The air shifts those of complex modes at all speeds by the same share.
     """
-    found = _of_real_modes(modes, engine_order)
+    found = modes.omega
+    if len(modes.stiffening):
+        speed, (by_square, by_fourth) = modes.speed, modes.stiffening
+        a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
+        left = 1 - by_square / engine_order**2
+        c = by_fourth / engine_order**4
+        with np.errstate(all="ignore"):
+            square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
+            found = np.sqrt(np.where(square > 0, square, np.nan))
     if modes.waves:
         rows, found = modes.waves.rows, found.copy()
         found[rows] *= modes.waves.eigenvalue.imag / modes.omega[rows]
     return found
-
-
-def _of_real_modes(modes, engine_order):
-    """Frequencies w = omega(w / n_d) at which the load meets every real mode; NaN where never.
-
-    omega^2 = a + b w^2 + c w^4, so that c w^4 - (1 - b) w^2 + a = 0, whose smaller root counts.
-    """
-    if not len(modes.stiffening):
-        return modes.omega
-    speed, (by_square, by_fourth) = modes.speed, modes.stiffening
-    a = modes.omega**2 - by_square * speed**2 - by_fourth * speed**4
-    left = 1 - by_square / engine_order**2
-    c = by_fourth / engine_order**4
-    with np.errstate(all="ignore"):
-        square = 2 * a / (left + np.sqrt(left**2 - 4 * a * c))
-        return np.sqrt(np.where(square > 0, square, np.nan))
 
 
 def _modal_load(modes, amplitude, engine_order, interface):
@@ -222,8 +210,7 @@ def _mesh_maxima(u):
 def _refine(residues, oscillators, w, low, high):
     """Maximise |u|, u = sum_k residues_k / d_k(w), from w inside [low, high], several at once.
 
-    Newton's method on the slope of |u|^2, halving the bracket where it fails.
-    Returns the last w and |u|, shapes as w.
+    Newton's method on the slope of |u|^2, halving the bracket where it fails. Returns w and |u|.
     """
     smallest = np.min(1e-5 * oscillators.xi * oscillators.modes.omega)
     for _ in range(_MAX_ITERATIONS):

@@ -1,9 +1,8 @@
 """How a revolution is cut into time steps, blocks and records: from the speed alone.
 
-Speeds share lanes only where they take the same number of steps per revolution. So the speeds are
-cut into *rungs* of a fixed ladder, and a speed takes the steps that the slowest speed of its rung
-needs. What is computed at a speed then depends on no other speed of the study. It costs up to BAND
-more steps than the speed needs, half of that on average.
+Speeds share lanes only where they take the same number of steps per revolution. So all speeds are
+cut into *rungs* of a fixed ladder, and each takes the steps that the slowest of its rung needs.
+What is computed at a speed then depends on no other speed of the study.
 """
 
 import math

@@ -1,8 +1,6 @@
 """Whether a contact point that slides along the casing is stable, from the free disk alone.
 
-A point that is held at the casing, u_n = 0, carries a normal force λ and the friction μλ. The disk
-is linear, so that λ = -u_n / c(μ) for a displacement u_n that the casing takes back, with the
-compliance of the point under both forces,
+A point that is held at the casing by a normal force λ and rubs with μλ has the compliance
 
     c(μ) = sum_k R_k (R_k + μ T_k) / ω_k²,
 
@@ -10,8 +8,7 @@ R and T its normal and tangential displacement per unit modal coordinate. Where 
 presses the point further into the casing: it *locks itself*, and no sliding contact lasts. Stick
 between blade and casing, wear and large displacements, which bound such a motion, are not in the
 model. Of brakes this is known as *sprag*; a minimal model of it is in Applied Sciences 10 (2020),
-article 2748. The criterion is derived here and taken from nowhere; `evidence.validation.sliding`
-scans the friction in time.
+article 2748. The criterion is derived here; `evidence.validation.sliding` checks it in time.
 """
 
 from typing import Any
@@ -20,7 +17,7 @@ import numpy as np
 
 from hpcrub.contact import status
 from hpcrub.model.coating import ElasticCasing
-from hpcrub.model.damping import Damping, ratios
+from hpcrub.model.damping import Damping, ratios, state_matrix
 from hpcrub.model.reduction import Modes
 
 PERMANENT = 0.99  # share of the last window in which a blade touches that does not leave the casing
@@ -46,16 +43,11 @@ def growth_rate(modes: Modes, damping_ratio: float | Damping, friction: float) -
     """
     normal, tangential = _compliances(modes)
     point = int(np.argmin((normal + friction * tangential) / normal))
-    R, T, n = modes.normal[point], modes.tangential[point], len(modes.omega)
+    R, T = modes.normal[point], modes.tangential[point]
     G = R + friction * T
-    held = np.eye(n) - np.outer(G, R) / (R @ G)
+    held = np.eye(len(R)) - np.outer(G, R) / (R @ G)
     xi = ratios(damping_ratio, modes.omega)
-    state = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-held * modes.omega**2, -held * (2.0 * xi * modes.omega)],
-        ]
-    )
+    state = state_matrix(held * (2.0 * xi * modes.omega), held * modes.omega**2)
     # the constraint makes two eigenvalues zero, which rounding moves a little
     rate = float(np.linalg.eigvals(state).real.max())
     return rate if rate > 1e-3 * modes.omega.min() else 0.0
@@ -65,11 +57,11 @@ def permanent_contact(share: np.ndarray, modes: Modes, scene: Any, speed_hz: flo
     """Whether a motion is one in permanent contact, whose amplitude means nothing.
 
     A blade that touches the casing all the time either follows the casing, or, where sliding
-    contact is not stable, friction feeds its motion, which has no bounds that small displacements
-    know of. A coating bounds it: contact ends when enough is cut.
+    contact is not stable, friction feeds its motion. A coating bounds it: contact ends when enough
+    is cut.
 
     share: (N,) share of the last window in which each blade touches; (0,) where it is not known.
-    modes: of the sample; scene: response.scene.Scene; speed_hz: of the motion [Hz].
+    scene: response.scene.Scene; speed_hz: of the motion [Hz].
     Returns code of ``status``: NONE, PERMANENT or FLUTTER.
     """
     if scene.coating or not (len(share) and share.max() > PERMANENT):

@@ -1,6 +1,7 @@
 """Steady state, amplitude and localisation from recorded tip displacements."""
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,18 @@ class SteadyCriteria(NamedTuple):
     confirmations: int = 1  # checks passed in succession until accepted; 1 is the paper's
     rule: str = "last_window"  # the paper's, or "ensemble"
     max_error: float = 0.15  # standard error of the mean of an ensemble
+
+
+def check_blocks(steady: Any, speed_hz: float, per_turn: int) -> tuple[int, int]:
+    """Blocks until a motion is checked for the first time, and from one check to the next.
+
+    steady: SteadyCriteria; speed_hz: of rotation [Hz]; per_turn: blocks of a revolution.
+    """
+    window = steady.window_revolutions * per_turn
+    first = math.ceil(steady.first_check * speed_hz * per_turn)
+    if steady.rule == "ensemble":  # whole windows, so that all lanes are checked together
+        return max(math.ceil(first / window), 2) * window, window
+    return max(first, 2 * window), steady.extend_revolutions * per_turn
 
 
 def correlation(a: np.ndarray, b: np.ndarray) -> float:
@@ -44,18 +57,12 @@ def _unit(signal):
 
 
 def is_constant(before: float, last: float, criteria: SteadyCriteria) -> bool:
-    """Whether the amplitudes of two successive windows agree; False for NaN.
-
-    before, last: largest magnitude in both windows of the displacement that is largest [m].
-    """
+    """Whether the amplitudes [m] of two successive windows agree; False for NaN."""
     return bool(abs(last - before) <= criteria.max_amplitude_change * last)
 
 
 def is_repeated(before: np.ndarray, last: np.ndarray, criteria: SteadyCriteria) -> bool:
-    """Whether two successive windows show the same motion; False for NaN.
-
-    before, last: (n,) the displacement that is largest in both windows [m].
-    """
+    """Whether a displacement (n,) [m] repeats itself in two successive windows; False for NaN."""
     return correlation(before, last) > criteria.min_correlation
 
 

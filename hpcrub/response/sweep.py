@@ -15,7 +15,6 @@ from hpcrub.contact.status import DIVERGED, STEADY
 from hpcrub.model.reduction import Modes
 from hpcrub.response.band import Band
 from hpcrub.response.casing_motion import CasingMotion
-from hpcrub.response.coated import CoatedBand
 from hpcrub.response.revolution import cut_revolution, speed_bands
 from hpcrub.response.scene import Scene, can_touch
 from hpcrub.response.wear import Wear
@@ -95,8 +94,8 @@ def run_sweep(
 ) -> SweepResult:
     """Integrate every speed in time to its steady state.
 
-    - modes: modes of the sample.
-    - speeds_hz: (S,) angular speeds [Hz].
+    - modes: of the sample.
+    - speeds_hz: (S,) of rotation [Hz].
     - poll: called without arguments after every PIECE of steps, some hundredths of a second; what
       it raises ends the sweep.
     - width: speeds integrated together; changes the cost, not one bit of the result.
@@ -117,8 +116,8 @@ def run_sweep(
         # fastest first: they take longest to settle, and should not be left to the last lanes
         waiting = [i for i in band[::-1] if i in wanted]
         if waiting:
-            kind = CoatedBand if scene.coating else Band
-            n_steps += kind(modes, scene, grid, speeds_hz, width, motion).run(waiting, out, poll)
+            lanes = Band(modes, scene, grid, speeds_hz, width, motion)
+            n_steps += lanes.run(waiting, out, poll)
     return out._replace(n_steps=n_steps)
 
 

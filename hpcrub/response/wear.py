@@ -51,10 +51,7 @@ class Wearing:
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
 
     def see(self, amplitude: float, time: float) -> None:
-        """Take note of the largest displacement of a block [m], and of its end since the start [s].
-
-        Blocks are seen in order.
-        """
+        """Take the largest displacement of the next block [m], and its end since the start [s]."""
         if amplitude > self.largest:
             self.largest, self.time = amplitude, time
 
@@ -87,17 +84,10 @@ class Wearing:
         worn = self.depths[-1][1]
         coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
         assert coating is not None  # what wears is one
-        values = (
-            self.largest,
-            self.time,
-            worn.max(),
-            self.growth,
-            volume(worn, coating, radius),
-            energy(worn, coating, radius),
-            lobes(worn, self.scene),
-            around(worn),
-        )
-        for array, value in zip(wear, values, strict=True):
+        grown = self.largest, self.time, worn.max(), self.growth
+        lost = volume(worn, coating, radius), energy(worn, coating, radius)
+        shape = lobes(worn, self.scene), around(worn)
+        for array, value in zip(wear, (*grown, *lost, *shape), strict=True):
             array[index] = value
 
 
@@ -118,10 +108,7 @@ def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
 
 
 def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
-    """Depths (Z, S) [m] that bumps and profile press into the coating where no blade moves.
-
-    scene: at one speed; n_strips, n_bars: Z, S.
-    """
+    """Depths (Z, S) [m] that bumps and profile press into the coating where no blade moves."""
     face, coating = scene.interface, scene.coating
     assert coating is not None
     phi = 2.0 * np.pi * np.arange(n_bars) / n_bars
@@ -134,9 +121,8 @@ def cut_at_rest(scene: Scene, n_strips: int, n_bars: int) -> np.ndarray:
 def lobes(worn: np.ndarray, scene: Scene) -> int:
     """Lobes of worn depths (Z, S) [m] around the casing; scene: at their speed.
 
-    Returns strongest order of what is worn deeper than blades at rest would have cut. A blade that
-    vibrates with the frequency f while it cuts leaves f/Ω lobes. 0: as good as nothing is deeper,
-    or the depth is the same all around.
+    Returns strongest order of what is worn deeper than blades at rest would have cut; 0 where as
+    good as nothing is deeper, or the depth is the same all around.
     """
     beyond = np.maximum(worn - cut_at_rest(scene, *worn.shape), 0.0).mean(axis=0)
     size = np.abs(np.fft.rfft(beyond))

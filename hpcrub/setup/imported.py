@@ -2,7 +2,7 @@
 
 import functools
 import os
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,8 +10,6 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced
-from hpcrub.model.imported.assembly import SparseDisk
-from hpcrub.model.imported.frames import row_table
 from hpcrub.model.imported.neutral import NeutralModel
 from hpcrub.model.interface import strips
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
@@ -65,8 +63,8 @@ def mid_speed(config: Config) -> float:
     return np.pi * (config.speeds.from_hz + config.speeds.to_hz)
 
 
-def build(config: Config) -> tuple[SparseDisk | None, ReducedModel]:
-    """The disk of a model file, None of a reduced one, and its reduced model.
+def build(config: Config) -> tuple[NeutralModel | None, ReducedModel]:
+    """The assembled disk of a model file, None of a reduced one, and its reduced model.
 
     Raises InputError for a file that cannot be used, or is not that of the configuration.
     """
@@ -107,16 +105,15 @@ def scenery(config: Config) -> Scenery:
     Without a surface, all nodes.
     """
     model = _read(str(config.disk.model), str(config.disk.model_sha256))
-    disk: Any = model if model.kind == "reduced" else assembly.assemble(model)
+    disk = assembly.assemble(model)
     shown = np.isfinite(disk.nodes).all(axis=1)
     if len(disk.surface):
         on = np.union1d(disk.surface, disk.contact_node)
         shown &= np.isin(np.arange(len(shown)), on)
     place = np.cumsum(shown) - 1
-    is_reduced = model.kind == "reduced"
-    rows = row_table(model.dof, len(model.nodes))[:, 1:4] if is_reduced else disk.row
     nodes, surface, contact = disk.nodes[shown], place[disk.surface], place[disk.contact_node]
-    return Scenery(nodes, surface, contact, disk.contact_blade, rows[shown], is_reduced)
+    is_reduced = disk.kind == "reduced"
+    return Scenery(nodes, surface, contact, disk.contact_blade, disk.row[shown], is_reduced)
 
 
 def memory(config: Config) -> int:

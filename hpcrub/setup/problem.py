@@ -27,7 +27,7 @@ SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correc
 class Model(NamedTuple):
     """The tuned disk, full and reduced."""
 
-    disk: Any  # Disk, or SparseDisk of a model file; None: only reduced
+    disk: Any  # Disk, or assembled NeutralModel; None: only reduced
     reduced: ReducedModel
 
 

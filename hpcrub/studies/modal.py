@@ -10,9 +10,9 @@ from hpcrub.config.schema import Config
 from hpcrub.model import crossings, damping, families
 from hpcrub.model.disk import Points
 from hpcrub.model.imported import cyclic
-from hpcrub.model.imported.craig_bampton import boundary_rows, lowest_modes
+from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.frames import to_cartesian
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.neutral import contact_rows, stiffness_at
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Poll, Study, Values
@@ -72,7 +72,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
         values, full = lowest_modes(K, disk.mass.tocsc(), n_modes)
-        tips = full[boundary_rows(disk)].reshape(-1, len(face.blade), n_modes)
+        tips = full[contact_rows(disk)]  # (p, C, K)
         yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
     shapes = reduced.basis @ reduced.tuned_modes[:, :MOST_SHAPES]

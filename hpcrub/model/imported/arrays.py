@@ -19,10 +19,7 @@ def finite(name: str, matrix: Any) -> Any:
 
 
 def symmetric(name: str, matrix: Any) -> Any:
-    """A whole symmetric matrix from one that is, or from its upper or lower triangle.
-
-    Raises InputError for what is not finite or not symmetric.
-    """
+    """A symmetric matrix from all of it or a triangle. Raises InputError if it is neither."""
     sparse = sp.issparse(matrix)
     lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
     finite(name, matrix)
@@ -40,11 +37,16 @@ def symmetric(name: str, matrix: Any) -> Any:
     return (matrix + matrix.T) / 2
 
 
-class Arrays:
-    """The arrays of a file, taken out one by one, so that none is left unread.
+def stored(name: str, matrix: Any) -> dict:
+    """A matrix as arrays of a model file: itself, or the parts of a sparse one."""
+    if not sp.issparse(matrix):
+        return {name: matrix}
+    rows = sp.csr_array(matrix)
+    return {f"{name}/{part}": getattr(rows, part) for part in PARTS}
 
-    Methods raise InputError, which names the array, for what is missing or of another kind.
-    """
+
+class Arrays:
+    """The arrays of a file, taken out one by one; InputError names what is missing or wrong."""
 
     def __init__(self, arrays):
         self.left = dict(arrays)
@@ -58,20 +60,17 @@ class Arrays:
         if self.left:
             raise InputError(f"{min(self.left)}: no array of a model file has this name")
 
-    def _take(self, name, default):
-        if name not in self.left:
-            if default is None:
-                raise InputError(f"{name}: this array is missing")
-            return default
-        return np.asarray(self.left.pop(name))
+    def _take(self, name, default=None):
+        if name not in self.left and default is None:
+            raise InputError(f"{name}: this array is missing")
+        return np.asarray(self.left.pop(name, default))
 
     def text(self, name: str, default: str | None = None) -> str:
         """One word."""
-        value = self._take(name, None if default is None else np.array(default))
+        value = self._take(name, default)
         if value.size != 1:
             raise InputError(f"{name}: one word is expected")
-        value = value.item()
-        return value.decode() if isinstance(value, bytes) else str(value)
+        return str(value.item())
 
     def word(self, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
         """One of some words."""
@@ -82,7 +81,7 @@ class Arrays:
 
     def number(self, name: str, default: int | None = None) -> int:
         """One whole number."""
-        value = self._take(name, None if default is None else np.array(default))
+        value = self._take(name, default)
         if value.size != 1 or value.dtype.kind not in "iu":
             raise InputError(f"{name}: one whole number is expected")
         return int(value.item())
@@ -98,17 +97,12 @@ class Arrays:
             raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
         return value
 
-    def integers(
-        self, name: str, columns: int = 0, default: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Whole numbers (any,), or (any, columns)."""
-        shape = (None, columns) if columns else (None,)
-        value = self._checked(name, self._take(name, default), "iu", "whole numbers", shape)
-        return value.astype(np.int64)
+    def integers(self, name: str, *shape: int, default: np.ndarray | None = None) -> np.ndarray:
+        """Whole numbers of a shape whose first length is any."""
+        value = self._take(name, default)
+        return self._checked(name, value, "iu", "whole numbers", (None, *shape)).astype(np.int64)
 
-    def floats(
-        self, name: str, *shape: int | None, default: np.ndarray | None = None
-    ) -> np.ndarray:
+    def floats(self, name: str, *shape: int | None, default: Any = None) -> np.ndarray:
         """Numbers of a shape whose first length is any."""
         value = self._take(name, default)
         value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
@@ -122,7 +116,7 @@ class Arrays:
 
     def _matrix(self, name, n_rows, n):
         if f"{name}/{PARTS[0]}" in self.left:
-            parts = tuple(self._take(f"{name}/{part}", None) for part in PARTS)
+            parts = tuple(self._take(f"{name}/{part}") for part in PARTS)
             try:
                 matrix = sp.csr_array(parts, shape=(n_rows, n))
                 matrix.check_format(full_check=True)
@@ -130,7 +124,7 @@ class Arrays:
                 text = f"{name}: not {n_rows} x {n} in compressed rows ({error})"
                 raise InputError(text) from None
         else:
-            matrix = self._take(name, None)
+            matrix = self._take(name)
         what = f"real numbers for the {n} rows of dof"
         return self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
 

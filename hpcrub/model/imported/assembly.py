@@ -1,40 +1,16 @@
 """A whole disk from a neutral model: cyclic assembly, supports, blades, contact points."""
 
-from typing import Any, NamedTuple
-
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.blades import joined
-from hpcrub.model.imported.frames import row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.arrays import PARTS
+from hpcrub.model.imported.frames import to_cylindrical
+from hpcrub.model.imported.neutral import NONE, NeutralModel, contact_rows, row_table
 
 PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
-
-
-class SparseDisk(NamedTuple):
-    """A whole bladed disk on its n free rows, in cylindrical node frames."""
-
-    mass: sp.csr_array  # (n, n)
-    stiffness: tuple  # K0, or K0, K1, K2, each (n, n)
-    blade_stiffness: Any  # (n, n) of all blades together, sparse, or None
-    row_blade: np.ndarray  # (n,) blade that has stiffness in the row, -1 for the disk's own
-    nodes: np.ndarray  # (n_nodes, 3) [m]
-    row: np.ndarray  # (n_nodes, 3) rows of u_r, u_theta, u_z; -1 where held or absent
-    contact_node: np.ndarray  # (C,)
-    contact_blade: np.ndarray  # (C,)
-    contact_clearance: np.ndarray  # (C,) [m]
-    contact_normal: np.ndarray  # (C, 3)
-    surface: np.ndarray  # (F, 4) nodes of faces to draw
-    stress: Any  # (R, n) stress at some places [Pa per unit of each row]
-    stress_blade: np.ndarray  # (R,) blade of each place
-    stress_static: np.ndarray  # (R,) of the rotation there [Pa]; (0,): not known
-
-    @property
-    def n_blades(self) -> int:
-        """Number of blades."""
-        return int(self.contact_blade.max()) + 1
+SHARED = 1e-9  # of the largest entry: below, a stiffness joins no rows
 
 
 def pair_sides(
@@ -42,9 +18,8 @@ def pair_sides(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Nodes of the low side in the order of those that they become one sector further on.
 
-    nodes: (n_nodes, 3) [m].
-    low, high: (p,) nodes of the sides; exchanged where they were named the other way round.
-    Returns low, high (p,) in pairs; error, largest distance of a pair [m].
+    nodes: (n_nodes, 3) [m]; low, high: (p,) of the sides, which may be exchanged.
+    Returns low, high (p,) in pairs; largest distance of a pair [m].
     Raises InputError: the sides do not pair.
     """
     found = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
@@ -70,8 +45,8 @@ def _pair(nodes, low, high, n_sectors):
 def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
 
-    Returns rows (n_sectors, n), every sector owns as many, one sector after another; own (n_own,),
-    rows of a sector that are not those of the next one's low side.
+    Returns rows (n_sectors, n), sector by sector; own (n_own,), rows of a sector that are not those
+    of the next one's low side.
     """
     low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
     table = row_table(model.dof, len(model.nodes))
@@ -90,54 +65,48 @@ def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
     return rows, own
 
 
-def assemble(model: NeutralModel) -> SparseDisk:
-    """The whole disk of a NeutralModel of kind "sector" or "disk".
+def assemble(model: NeutralModel) -> NeutralModel:
+    """The whole disk of a NeutralModel on its free rows, in cylindrical node frames.
 
+    A reduced model stays on its coordinates.
     Raises InputError: sides do not pair, a contact node lacks rows, or a blade has none.
     """
     model = to_cylindrical(model)
+    if model.kind == "reduced":
+        return model
     if model.kind == "sector":
         model = _unfold(model)
-    n = len(model.dof)
-    free = np.setdiff1d(np.arange(n), model.fixed)
-    place = np.full(n + 1, -1)  # the last one: of rows that do not exist
-    place[free] = np.arange(len(free))
-    row = place[row_table(model.dof, len(model.nodes))[:, 1:4]]
+    free = np.setdiff1d(np.arange(len(model.dof)), model.fixed)
+
+    def of_free(matrix):
+        return matrix[free][:, free].tocsr()
+
     blade = model.blade_stiffness
-    blade = None if blade is None else blade[free][:, free].tocsr()
-    disk = SparseDisk(
-        mass=model.mass[free][:, free].tocsr(),
-        stiffness=tuple(k[free][:, free].tocsr() for k in model.stiffness),
-        blade_stiffness=blade,
-        row_blade=np.full(len(free), -1),
-        nodes=model.nodes,
-        row=row,
-        contact_node=model.contact_node,
-        contact_blade=model.contact_blade,
-        contact_clearance=model.contact_clearance,
-        contact_normal=model.contact_normal,
-        surface=model.surface,
+    disk = model._replace(
+        mass=of_free(model.mass),
+        stiffness=tuple(of_free(k) for k in model.stiffness),
+        dof=model.dof[free],
+        fixed=NONE,
+        blade_stiffness=None if blade is None else of_free(blade),
         stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
-        stress_blade=model.stress_blade,
-        stress_static=model.stress_static,
     )
-    if (row[model.contact_node, :2] < 0).any():
-        raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
+    contact_rows(disk)  # refuses what lacks them
     return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))
 
 
 def _unfold(model):
     """The whole disk, of kind "disk", of a sector in cylindrical node frames."""
     rows, own = disk_rows(model)
-    n = rows.max() + 1
+    n, N, n_nodes = rows.max() + 1, model.n_sectors, len(model.nodes)
+    n_places = len(model.stress_blade)
 
-    def whole(matrix):
+    def whole(matrix, at):
+        """A matrix of all sectors; at: rows of each sector in it (N, any)."""
         entries = sp.coo_array(matrix)
-        i, j = rows[:, entries.row].ravel(), rows[:, entries.col].ravel()
-        data = np.tile(entries.data, model.n_sectors)
-        return sp.coo_array((data, (i, j)), shape=(n, n)).tocsr()
+        i, j = at[:, entries.row].ravel(), rows[:, entries.col].ravel()
+        shape = (1 + at.max(initial=-1), n)
+        return sp.coo_array((np.tile(entries.data, N), (i, j)), shape=shape).tocsr()
 
-    N, n_nodes = model.n_sectors, len(model.nodes)
     copies = np.arange(N)[:, None]
     dof = np.empty((n, 2), dtype=np.int64)
     dof[rows[:, own], 0] = model.dof[own, 0] + copies * n_nodes
@@ -147,9 +116,9 @@ def _unfold(model):
         kind="disk",
         n_sectors=0,
         dof=dof,
-        mass=whole(model.mass),
-        stiffness=tuple(whole(k) for k in model.stiffness),
-        blade_stiffness=None if blade is None else whole(blade),
+        mass=whole(model.mass, rows),
+        stiffness=tuple(whole(k, rows) for k in model.stiffness),
+        blade_stiffness=None if blade is None else whole(blade, rows),
         nodes=np.concatenate([turned(model.nodes, 2 * np.pi * s / N) for s in range(N)]),
         fixed=np.unique(rows[:, model.fixed]),
         contact_node=(copies * n_nodes + model.contact_node).ravel(),
@@ -157,18 +126,10 @@ def _unfold(model):
         contact_clearance=np.tile(model.contact_clearance, N),
         contact_normal=np.tile(model.contact_normal, (N, 1)),
         surface=_surface(model, copies * n_nodes),
-        stress=_stress_of_blades(model, rows, n),
-        stress_blade=np.repeat(np.arange(N), model.stress_blade.size),
+        stress=whole(model.stress, np.arange(N * n_places).reshape(N, n_places)),
+        stress_blade=np.repeat(np.arange(N), n_places),
         stress_static=np.tile(model.stress_static, N),
     )
-
-
-def _stress_of_blades(model, rows, n):
-    """Rows of stress of all sectors on the n rows of the disk, those of one after another."""
-    entries, N, places = sp.coo_array(model.stress), model.n_sectors, len(model.stress_blade)
-    i, j = entries.row + places * np.arange(N)[:, None], rows[:, entries.col]
-    data = np.tile(entries.data, N)
-    return sp.coo_array((data, (i.ravel(), j.ravel())), shape=(N * places, n)).tocsr()
 
 
 def _surface(model, first):
@@ -185,7 +146,40 @@ def turned(nodes: np.ndarray, angle: float) -> np.ndarray:
     return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
 
 
-def blade_of_rows(disk: SparseDisk) -> np.ndarray:
+def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Connected part (n,) int of every row of a sparse stiffness; whether it has any (n,) bool."""
+    strong = abs(K) > SHARED * abs(K).max()
+    _, part = connected_components(strong, directed=False)
+    return part, np.asarray(strong.sum(axis=0)).ravel() > 0
+
+
+def blade_numbers(arrays: dict) -> np.ndarray:
+    """Blade of every contact node of a whole disk (C,) int, counted by angle from that at x > 0.
+
+    arrays: of a model file, whose sparse K_blade tells the blades apart: its connected parts.
+    Raises InputError: there is none, or a contact node is on no row.
+    """
+    if f"K_blade/{PARTS[0]}" not in arrays:
+        raise InputError(
+            "contact_blade: a whole disk needs the blade of every contact node, or the stiffness "
+            "of the blades (--blade, K_blade), which tells them apart"
+        )
+    nodes, dof, contact_node = (arrays[name] for name in ("nodes", "dof", "contact_node"))
+    parts, shape = tuple(arrays[f"K_blade/{part}"] for part in PARTS), (len(dof), len(dof))
+    part, _ = joined(sp.csr_array(parts, shape=shape))
+    row = {node: k for k, node in enumerate(dof[:, 0].tolist())}
+    if lost := [node for node in contact_node.tolist() if node not in row]:
+        raise InputError(f"contact_node: node {lost[0]} has no rows")
+    _, group = np.unique(part[[row[node] for node in contact_node.tolist()]], return_inverse=True)
+    x, y = (np.bincount(group, nodes[contact_node, axis]) for axis in (0, 1))
+    pitch = 2 * np.pi / len(x)
+    turn = np.mod(np.arctan2(y, x) + pitch / 2, 2 * np.pi)  # the first one may lie about 0
+    order = np.empty(len(x), dtype=np.int64)
+    order[np.argsort(turn)] = np.arange(len(x))
+    return order[group]
+
+
+def blade_of_rows(disk: NeutralModel) -> np.ndarray:
     """Blade of every row (n,): the connected part of the blades' stiffness that it belongs to.
 
     Raises InputError when a part has no contact node, or those of two blades.

@@ -9,32 +9,31 @@ Journal 45(9), equations (14) to (20).
 import numpy as np
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.assembly import SparseDisk
-from hpcrub.model.imported.blades import SHARED
+from hpcrub.model.imported.assembly import SHARED
 from hpcrub.model.imported.craig_bampton import lowest_modes
+from hpcrub.model.imported.neutral import NeutralModel
 
 
-def inner_rows(disk: SparseDisk, blade: int) -> np.ndarray:
-    """Rows of a blade that have no stiffness of the disk: all of it but its root."""
+def inner_rows(disk: NeutralModel) -> list[np.ndarray]:
+    """Rows of every blade that have no stiffness of the disk: all of it but its root."""
     K = disk.stiffness[0]
     foreign = abs(K - disk.blade_stiffness).max(axis=1).toarray().ravel()
-    return np.flatnonzero((disk.row_blade == blade) & (foreign < SHARED * abs(K).max()))
+    own = np.where(foreign < SHARED * abs(K).max(), disk.row_blade, -1)
+    return [np.flatnonzero(own == blade) for blade in range(disk.n_blades)]
 
 
-def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.ndarray, np.ndarray]:
+def cantilever(
+    disk: NeutralModel, basis: np.ndarray, n_modes: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Cantilever modes of every blade, on the coordinates of a basis.
 
-    disk: with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
-    Returns frequencies (N, n_modes) [Hz], natural frequencies of every blade alone, its root held,
-    at rest; participation (N, n_modes, m) [sqrt(kg)], amplitude q of each mass-normalised
-    cantilever mode per unit coordinate.
-    Raises InputError: without the blades' stiffness, or with fewer rows than modes.
+    disk: assembled, with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
+    Returns frequencies (N, n_modes) of every blade alone, its root held, at rest [Hz];
+    participation (N, n_modes, m), amplitude of each mode per unit coordinate [sqrt(kg)].
+    Raises InputError: a blade has fewer rows than modes.
     """
-    if disk.blade_stiffness is None:
-        raise InputError("K_blade: blade-alone frequencies need the blades' stiffness")
     frequencies, participation = [], []
-    for blade in range(disk.n_blades):
-        rows = inner_rows(disk, blade)
+    for blade, rows in enumerate(inner_rows(disk)):
         if len(rows) < n_modes:
             raise InputError(f"K_blade: blade {blade + 1} has {len(rows)} rows beyond its root")
         K = disk.blade_stiffness[rows]
@@ -45,9 +44,6 @@ def cantilever(disk: SparseDisk, basis: np.ndarray, n_modes: int) -> tuple[np.nd
 
 
 def modal_stiffness(frequencies: np.ndarray, participation: np.ndarray) -> np.ndarray:
-    """Stiffness of every blade's cantilever modes on the coordinates, (N, m, m).
-
-    frequencies: (N, c) [Hz]; participation: (N, c, m) [sqrt(kg)].
-    """
+    """Stiffness (N, m, m) of cantilever modes (N, c) [Hz], participation (N, c, m) [sqrt(kg)]."""
     q = 2 * np.pi * frequencies[:, :, None] * participation
     return np.swapaxes(q, 1, 2) @ q

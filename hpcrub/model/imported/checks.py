@@ -29,10 +29,7 @@ class Findings(NamedTuple):
 
 
 def check(model: NeutralModel) -> Findings:
-    """Measure a NeutralModel.
-
-    Raises InputError: says in one sentence what cannot be right.
-    """
+    """Measure a NeutralModel. Raises InputError for what cannot be right."""
     radius = np.hypot(model.nodes[:, 0], model.nodes[:, 1])
     _check_contact_nodes(model, radius)
     tip = radius[model.contact_node]
@@ -102,15 +99,11 @@ def rigid_motions(model: NeutralModel) -> np.ndarray:
     nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
     placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
     x, y, z = nodes.T
-    zero, one = np.zeros(len(x)), np.ones(len(x))
-    motion = np.array([  # of directions 1 to 6, translations first
-        [one, zero, zero, zero, z, -y],
-        [zero, one, zero, -z, zero, x],
-        [zero, zero, one, y, -x, zero],
-        [zero, zero, zero, one, zero, zero],
-        [zero, zero, zero, zero, one, zero],
-        [zero, zero, zero, zero, zero, one],
-    ])  # fmt: skip
+    motion = np.zeros((6, 6, len(x)))  # of directions 1 to 6, translations first
+    motion[np.arange(6), np.arange(6)] = 1.0
+    motion[0, 4], motion[0, 5] = z, -y
+    motion[1, 3], motion[1, 5] = -z, x
+    motion[2, 3], motion[2, 4] = y, -x
     direction = np.maximum(model.dof[:, 1], 1) - 1
     rigid = motion[direction, :, np.arange(len(direction))] * placed[:, None]
     if model.frame == "cylindrical":

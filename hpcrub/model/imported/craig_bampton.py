@@ -8,8 +8,8 @@ from scipy.linalg import cholesky, eigh, solve_triangular
 
 from hpcrub.errors import InputError
 from hpcrub.model import families
-from hpcrub.model.imported.assembly import PAIRING, SparseDisk, turned
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.assembly import PAIRING, turned
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 
 AT_ONCE = 64  # columns solved for together
 BLOCK = 12  # vectors of the Lanczos iteration
@@ -17,26 +17,24 @@ SMALLEST = 200  # rows below which matrices are treated as dense
 TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its square
 
 
-def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Craig-Bampton basis of a SparseDisk at one speed of rotation.
+def basis(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Craig-Bampton basis of an assembled disk at one speed of rotation.
 
-    n_modes: fixed-interface modes kept; more where they are no whole families.
-    speed: of rotation, that of the mode shapes [rad/s].
-    Returns basis (n, m), u_r of all contact nodes, their u_theta, their u_z where there are any,
-    then the modes; boundary (m - n_modes,), rows of the contact nodes, in this order.
+    n_modes: fixed-interface modes kept, by whole families; speed: that of the mode shapes [rad/s].
+    Returns basis (n, m), for the rows of `contact_rows`, then for the modes; these rows.
     Raises InputError: the disk is not held, or has fewer modes.
     """
-    boundary = boundary_rows(disk)
+    boundary = contact_rows(disk).ravel()
     n = disk.mass.shape[0]
     inside = np.setdiff1d(np.arange(n), boundary)
     n_modes = families.whole(n_modes, disk.n_blades)
     if not 0 <= n_modes < len(inside):
         raise InputError(f"reduction.n_modes: {n_modes} is not below the {len(inside)} inner dof")
     K = stiffness_at(disk.stiffness, speed).tocsc()
-    factor = factorised(K[inside][:, inside])
+    K_ii, K_ib = K[inside][:, inside], K[inside][:, boundary]
+    factor = factorised(K_ii)
     out = np.zeros((n, len(boundary) + n_modes))
     out[boundary, np.arange(len(boundary))] = 1.0
-    K_ib = K[inside][:, boundary]
     for first in range(0, len(boundary), AT_ONCE):
         columns = slice(first, min(first + AT_ONCE, len(boundary)))
         out[inside, columns] = -factor.solve(K_ib[:, columns].toarray())
@@ -44,12 +42,12 @@ def basis(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> tuple[np.ndarra
         M_ii = disk.mass[inside][:, inside].tocsc()
         place = np.full(n + 1, -1)
         place[inside] = np.arange(len(inside))
-        modes = _families(K[inside][:, inside], M_ii, n_modes, factor, place[like_rows(disk)])
+        modes = _families(K_ii, M_ii, n_modes, factor, place[like_rows(disk)])
         out[inside, len(boundary) :] = modes
     return out, boundary
 
 
-def like_rows(disk: SparseDisk) -> np.ndarray:
+def like_rows(disk: NeutralModel) -> np.ndarray:
     """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
     from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
 
@@ -81,15 +79,6 @@ def _families(K, M, n_modes, factor, like):
     raise InputError("K, M: the modes of the disk have no whole families of nodal diameters")
 
 
-def boundary_rows(disk: SparseDisk) -> np.ndarray:
-    """Rows of the contact nodes: all u_r, all u_theta, and all u_z of a disk that has them."""
-    rows = disk.row[disk.contact_node]
-    axial = rows[:, 2] >= 0
-    if axial.any() and not axial.all():
-        raise InputError("contact_node: some contact nodes have a row in z, and others none")
-    return rows[:, : 3 if axial.any() else 2].T.ravel()
-
-
 def factorised(K: Any) -> sla.SuperLU:
     """LU factors of a sparse symmetric matrix. Raises InputError when it is singular."""
     options = {"SymmetricMode": True}
@@ -112,8 +101,7 @@ def lowest_modes(
     A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
     blocks start from fixed random numbers: the same bits in every call.
 
-    K, M: (n, n) sparse, K positive definite, M with or without rows of zeros.
-    factor: result of `factorised`, optional, of K.
+    K, M: (n, n), K positive definite, M with or without rows of zeros; factor: `factorised` K.
     Returns eigenvalues (n_modes,) increasing [rad2/s2]; modes (n, n_modes) mass-normalised.
     Raises InputError: there are none: the disk is not held, or M is no mass matrix.
     """
@@ -162,9 +150,7 @@ def _orthonormal(W, M):
     return solve_triangular(R, W.T, trans="T").T, R
 
 
-def frequencies(disk: SparseDisk, n_modes: int, speed: float = 0.0) -> np.ndarray:
-    """First natural frequencies of a SparseDisk at a speed [rad/s]; (n_modes,) [Hz]."""
-    values, _ = lowest_modes(
-        stiffness_at(disk.stiffness, speed).tocsc(), disk.mass.tocsc(), n_modes
-    )
+def frequencies(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> np.ndarray:
+    """First natural frequencies of an assembled disk at a speed [rad/s]; (n_modes,) [Hz]."""
+    values, _ = lowest_modes(stiffness_at(disk.stiffness, speed), disk.mass.tocsc(), n_modes)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)

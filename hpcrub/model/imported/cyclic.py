@@ -9,18 +9,12 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh, eigvalsh
 
+from hpcrub.model.families import multiplicity
 from hpcrub.model.imported.assembly import assemble, disk_rows
 from hpcrub.model.imported.checks import check_frequency
-from hpcrub.model.imported.craig_bampton import (
-    boundary_rows,
-    factorised,
-    frequencies,
-    lowest_modes,
-)
-from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.model.imported.reduced import interface
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.craig_bampton import factorised, frequencies, lowest_modes
+from hpcrub.model.imported.frames import node_angle, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.reduction import ReducedModel
 
 MODES_PER_DIAMETER = 3
@@ -33,9 +27,8 @@ def sector_frequencies(
 ) -> np.ndarray:
     """Frequencies of the modes with some nodal diameters, from one sector.
 
-    model: of kind "sector".
-    n_diameters: nodal diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
-    speed: of rotation [rad/s].
+    model: of kind "sector"; speed: of rotation [rad/s].
+    n_diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
     Returns (n_modes,) [Hz]; every double frequency once.
     """
     _, K, M = wave_matrices(to_cylindrical(model), n_diameters, speed)
@@ -75,47 +68,39 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
     The frequencies are those of the model at these speeds [rad/s], and nearly so between them.
     Yields K0, K1, ... of the stiffness, each (k, k), and the mass (k, k), for 0, 1, ... diameters.
     """
-    if model.kind == "sector":
-        model = to_cylindrical(model)
-    matrices = assemble(model) if model.kind == "disk" else model
-    found = [_sector_modes, _disk_modes][model.kind != "sector"]
-    for columns in zip(*(found(model, matrices, speed) for speed in speeds), strict=True):
+    is_sector = model.kind == "sector"
+    model = to_cylindrical(model) if is_sector else assemble(model)
+    modes = _sector_modes if is_sector else _disk_modes
+    for columns in zip(*(modes(model, speed) for speed in speeds), strict=True):
         V = np.hstack(columns)
-        M = V.conj().T @ (matrices.mass @ V)
+        M = V.conj().T @ (model.mass @ V)
         values, vectors = np.linalg.eigh(M)
         alike = values < DEPENDENT * values.max(initial=0.0)
         T = vectors[:, ~alike]
-        small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in matrices.stiffness]
+        small = [T.conj().T @ (V.conj().T @ (K @ V)) @ T for K in model.stiffness]
         yield small, T.conj().T @ M @ T
 
 
-def _sector_modes(model, matrices, speed):
+def _sector_modes(model, speed):
     """Lowest modes of each number of diameters, on the rows of a sector in cylindrical frames."""
     for diameters in range(model.n_blades // 2 + 1):
-        P, K, M = wave_matrices(matrices, diameters, speed)
+        P, K, M = wave_matrices(model, diameters, speed)
         yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
 
 
-def _disk_modes(model, matrices, speed):
+def _disk_modes(model, speed):
     """Lowest modes of a whole disk by number of diameters."""
     n_modes = MODES_OF_DISK * model.n_blades
-    K, M = stiffness_at(matrices.stiffness, speed), matrices.mass
+    K, M = stiffness_at(model.stiffness, speed), model.mass
     if model.kind == "disk":
         _, vectors = lowest_modes(K.tocsc(), M.tocsc(), min(n_modes, M.shape[0]))
-        shapes = vectors[boundary_rows(matrices)]
-        angle = node_angle(matrices.nodes[matrices.contact_node])
     else:
-        face = interface(model)
         vectors = eigh(K, M)[1][:, :n_modes]
-        shapes = np.concatenate(
-            [rows @ vectors for rows in (face.normal, face.tangential, face.axial)]
-        )
-        angle = face.angle
-    shapes = shapes.reshape(-1, len(angle), shapes.shape[1])
-    diameters = diameters_of(shapes, model.contact_blade, angle)
+    angle = node_angle(model.nodes[model.contact_node])
+    diameters = diameters_of(vectors[contact_rows(model)], model.contact_blade, angle)
     for h in range(model.n_blades // 2 + 1):
-        both = 1 if h == 0 or 2 * h == model.n_blades else 2  # modes of a pair
-        yield vectors[:, diameters == h][:, : both * MODES_PER_DIAMETER]
+        n_kept = multiplicity(h, model.n_blades) * MODES_PER_DIAMETER
+        yield vectors[:, diameters == h][:, :n_kept]
 
 
 def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
@@ -127,8 +112,8 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
     table = np.full((model.n_blades // 2 + 1, MODES_PER_DIAMETER), np.nan)
     for h, (K, M) in enumerate(pencils(model, [speed])):
         values = eigvalsh(stiffness_at(K, speed), M)
-        is_single = model.kind == "sector" or h == 0 or 2 * h == model.n_blades
-        mine = (values if is_single else values[::2])[:MODES_PER_DIAMETER]
+        each = 1 if model.kind == "sector" else multiplicity(h, model.n_blades)
+        mine = values[::each][:MODES_PER_DIAMETER]
         table[h, : len(mine)] = np.sqrt(np.maximum(mine, 0.0)) / (2 * np.pi)
     check_frequency(float(np.nanmin(table)))
     return table
@@ -145,7 +130,7 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
         P = wave(model, 0).real
     else:
         P = sp.eye_array(n, format="csr")[:, np.setdiff1d(np.arange(n), model.fixed)]
-    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
+    rows = model.row[model.contact_node]
     K = sp.csr_array(stiffness_at(model.stiffness, speed))
     back = np.zeros(n)
     back[rows[:, 1]] = -1.0
@@ -157,21 +142,16 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
 def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
     """Nodal diameters of every mode from displacements of like points of all blades.
 
-    shapes: (p, N, K) p displacements of each of N blades in K modes; angle: (N,) [rad].
-    Returns (K,) int.
+    shapes: (p, N, K) p displacements of N blades in K modes; angle: (N,) [rad]. Returns (K,) int.
     """
     orders = np.arange(n_blades // 2 + 1)
     wave = np.exp(-1j * orders[:, None] * angle)  # (orders, N)
     size = (np.abs(np.einsum("hn,pnk->hpk", wave, shapes)) ** 2).sum(axis=1)
-    twice = np.where((orders == 0) | (2 * orders == n_blades), 1.0, 2.0)  # and the backward wave
-    return (size * twice[:, None]).argmax(axis=0)
+    return (size * multiplicity(orders, n_blades)[:, None]).argmax(axis=0)
 
 
 def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Nodal diameters of every mode from displacements of all contact points.
-
-    shapes, blade, angle: as of `of_blades`. Returns (K,) int.
-    """
+    """Nodal diameters of every mode (K,) int from displacements of all contact points."""
     like, angles = of_blades(shapes, blade, angle)
     return nodal_diameters(like, angles, len(angles))
 
@@ -181,10 +161,8 @@ def of_blades(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Displacements of like points of all blades, and the angles of the blades.
 
-    shapes: (p, C, K) p displacements of each of C points in K modes.
-    blade: (C,) int, number of each point's blade. The first points of all blades are taken to be
-        alike.
-    angle: (C,) [rad].
+    shapes: (p, C, K) p displacements of each of C points in K modes; blade, angle: (C,) [rad] of
+        each point. The first points of all blades are taken to be alike.
     Returns (q, N, K) and (N,) [rad].
     """
     count = np.bincount(blade)
@@ -216,22 +194,17 @@ def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
 
     model: of kind "sector" or "disk", with stiffness fitted through three speeds.
     speeds: (3,) these speeds, 0 among them [rad/s].
-    Returns that of the larger magnitude of both places; the parabola through the frequencies'
-    squares is taken to be right.
+    Returns the larger error; the parabola through the frequencies' squares is taken to be right.
     """
+    square = np.sort(speeds) ** 2
+    middles = (square[1:] + square[:-1]) / 2
+    places = np.sqrt(np.concatenate([square, middles]))
     if model.kind == "sector":
         diameters = model.n_sectors // 2
-        first = [sector_frequencies(model, diameters, 1, s)[0] for s in _with_middles(speeds)]
+        first = [sector_frequencies(model, diameters, 1, s)[0] for s in places]
     else:
         disk = assemble(model)
-        first = [frequencies(disk, 1, s)[0] for s in _with_middles(speeds)]
-    square = np.sort(speeds) ** 2
+        first = [frequencies(disk, 1, s)[0] for s in places]
     parabola = np.polyfit(square / square[-1], np.square(first[:3]), 2)
-    middles = (square[1:] + square[:-1]) / 2 / square[-1]
-    errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles)) - 1.0
+    errors = np.array(first[3:]) / np.sqrt(np.polyval(parabola, middles / square[-1])) - 1.0
     return float(errors[np.abs(errors).argmax()])
-
-
-def _with_middles(speeds):
-    square = np.sort(speeds) ** 2
-    return np.sqrt(np.concatenate([square, (square[1:] + square[:-1]) / 2]))

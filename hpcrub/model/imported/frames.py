@@ -3,17 +3,9 @@
 import numpy as np
 import scipy.sparse as sp
 
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.neutral import NeutralModel, row_table
 
 PAIRS = (1, 2), (4, 5)  # directions that turn together about z
-
-
-def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
-    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
-    table = np.full((n_nodes, 7), -1)
-    placed = dof[:, 1] > 0
-    table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
-    return table
 
 
 def node_angle(nodes: np.ndarray) -> np.ndarray:
@@ -24,8 +16,7 @@ def node_angle(nodes: np.ndarray) -> np.ndarray:
 def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Displacements x, y, z of nodes whose radial, tangential and axial ones are known.
 
-    nodes: (n, 3) places [m]; parts: (n, 3, ...) radial, tangential and axial displacements.
-    Returns (n, 3, ...).
+    nodes: (n, 3) [m]; parts: (n, 3, ...), as what is returned.
     """
     angle = node_angle(nodes).reshape(-1, *(1,) * (parts.ndim - 2))
     c, s = np.cos(angle), np.sin(angle)
@@ -37,7 +28,6 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
     """Turn the rows of a NeutralModel into the frame of each row's own node.
 
     Rows of nodes without a place, and of nodes that lack one of a pair of directions, stay.
-    Returns a NeutralModel.
     """
     if model.frame == "cylindrical":
         return model

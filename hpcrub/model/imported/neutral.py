@@ -3,14 +3,14 @@
 `docs/model_file.md` specifies the arrays. A `NeutralModel` holds them checked and in SI units.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.arrays import PARTS, Arrays, symmetric
-from hpcrub.model.imported.stiffness import polynomial
+from hpcrub.model.imported.arrays import Arrays, stored, symmetric
 
 VERSION = 1
 MOST_BLADES = 200
@@ -27,10 +27,7 @@ NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0
 
 
 class NeutralModel(NamedTuple):
-    """A bladed disk, one sector of it, or a reduced model of it; n rows, SI units.
-
-    The disk turns about z, towards +theta.
-    """
+    """A bladed disk about z, one sector of it, or a reduced model of it; n rows, SI units."""
 
     kind: str  # one of KINDS
     mass: Any  # (n, n); sparse, but dense in a reduced model
@@ -53,18 +50,60 @@ class NeutralModel(NamedTuple):
     stress: Any = NO_STRESS  # (R, n) at some places [Pa per coordinate]; sparse if not reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
     stress_static: np.ndarray = np.zeros(0)  # (R,) of the rotation there [Pa]; (0,): not known
+    # (n,) of an assembled disk: blade that has stiffness in the row, -1 for the disk's own
+    row_blade: np.ndarray = NONE
 
     @property
     def n_blades(self) -> int:
         """Blades of the whole disk."""
         return self.n_sectors or int(self.contact_blade.max()) + 1
 
+    @property
+    def row(self) -> np.ndarray:
+        """Rows of the three displacements of every node (n_nodes, 3), -1 where there is none."""
+        return row_table(self.dof, len(self.nodes))[:, 1:4]
+
+
+def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
+    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
+    table = np.full((n_nodes, 7), -1)
+    placed = dof[:, 1] > 0
+    table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
+    return table
+
+
+def contact_rows(model: NeutralModel) -> np.ndarray:
+    """Rows of u_r, u_theta and, where there is any, u_z of the contact nodes (2 or 3, C).
+
+    model: in cylindrical node frames. Raises InputError for a contact node that lacks a row.
+    """
+    rows = model.row[model.contact_node].T
+    if (rows[:2] < 0).any():
+        raise InputError("contact_node: a contact node is held, or lacks a row in x or y")
+    axial = rows[2] >= 0
+    if axial.any() and not axial.all():
+        raise InputError("contact_node: some contact nodes have a row in z, and others none")
+    return rows[: 3 if axial.any() else 2]
+
+
+def polynomial(stiffness: Sequence, speeds: np.ndarray) -> tuple:
+    """K0 [N/m], K1 [N s2/m], K2 [N s4/m] of the parabola through three speeds (3,) [rad/s]."""
+    square = np.asarray(speeds, dtype=float) ** 2
+    coefficients = np.linalg.inv(np.vander(square / square.max(), 3, increasing=True))
+    return tuple(
+        sum(c * k for c, k in zip(row, stiffness, strict=True)) / square.max() ** power
+        for power, row in enumerate(coefficients)
+    )
+
+
+def stiffness_at(stiffness: Sequence, speed: float) -> Any:
+    """K0 + W^2 K1 + W^4 K2 at a speed of rotation [rad/s]."""
+    return sum(k * speed ** (2 * power) for power, k in enumerate(stiffness))
+
 
 def from_arrays(arrays: dict) -> NeutralModel:
-    """Check the arrays of a model file.
+    """The model of a model file's arrays, in SI units, all matrices whole and symmetric.
 
-    arrays: by the names of `docs/model_file.md`.
-    Returns the model in SI units, all matrices whole and symmetric.
     Raises InputError: says which array is missing, has another shape, or holds what cannot be.
     """
     left = Arrays(arrays)
@@ -109,7 +148,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
         **_stress(left, kind, n, scale, mass / (length * time**2)),
     )
     left.finish()
-    check_members(model)
+    _check_members(model)
     return model
 
 
@@ -119,13 +158,12 @@ def to_arrays(model: NeutralModel) -> dict:
     arrays |= {name: np.array(getattr(model, name)) for name in ("kind", "frame", "n_sectors")}
     names = POLYNOMIAL if len(model.stiffness) > 1 else ("K",)
     matrices = dict(zip(names, model.stiffness, strict=True)) | {"M": model.mass}
-    matrices |= {} if model.blade_stiffness is None else {"K_blade": model.blade_stiffness}
+    if model.blade_stiffness is not None:
+        matrices["K_blade"] = model.blade_stiffness
     for name, matrix in matrices.items():
-        arrays |= _stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
+        arrays |= stored(name, sp.triu(matrix) if sp.issparse(matrix) else np.triu(matrix))
     if len(model.stress_blade):
-        arrays |= _stored("stress", model.stress) | {"stress_blade": model.stress_blade}
-    if len(model.stress_static):
-        arrays["stress_static"] = model.stress_static
+        arrays |= stored("stress", model.stress)
     always = ("nodes", "dof", "contact_node", "contact_blade", "contact_clearance")
     arrays |= {name: getattr(model, name) for name in always}
     if (model.contact_normal[:, 0] != 1.0).any():
@@ -133,26 +171,14 @@ def to_arrays(model: NeutralModel) -> dict:
     if model.blade_frequencies is not None:
         arrays["blade_frequencies_hz"] = model.blade_frequencies
         arrays["blade_participation"] = model.participation
-    optional = ("fixed", "low", "high", "surface")
+    optional = ("fixed", "low", "high", "surface", "stress_blade", "stress_static")
     return arrays | {name: getattr(model, name) for name in optional if len(getattr(model, name))}
 
 
-def _stored(name, matrix):
-    if not sp.issparse(matrix):
-        return {name: matrix}
-    matrix = sp.csr_array(matrix)
-    return {f"{name}/{part}": getattr(matrix, part) for part in PARTS}
-
-
-def check_members(model: NeutralModel) -> None:
-    """Raise InputError for nodes, rows or blades that a NeutralModel names but does not have."""
-    n_nodes = len(model.nodes)
+def _check_members(model):
     for name in ("contact_node", "low", "high", "surface"):
-        wrong = _first_outside(getattr(model, name), n_nodes)
-        if wrong is not None:
-            raise InputError(f"{name}: there is no node {wrong}, nodes run from 0 to {n_nodes - 1}")
-    if (wrong := _first_outside(model.fixed, len(model.dof))) is not None:
-        raise InputError(f"fixed: there is no row {wrong}, rows run from 0 to {len(model.dof) - 1}")
+        _check_inside(name, "node", getattr(model, name), len(model.nodes))
+    _check_inside("fixed", "row", model.fixed, len(model.dof))
     if not len(model.contact_node):
         raise InputError("contact_node: no contact nodes; a blade without them cannot rub")
     for name in ("contact_blade", "contact_clearance", "contact_normal"):
@@ -172,10 +198,9 @@ def _check_sector(model):
         raise InputError(
             f"n_sectors: {model.n_sectors}; a sector needs their number, 2 to {MOST_BLADES}"
         )
-    if model.contact_blade.any():
-        raise InputError("contact_blade: a sector has one blade, number 0")
-    if model.stress_blade.any():
-        raise InputError("stress_blade: a sector has one blade, number 0")
+    for name in ("contact_blade", "stress_blade"):
+        if getattr(model, name).any():
+            raise InputError(f"{name}: a sector has one blade, number 0")
     if not len(model.low) or len(model.low) != len(model.high):
         raise InputError(
             f"low, high: {len(model.low)} and {len(model.high)} nodes; the sides of a sector have "
@@ -184,8 +209,7 @@ def _check_sector(model):
 
 
 def _check_blades(model):
-    if (wrong := _first_outside(model.stress_blade, model.n_blades)) is not None:
-        raise InputError(f"stress_blade: there is no blade {wrong}, blades run from 0")
+    _check_inside("stress_blade", "blade", model.stress_blade, model.n_blades)
     blades, count = np.unique(model.contact_blade, return_counts=True)
     missing = np.flatnonzero(blades != np.arange(len(blades)))
     if len(missing):
@@ -207,30 +231,27 @@ def _check_dof(dof, n_nodes):
     wrong = (dof[:, 1] < 0) | (dof[:, 1] > 6)
     if wrong.any():
         raise InputError(f"dof: {dof[wrong][0, 1]} is no direction (1 to 6; 0: anything else)")
-    placed = dof[:, 1] > 0
-    outside = _first_outside(dof[placed, 0], n_nodes)
-    if outside is not None:
-        raise InputError(f"dof: there is no node {outside}, nodes run from 0 to {n_nodes - 1}")
-    rows = dof[placed]
+    rows = dof[dof[:, 1] > 0]
+    _check_inside("dof", "node", rows[:, 0], n_nodes)
     if len(np.unique(rows, axis=0)) != len(rows):
         raise InputError("dof: a node has two rows in the same direction")
 
 
-def _first_outside(numbers, n):
-    wrong = (numbers < 0) | (numbers >= n)
-    return numbers[wrong].flat[0] if wrong.any() else None
+def _check_inside(name, what, numbers, n):
+    wrong = numbers[(numbers < 0) | (numbers >= n)]
+    if len(wrong):
+        raise InputError(f"{name}: there is no {what} {wrong[0]}, {what}s run from 0 to {n - 1}")
 
 
 def _units(text):
-    words = text.split()
-    if len(words) != 3 or any(
-        word not in table for word, table in zip(words, (LENGTHS, MASSES, TIMES), strict=True)
-    ):
+    try:
+        length, mass, time = text.split()
+        return LENGTHS[length], MASSES[mass], TIMES[time]
+    except (KeyError, ValueError):
         raise InputError(
             f'units: "{text}" is not a length ({", ".join(LENGTHS)}), a mass '
             f'({", ".join(MASSES)}) and a time ({", ".join(TIMES)}), such as "mm t s"'
-        )
-    return LENGTHS[words[0]], MASSES[words[1]], TIMES[words[2]]
+        ) from None
 
 
 def _flip(turns):
@@ -258,7 +279,8 @@ def _stiffness(left, n, time):
     if left.has("K"):
         return (left.symmetric("K", n),)
     if left.has(POLYNOMIAL[0]):
-        return tuple(left.symmetric(name, n) for name in POLYNOMIAL if left.has(name))
+        K0, K1 = (left.symmetric(name, n) for name in POLYNOMIAL[:2])
+        return K0, K1, left.symmetric("K2", n) if left.has("K2") else 0.0 * K1
     if not left.has(AT_SPEEDS[0]):
         raise InputError(f"K: there is neither K, nor {POLYNOMIAL[0]}, nor {AT_SPEEDS[0]}")
     speeds = 2 * np.pi * left.floats("speeds_hz") * time  # [rad per unit of time]

@@ -5,10 +5,8 @@ import numpy as np
 from hpcrub.errors import InputError
 from hpcrub.model import reduction
 from hpcrub.model.imported import blade_modes, craig_bampton
-from hpcrub.model.imported.assembly import SparseDisk
-from hpcrub.model.imported.frames import node_angle, row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
-from hpcrub.model.imported.stiffness import stiffness_at
+from hpcrub.model.imported.frames import node_angle, to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
 
@@ -19,21 +17,23 @@ SOLVABLE = 1e100  # share of the stiffness up to which eigenvalues are found wit
 
 
 def reduce_disk(
-    disk: SparseDisk, n_modes: int, speed: float = 0.0
+    disk: NeutralModel, n_modes: int, speed: float = 0.0
 ) -> tuple[NeutralModel, np.ndarray]:
-    """Reduce a SparseDisk to a NeutralModel of kind "reduced".
+    """Reduce a NeutralModel of kind "disk", assembled, to one of kind "reduced".
 
-    n_modes: fixed-interface modes kept.
-    speed: of rotation, that of the mode shapes of the basis [rad/s].
-    Returns model; basis (n, m), coordinates to the rows of the disk.
+    n_modes, speed: as of `craig_bampton.basis`. Returns model; basis (n, m) on rows of the disk.
     """
     basis, boundary = craig_bampton.basis(disk, n_modes, speed)
-    n_points = len(disk.contact_node)
+    n_points, m = len(disk.contact_node), basis.shape[1]
     directions = len(boundary) // n_points
-    m = basis.shape[1]
     dof = np.column_stack([np.full(m, -1), np.zeros(m, int)])
     dof[: len(boundary), 0] = np.tile(np.arange(n_points), directions)
     dof[: len(boundary), 1] = np.repeat(np.arange(1, directions + 1), n_points)
+    blades = frequencies = participation = None
+    if disk.blade_stiffness is not None:
+        own = [np.flatnonzero(disk.row_blade == blade) for blade in range(disk.n_blades)]
+        blades = np.stack([_project(disk.blade_stiffness[r][:, r], basis[r]) for r in own])
+        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
     model = NeutralModel(
         kind="reduced",
         mass=_project(disk.mass, basis),
@@ -45,42 +45,21 @@ def reduce_disk(
         contact_blade=disk.contact_blade,
         contact_clearance=disk.contact_clearance,
         contact_normal=disk.contact_normal,
-        blade_stiffness=project_blades(disk, basis),
+        blade_stiffness=blades,
+        blade_frequencies=frequencies,
+        participation=participation,
         stress=disk.stress @ basis,
         stress_blade=disk.stress_blade,
         stress_static=disk.stress_static,
     )
-    if disk.blade_stiffness is not None:
-        frequencies, participation = blade_modes.cantilever(disk, basis, BLADE_MODES)
-        model = model._replace(blade_frequencies=frequencies, participation=participation)
     return model, basis
 
 
-def project_blades(disk: SparseDisk, basis: np.ndarray) -> np.ndarray | None:
-    """Every blade's stiffness on the coordinates of a basis, (N, m, m); None without K_blade."""
-    if disk.blade_stiffness is None:
-        return None
-    blades = []
-    for blade in range(disk.n_blades):
-        rows = np.flatnonzero(disk.row_blade == blade)
-        blades.append(_project(disk.blade_stiffness[rows][:, rows], basis[rows]))
-    return np.stack(blades)
-
-
 def interface(model: NeutralModel) -> Interface:
-    """Contact interface of a NeutralModel of kind "reduced" in cylindrical node frames.
-
-    Its amplitude is the largest tangential displacement of a contact node.
-    """
-    rows = row_table(model.dof, len(model.nodes))[model.contact_node, 1:4]
-    if (rows[:, :2] < 0).any():
-        raise InputError("contact_node: a contact node has no row in x or y among dof")
-    axial = rows[:, 2] >= 0
-    if axial.any() and not axial.all():
-        raise InputError("contact_node: some contact nodes have a row in z, and others none")
-    one = np.eye(len(model.dof))
+    """Contact interface of a reduced, cylindrical model; it observes tangential displacements."""
+    rows, one = contact_rows(model), np.eye(len(model.dof))
     at = model.nodes[model.contact_node]
-    normal, axial = one[rows[:, 0]], one[rows[axial, 2]]
+    normal, tangential, axial = one[rows[0]], one[rows[1]], one[rows[2:].ravel()]
     outward, along = model.contact_normal[:, [0]], model.contact_normal[:, [2]]
     if along.any():  # a cone: the normal, and the direction along its generator
         if not len(axial):
@@ -93,9 +72,9 @@ def interface(model: NeutralModel) -> Interface:
         axial_position=at[:, 2],
         clearance=model.contact_clearance,
         normal=normal,
-        tangential=one[rows[:, 1]],
+        tangential=tangential,
         axial=axial,
-        observed=one[rows[:, 1]],
+        observed=tangential,
         observed_blade=model.contact_blade,
         stress=model.stress,
         stress_blade=model.stress_blade,
@@ -107,8 +86,7 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
     """What the studies start from, of a NeutralModel of kind "reduced".
 
     speed: of rotation, that of the mode shapes [rad/s].
-    by_modes: whether blades are mistuned by their cantilever modes (component mode mistuning), and
-        not by all of their stiffness.
+    by_modes: whether blades are mistuned by their cantilever modes, and not by all stiffness.
     Raises InputError: the model is not positive definite, or has no cantilever modes.
     """
     model = to_cylindrical(model)
@@ -121,16 +99,9 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
         blades = np.zeros((model.n_blades, m, m))
     else:
         blades = model.blade_stiffness
+    K, face, slopes = stiffness_at(model.stiffness, speed), interface(model), model.stiffness[1:]
     try:
-        found = reduction.reduced_model(
-            model.mass,
-            stiffness_at(model.stiffness, speed),
-            blades,
-            np.eye(m),
-            interface(model),
-            speed,
-            model.stiffness[1:],
-        )
+        found = reduction.reduced_model(model.mass, K, blades, np.eye(m), face, speed, slopes)
     except np.linalg.LinAlgError:
         raise InputError("M: the mass matrix is not positive definite") from None
     if found.tuned_eigenvalues[0] <= 0:
@@ -155,6 +126,5 @@ def _check_blades(found):
 
 
 def _project(matrix, basis):
-    """basis^T matrix basis, symmetric."""
     projected = basis.T @ (matrix @ basis)
     return (projected + projected.T) / 2

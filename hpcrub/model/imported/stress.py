@@ -10,8 +10,8 @@ import scipy.sparse as sp
 from hpcrub.errors import InputError
 from hpcrub.model.imported.craig_bampton import lowest_modes
 from hpcrub.model.imported.cyclic import wave_matrices
-from hpcrub.model.imported.frames import row_table, to_cylindrical
-from hpcrub.model.imported.neutral import NeutralModel
+from hpcrub.model.imported.frames import to_cylindrical
+from hpcrub.model.imported.neutral import NeutralModel, row_table
 
 FAMILIES = 3  # of modes that each choose a place
 LEFT_OUT = 0.2  # of the modes, the lowest ones: what the others predict of them is the error
@@ -87,7 +87,7 @@ def chosen(model: NeutralModel, speed: float) -> tuple[NeutralModel, np.ndarray]
     flat = to_cylindrical(model)
     P, K, M = wave_matrices(flat, model.n_sectors // 2, speed)
     shapes = P @ lowest_modes(K, M, FAMILIES)[1]
-    contact = row_table(flat.dof, len(flat.nodes))[flat.contact_node, 1:4]
+    contact = flat.row[flat.contact_node]
     shapes = shapes / np.abs(shapes[contact[contact >= 0]]).max(axis=0)
     groups = (flat.stress @ shapes).reshape(-1, len(COMPONENTS), FAMILIES)
     found, size = [], []

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.model import casing_lines
-from hpcrub.model.casing_lines import KINDS, N_FAMILIES
+from hpcrub.model import crossings
 from hpcrub.model.casing_modes import CasingModes
+from hpcrub.model.crossings import KINDS, N_FAMILIES
 from hpcrub.model.imported import cyclic
 from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.response.casing_stability import growth
@@ -52,9 +52,9 @@ def sizes(config: Config) -> dict[str, int]:
 
 
 def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> np.ndarray:
-    """Speeds at which waves and blades meet, as `casing_lines.interactions` [Hz]."""
+    """Speeds at which waves and blades meet, as `crossings.interactions` [Hz]."""
     highest = 2.0 * np.pi * REACH * config.speeds.to_hz
-    found = casing_lines.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
+    found = crossings.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
     return found / (2.0 * np.pi)
 
 
@@ -84,9 +84,9 @@ def _blades(reduced, casing, speed_hz):
     found = np.full((len(casing.omega), N_FAMILIES), np.nan)
     diameters, speed = cyclic.tuned_diameters(reduced), 2.0 * np.pi * speed_hz
     for j, n in enumerate(casing.n_waves):
-        folded = casing_lines.folded(int(n), reduced.interface.n_blades)
+        folded = crossings.folded(int(n), reduced.interface.n_blades)
         for family in range(N_FAMILIES):
-            blades = casing_lines.family_frequency(reduced, diameters, folded, family)
+            blades = crossings.family_frequency(reduced, diameters, folded, family)
             if blades:
                 found[j, family] = blades(speed) / (2.0 * np.pi)
     return found

@@ -31,7 +31,7 @@ from hpcrub.model.imported import (
     neutral,
     reduced,
 )
-from hpcrub.model.imported.stiffness import polynomial, stiffness_at
+from hpcrub.model.imported.neutral import polynomial, stiffness_at
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.scene import Scene
 from hpcrub.response.sweep import Motion
@@ -103,7 +103,7 @@ def test_craig_bampton_converges_from_above_and_keeps_static_displacements(disk)
         assert (np.sqrt(values) / (2 * np.pi) / exact - 1).min() > -1e-9
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-4
-    rows = craig_bampton.boundary_rows(disk)
+    rows = neutral.contact_rows(disk).ravel()
     load = np.zeros(disk.mass.shape[0])
     load[rows[3]] = 1.0
     static = np.linalg.solve(disk.stiffness[0].toarray(), load)
@@ -134,7 +134,7 @@ def test_interface_is_radial_tangential_axial_at_every_contact_node():
     np.testing.assert_allclose(cylindrical[rows[:, [0, 2]]], 0, atol=1e-12)
 
 
-def test_reduced_model_in_cartesian_rows_has_the_same_interface(disk):
+def test_reduced_model_in_cartesian_rows_has_the_same_interface_and_diameters(disk):
     """Contact rows turned to x, y by hand, and turned back by the importer."""
     model, _ = reduced.reduce_disk(disk, 5)
     face = reduced.interface(model)
@@ -151,6 +151,8 @@ def test_reduced_model_in_cartesian_rows_has_the_same_interface(disk):
         a, b = getattr(back, name), getattr(model, name)
         np.testing.assert_allclose(a, b, atol=1e-12 * abs(b).max())
     np.testing.assert_allclose(reduced.interface(back).normal, face.normal)
+    tables = [cyclic.frequencies_by_diameter(m, 0.0) for m in (neutral.from_arrays(arrays), model)]
+    np.testing.assert_allclose(*tables, rtol=1e-9)
 
 
 def test_stiffness_at_three_speeds_is_its_polynomial(sector):
@@ -163,6 +165,16 @@ def test_stiffness_at_three_speeds_is_its_polynomial(sector):
     w = 2 * np.pi * 200.0
     exact = stiffness_at((K0, K1, K2), w)
     assert abs(stiffness_at(found, w) - exact).max() < 1e-12 * abs(exact).max()
+
+
+def test_a_file_without_k2_is_one_whose_k2_is_zero(sector):
+    """It may be left out; such a model could not be written or followed over the speed."""
+    stiffness = sector.stiffness[0], sector.mass, sector.mass
+    arrays = neutral.to_arrays(sector._replace(stiffness=stiffness))
+    model = neutral.from_arrays({k: v for k, v in arrays.items() if not k.startswith("K2")})
+    back = neutral.from_arrays(neutral.to_arrays(model))
+    assert abs(back.stiffness[1] - sector.mass).max() == 0.0
+    assert abs(back.stiffness[2]).max() == 0.0
 
 
 def test_stiffness_of_turned_blades_is_not_that_between_them(sector):
@@ -268,7 +280,7 @@ def test_energy_of_a_blade_is_that_of_its_cantilever_modes_and_of_its_root(disk)
     """With all cantilever modes: u'K u = q' Lambda q + root' (Guyan stiffness) root, any u."""
     blade = 1
     rows = np.flatnonzero(disk.row_blade == blade)
-    inner = blade_modes.inner_rows(disk, blade)
+    inner = blade_modes.inner_rows(disk)[blade]
     root = np.setdiff1d(rows, inner)
     assert len(root) == 3 * (SMALL.through + 1) * (SMALL.axial + 1)
     u = np.random.default_rng(2).standard_normal((disk.mass.shape[0], 3))

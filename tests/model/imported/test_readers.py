@@ -312,7 +312,7 @@ def test_sets_of_decks(tmp_path):
     assert found.node.tolist() == [1, 3, 5]
     assert found.sets["A"].tolist() == found.sets["B"].tolist() == [1, 3, 5]
     with pytest.raises(InputError, match="there is no node set tips; there are A, B"):
-        deck.node_set(found, "tips", "d.inp")
+        deck.listed(found.sets, "tips", "d.inp: there is no node set")
 
 
 def test_skin_of_two_hexahedra_hides_the_face_between_them():

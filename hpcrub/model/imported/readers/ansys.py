@@ -5,30 +5,24 @@ Needs the package ansys-mapdl-reader.
 
 import contextlib
 import io
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+from hpcrub.model.imported.readers.deck import listed
+from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of
 
 
 def read(
-    path: str | Path,
-    mesh: str | Path,
-    lists: Lists,
-    blade: str | Path | None = None,
-    stiffness: dict[float, str | Path] | None = None,
+    path: File, mesh: File, lists: Lists, blade: File | None = None, stiffness: Files | None = None
 ) -> dict:
     """Arrays of a model file from Ansys's files.
 
     path: NAME.full of the disk at rest (WRFULL, or a modal analysis).
-    mesh: NAME.cdb (CDWRITE) with the nodes and their components.
-    lists: names of node components.
+    mesh: NAME.cdb (CDWRITE) with the nodes and their components, which `lists` names.
     blade: NAME.full of the element component that CYCFREQ,BLADE names, alone.
     stiffness: NAME.full of prestressed analyses at two other speeds [Hz].
-    Returns as `rows.arrays_of`.
     Raises InputError: the package, a file or a component is missing.
     """
     try:
@@ -40,31 +34,23 @@ def read(
         ) from None
     archive = _quietly(mesh, lambda: Archive(str(mesh), parse_vtk=False))
     components = {name.upper(): nodes for name, nodes in archive.node_components.items()}
+    order = np.argsort(archive.nnum)
+    number, place = np.asarray(archive.nnum)[order], np.asarray(archive.nodes)[order, :3]
+    # a degenerate hexahedron has corners twice
+    corners = [dict.fromkeys(map(int, e[10:18])) for e in archive.elem if len(e) >= 18]
+    elements = [[node for node in nodes if node] for nodes in corners]
 
     def nodes_of(name):
-        if name.upper() not in components:
-            there = ", ".join(sorted(components)) or "none"
-            raise InputError(f"{mesh}: there is no node component {name}; there are {there}")
-        return components[name.upper()]
+        return listed(components, name, f"{mesh}: there is no node component")
 
-    order = np.argsort(archive.nnum)
-    corners = [element[10:18] for element in archive.elem if len(element) >= 18]
-    found = Mesh(
-        np.asarray(archive.nnum)[order],
-        np.asarray(archive.nodes)[order, :3],
-        nodes_of,
-        [_distinct(nodes) for nodes in corners],
-    )
+    found = Mesh(number, place, nodes_of, elements)
     K, M = full_matrices(path)
     others = {speed: full_matrices(name)[0] for speed, name in (stiffness or {}).items()}
     return arrays_of(found, lists, {0.0: K} | others, M, full_matrices(blade)[0] if blade else None)
 
 
-def full_matrices(path: str | Path) -> tuple[Rows, Rows]:
-    """Stiffness and mass of a `.full` file; held rows are not in it.
-
-    Raises InputError when it cannot be read.
-    """
+def full_matrices(path: File) -> tuple[Rows, Rows]:
+    """Stiffness and mass of a `.full` file, without held rows. Raises InputError."""
     from ansys.mapdl.reader import read_binary
 
     dof, K, M = _quietly(path, lambda: read_binary(str(path)).load_km(as_sparse=True, sort=True))
@@ -76,11 +62,6 @@ def _upper(matrix):
     """The stored triangle as the upper one: a row that `sort` moved lies in the other."""
     upper, lower = sp.triu(matrix), sp.tril(matrix, -1)
     return sp.csr_array(upper + lower.T)
-
-
-def _distinct(nodes):
-    """Corners of a degenerate hexahedron, each once; others as they are."""
-    return list(dict.fromkeys(int(node) for node in nodes if node))
 
 
 def _quietly(path, work):

@@ -24,31 +24,25 @@ def read(
 ) -> dict:
     """Arrays of a model file from jobs of CalculiX.
 
-    path: deck NAME.inp of the disk at rest; NAME.sti, NAME.mas and NAME.dof lie beside it.
-    lists: names of node sets of the deck.
-    blade: deck with the elements of the blades alone, its matrices beside it.
-    stiffness: decks of jobs at two other speeds [Hz], their matrices beside them.
+    path: deck NAME.inp of the disk at rest, with node sets that `lists` names; NAME.sti, NAME.mas
+        and NAME.dof lie beside it, as beside the others.
+    blade: deck with the elements of the blades alone.
+    stiffness: decks of jobs at two other speeds [Hz].
     stress: .dat file with displacements and stresses of modes of the same mesh; the model then has
         a group of six rows of stress for each integration point, see `imported.stress`.
-    Returns as `rows.arrays_of`.
     Raises InputError: a file or a set is missing or cannot be read.
     """
     deck = decks.read(path)
     mesh = Mesh(
         deck.node,
         deck.place,
-        lambda name: decks.node_set(deck, name, path),
+        lambda name: decks.listed(deck.sets, name, f"{path}: there is no node set"),
         [corners for _, _, corners in deck.elements],
     )
     speeds = {0.0: path} | (stiffness or {})
     mass = job_matrix(path, "mas")
-    arrays = arrays_of(
-        mesh,
-        lists,
-        {speed: job_matrix(job, "sti") for speed, job in speeds.items()},
-        mass,
-        _blade_matrix(blade, deck) if blade else None,
-    )
+    K = {speed: job_matrix(job, "sti") for speed, job in speeds.items()}
+    arrays = arrays_of(mesh, lists, K, mass, _blade_matrix(blade, deck) if blade else None)
     if stress:
         number = np.union1d(deck.node, mass.dof[:, 0])
         elements = _printed(stress, {label: nodes for _, label, nodes in deck.elements}, number)
@@ -59,10 +53,7 @@ def read(
 
 
 def job_matrix(path: str | Path, kind: str) -> Rows:
-    """A matrix of a job: kind "sti" (stiffness) or "mas" (mass) of the deck NAME.inp.
-
-    Raises InputError when it cannot be read.
-    """
+    """A matrix, "sti" (stiffness) or "mas" (mass), of the deck NAME.inp. Raises InputError."""
     name, rows = (Path(path).with_suffix(f".{ending}") for ending in (kind, "dof"))
     for file in (rows, name):
         if not file.exists():
@@ -101,8 +92,7 @@ def _blade_matrix(path, deck):
 def _printed(path, elements, number):
     """Nodes, displacements and stresses of the modes for each element that a .dat file prints.
 
-    elements: nodes of each by its label; number: of all nodes of the model, increasing. Yields
-    what `imported.stress.rows` takes.
+    elements: nodes of each by its label; number: of all nodes of the model, increasing.
     """
     with reading(path):
         modes = list(_modes(Path(path).read_text("ascii", errors="replace").splitlines()))

@@ -20,10 +20,7 @@ class Deck(NamedTuple):
 
 
 def read(path: str | Path) -> Deck:
-    """Read a deck and the files that it includes.
-
-    Raises InputError: unreadable, or without nodes.
-    """
+    """Read a deck and what it includes. Raises InputError: unreadable, or without nodes."""
     nodes: dict = {}
     sets: dict = {}
     elements: list = []
@@ -45,18 +42,21 @@ def read(path: str | Path) -> Deck:
     return Deck(number, np.array([nodes[k] for k in number]), unique, elements)
 
 
-def node_set(deck: Deck, name: str, path: str | Path) -> np.ndarray:
-    """Node numbers of a set. Raises InputError that names the sets that there are."""
-    if name.upper() not in deck.sets:
-        there = ", ".join(sorted(deck.sets)) or "none"
-        raise InputError(f"{path}: there is no node set {name}; there are {there}")
-    return deck.sets[name.upper()]
+def listed(lists: dict, name: str, what: str) -> np.ndarray:
+    """Node numbers of a list by its name; the names of all lists are in capitals.
+
+    what: f"{file}: there is no node set". Raises InputError that names the lists that there are.
+    """
+    if name.upper() not in lists:
+        there = ", ".join(sorted(lists)) or "none"
+        raise InputError(f"{what} {name}; there are {there}")
+    return lists[name.upper()]
 
 
 def _blocks(path):
     """(keyword, options, data lines) of a deck, one after another."""
     keyword, options, lines = None, {}, []
-    for line in _lines(path):
+    for line in (*_lines(path), "*"):  # which ends the last one
         if not line.startswith("*"):
             lines.append(line)
             continue
@@ -66,8 +66,6 @@ def _blocks(path):
         keyword, lines = words[0].upper(), []
         pairs = (word.partition("=") for word in words[1:])
         options = {key.strip().upper(): value.strip().upper() for key, _, value in pairs}
-    if keyword:
-        yield keyword, options, lines
 
 
 def _lines(path, outer=()):

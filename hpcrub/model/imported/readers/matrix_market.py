@@ -6,10 +6,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
+from hpcrub.model.imported.neutral import AT_SPEEDS, POLYNOMIAL
 from hpcrub.model.imported.readers.rows import places, store, whole
 
-MATRICES = ("K", "M", "K0", "K1", "K2", "K_at_1", "K_at_2", "K_at_3", "K_blade")
-NODE_LISTS = ("low", "high")
+MATRICES = "K", "M", *POLYNOMIAL, *AT_SPEEDS, "K_blade"
 
 
 def read(folder: str | Path, n_sectors: int = 0) -> dict:
@@ -41,16 +41,16 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
         "dof": np.column_stack([np.where(placed, place, -1), dof[:, 1]]),
         "contact_node": places(contact[:, 0], number, "contact.csv"),
     }
-    for name, column in (("contact_blade", 1), ("contact_clearance", 2)):
-        if contact.shape[1] > column:
-            values = contact[:, column]
-            arrays[name] = whole(values, "contact.csv") if column == 1 else values
+    if contact.shape[1] > 1:
+        arrays["contact_blade"] = whole(contact[:, 1], "contact.csv")
+    if contact.shape[1] > 2:
+        arrays["contact_clearance"] = contact[:, 2]
     for name in MATRICES:
         if (path := folder / f"{name}.mtx").exists() or name == "M":
             store(arrays, name, matrix(path, len(dof)))
     if n_sectors:
         arrays["n_sectors"] = np.array(n_sectors)
-        for name in NODE_LISTS:
+        for name in ("low", "high"):
             listed = _table(folder / f"{name}.csv")[:, 0]
             arrays[name] = places(listed, number, f"{name}.csv")
     if (folder / "fixed.csv").exists():

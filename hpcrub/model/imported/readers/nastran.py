@@ -3,33 +3,26 @@
 Needs the package pyNastran.
 """
 
-from pathlib import Path
-
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError, reading
-from hpcrub.model.imported.readers.rows import Lists, Mesh, Rows, arrays_of
+from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, arrays_of
 
 STIFFNESS, MASS = "KGG", "MGG"
 DIRECTIONS = 6
 
 
 def read(
-    path: str | Path,
-    mesh: str | Path,
-    lists: Lists,
-    blade: str | Path | None = None,
-    stiffness: dict[float, str | Path] | None = None,
+    path: File, mesh: File, lists: Lists, blade: File | None = None, stiffness: Files | None = None
 ) -> dict:
     """Arrays of a model file from Nastran's files.
 
     path: text OP4 file with KGG and MGG: six rows for every grid point, by increasing number.
-    mesh: bulk data with the grid points.
-    lists: names of CSV files of grid point numbers.
+    mesh: bulk data with the grid points; lists: names of CSV files of their numbers.
     blade: OP4 file whose KGG is that of the blades alone, on the same grid points.
     stiffness: OP4 files whose KGG is that at two other speeds [Hz].
-    Returns as `rows.arrays_of`; rows without mass and stiffness are left out.
+    Returns arrays without rows that have no mass and stiffness.
     Raises InputError: the package or a file is missing or cannot be read.
     """
     try:
@@ -47,19 +40,16 @@ def read(
     matrices = op4_matrices(path)
     if lost := {STIFFNESS, MASS} - set(matrices):
         raise InputError(f"{path}: there is no matrix {min(lost)}; there are {', '.join(matrices)}")
-    K, M = matrices[STIFFNESS], matrices[MASS]
-    used = np.flatnonzero((abs(K).sum(axis=0) != 0) | (abs(M).sum(axis=0) != 0))
-    others = {0.0: path} | (stiffness or {})
-    return arrays_of(
-        Mesh(number, place, lambda name: _numbers(name), corners),
-        lists,
-        {speed: _rows(name, STIFFNESS, number, used) for speed, name in others.items()},
-        _rows(path, MASS, number, used),
-        _rows(blade, STIFFNESS, number, used) if blade else None,
-    )
+    entries = abs(matrices[STIFFNESS]), abs(matrices[MASS])
+    used = np.flatnonzero(sum(matrix.sum(axis=0) for matrix in entries) != 0)
+    speeds = {0.0: path} | (stiffness or {})
+    K = {speed: _rows(name, STIFFNESS, number, used) for speed, name in speeds.items()}
+    K_blade = _rows(blade, STIFFNESS, number, used) if blade else None
+    found = Mesh(number, place, _numbers, corners)
+    return arrays_of(found, lists, K, _rows(path, MASS, number, used), K_blade)
 
 
-def op4_matrices(path: str | Path) -> dict:
+def op4_matrices(path: File) -> dict:
     """Matrices of an OP4 file by name, sparse. Raises InputError when it cannot be read."""
     from pyNastran.op4.op4 import read_op4
 

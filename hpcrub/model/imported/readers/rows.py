@@ -1,14 +1,18 @@
 """What the readers share: a mesh and its skin, lists of nodes, matrices by (node, direction)."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from hpcrub.errors import InputError
-from hpcrub.model.imported.arrays import PARTS, symmetric
+from hpcrub.model.imported.arrays import stored, symmetric
+from hpcrub.model.imported.neutral import AT_SPEEDS
 
+File = str | Path
+Files = dict[float, File]  # by speeds of rotation [Hz]
 TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
 WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
 HEXAHEDRON = (
@@ -45,16 +49,11 @@ class Lists(NamedTuple):
 
 
 def arrays_of(
-    mesh: Mesh,
-    lists: Lists,
-    stiffness: dict[float, Rows],
-    mass: Rows,
-    blade: Rows | None = None,
+    mesh: Mesh, lists: Lists, stiffness: dict[float, Rows], mass: Rows, blade: Rows | None = None
 ) -> dict:
     """Arrays of a model file, but for `units` and the blades' numbers in a whole disk.
 
-    stiffness: matrices by speed of rotation [Hz], one or three.
-    blade: stiffness of the blades alone.
+    stiffness: by speed of rotation [Hz], one or three; blade: of the blades alone.
     Raises InputError: a list or a node is missing, or a matrix has rows of its own.
     """
     dof = mass.dof
@@ -77,11 +76,10 @@ def arrays_of(
         arrays |= {"low": named(lists.low), "high": named(lists.high)}
         arrays["n_sectors"] = np.array(lists.n_sectors)
     if lists.fixed:
-        held = np.isin(dof[:, 0], mesh.nodes_of(lists.fixed))
-        arrays["fixed"] = np.flatnonzero(held)
+        arrays["fixed"] = np.flatnonzero(np.isin(dof[:, 0], mesh.nodes_of(lists.fixed)))
     if len(stiffness) not in (1, 3):
         raise InputError(f"--stiffness: {len(stiffness) - 1} other speeds given; two are needed")
-    names = ("K",) if len(stiffness) == 1 else ("K_at_1", "K_at_2", "K_at_3")
+    names = ("K",) if len(stiffness) == 1 else AT_SPEEDS
     if len(stiffness) == 3:
         arrays["speeds_hz"] = np.array(list(stiffness), dtype=float)
     matrices = dict(zip(names, stiffness.values(), strict=True)) | {"M": mass}
@@ -91,10 +89,7 @@ def arrays_of(
 
 
 def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
-    """A matrix on other rows, which include its own, (n, n).
-
-    Raises InputError when they do not, or the matrix is not symmetric.
-    """
+    """A symmetric matrix on other rows (n, n). Raises InputError when they lack one of its own."""
     place = {tuple(pair): k for k, pair in enumerate(dof.tolist())}
     try:
         at = np.array([place[tuple(pair)] for pair in part.dof.tolist()])
@@ -112,7 +107,7 @@ def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
     """Put a sparse matrix among the arrays of a model file (modified)."""
     rows = matrix.tocsr()
     rows.sum_duplicates()
-    arrays |= {f"{name}/{part}": getattr(rows, part) for part in PARTS}
+    arrays |= stored(name, rows)
 
 
 def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
@@ -136,9 +131,8 @@ def whole(values: np.ndarray, what: str) -> np.ndarray:
 def skin(elements: list) -> np.ndarray:
     """Faces that belong to one element only.
 
-    elements: (n,) nodes of each, corners first, of tetrahedra, wedges and hexahedra;
-        others have no faces.
-    Returns (F, 4) int; corners of every outer face, a triangle's last one twice.
+    elements: nodes of each, corners first; tetrahedra, wedges and hexahedra have faces.
+    Returns corners (F, 4) int of every outer face, a triangle's last one twice.
     """
     seen = {}
     for nodes in elements:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hpcrub.config.schema import Config
-from hpcrub.model.casing_lines import family_frequency, interactions
 from hpcrub.model.casing_modes import CasingModes
+from hpcrub.model.crossings import family_frequency, interactions
 from hpcrub.model.imported.cyclic import tuned_diameters as diameters_of
 from hpcrub.setup.problem import build_problem
 from tests.program import TINY
