@@ -81,6 +81,17 @@ class Course:
         """Time from its start to a block [s]."""
         return (now - self.start) / (self.speed_hz * self.per_turn)
 
+    def records_from(self, window: int) -> int:
+        """Block from which it is recorded: two windows (blocks) before a check, or the start."""
+        return self.start if self.watch.always else self.check - 2 * window
+
+    def next_event(self, now: int, window: int) -> int:
+        """Block of its next check, or of the begin of the last window before, or a window's end."""
+        if self.watch.always:
+            return min(self.check, now + window - (now - self.start) % window)
+        last = self.check - window
+        return last if last > now else self.check
+
     def may_end(self, now: int, window: int) -> bool:
         """Whether a verdict may come at the end of the window (blocks) in which a block is."""
         ends = self.is_over or self.watch.may_end(self.seconds(self.check))
@@ -127,8 +138,7 @@ class Band:
             place = now % (2 * self.window) if recording else -1
             observer = self.record._replace(begin=place, watched=self._watched(now))
             integrate.run(self.bank, until - now, observer)
-            if self.scene.coating:
-                self._follow_wear(now, until)
+            self._follow(now, until)
             now = until
             if poll is not None:
                 poll()
@@ -153,34 +163,30 @@ class Band:
         self.lanes = [self.lanes[lane] for lane in kept]
 
     def _next_event(self, now):
-        """Whether any lane records from block ``now`` on, and until when nothing changes.
-
-        On a coating all lanes record, and each one's coating is kept after each of its windows.
-        """
+        """Whether any lane records from block ``now`` on, and until when nothing changes."""
         courses = [course for _, course in self._running()]
-        checks = [course.check for course in courses]
-        if self.scene.coating:
-            ends = [now + self.window - (now - course.start) % self.window for course in courses]
-            return True, min(checks + ends)
-        begin = min(checks) - 2 * self.window
+        begin = min(course.records_from(self.window) for course in courses)
         if begin > now:
             return False, begin
-        last_windows = [c - self.window for c in checks if c - self.window > now]
-        return True, min(checks + last_windows)
+        return True, min(course.next_event(now, self.window) for course in courses)
 
-    def _follow_wear(self, now, until):
-        """See the amplitudes of the blocks from ``now`` on; keep the coating after windows."""
+    def _follow(self, now, until):
+        """Show the blocks from ``now`` on to a watch that sees all of them."""
         places = np.arange(now, until) % (2 * self.window)
-        peak = self._peaks()[places].max(axis=1)
         for lane, course in self._running():
-            for block, size in zip(range(now + 1, until + 1), peak[:, lane], strict=True):
+            if not course.watch.always:
+                continue
+            peak = self._peaks()[places, :, lane].max(axis=1)
+            for block, size in zip(range(now + 1, until + 1), peak, strict=True):
                 course.watch.see(size, course.seconds(block))
             if (until - course.start) % self.window == 0:
-                self._keep_wear(lane, course, until)
+                self._keep_worn(lane, course, until)
 
-    def _keep_wear(self, lane, course, now):
-        revolutions = (now - course.start) // self.grid.blocks_per_revolution
-        course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
+    def _keep_worn(self, lane, course, now):
+        """Show the worn depth of a lane to a watch that follows it."""
+        if course.watch.always:
+            revolutions = (now - course.start) // self.grid.blocks_per_revolution
+            course.watch.keep(revolutions, self.bank.law.surface.worn_depth(lane))
 
     def _running(self):
         """Lanes that have a speed, each with its Course."""
@@ -189,14 +195,13 @@ class Band:
     def _watched(self, now):
         """Lanes whose stresses are observed from block ``now`` on (A,) int.
 
-        On a coating all; else those of which a verdict may come at the end of their window, which
-        forgets those before.
+        Those that are always followed; else those of which a verdict may come at the end of their
+        window, which forgets those before.
         """
         running = self._running() if self.scene.observes_stress else []
-        if not self.scene.coating:
-            running = [(lane, c) for lane, c in running if c.may_end(now, self.window)]
-            begun = [lane for lane, course in running if course.check - self.window == now]
-            self.record.stress_peak[:, begun] = 0.0
+        running = [(k, c) for k, c in running if c.watch.always or c.may_end(now, self.window)]
+        begun = [k for k, c in running if not c.watch.always and c.check - self.window == now]
+        self.record.stress_peak[:, begun] = 0.0
         return np.array([lane for lane, _ in running], dtype=np.int64)
 
     def _refill(self, lane, waiting, now):
@@ -245,8 +250,8 @@ class Band:
                 verdict, reason = DIVERGED, stuck
             else:
                 self._write(lane, course, now, found, out)
-        if verdict != DIVERGED and self.scene.coating:
-            self._keep_wear(lane, course, now)
+        if verdict != DIVERGED:
+            self._keep_worn(lane, course, now)
             course.watch.write(course.index, out.wear)
         if reason == status.NONE and self._reverses(lane, now):
             reason = status.REVERSED

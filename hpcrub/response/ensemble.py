@@ -16,7 +16,7 @@ and what the rule gains.
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
@@ -45,7 +45,22 @@ class Verdict(NamedTuple):
     scatter: float  # standard deviation of the windows' amplitudes [m]; NaN: unknown
 
 
-class LastWindow:
+class Watch:
+    """A rule that follows the motion of a speed until its end; that of a coating follows more."""
+
+    always = False  # whether it sees every block from the start on, and worn depths
+
+    def see(self, amplitude: float, time: float) -> None:
+        """Take the largest displacement of the next block [m], and its end since the start [s]."""
+
+    def keep(self, revolutions: int, worn: np.ndarray) -> None:
+        """Keep the worn depth of every bar (Z, S) [m] after some revolutions since the start."""
+
+    def write(self, index: int, wear: Any) -> None:
+        """What became of the coating, as speed ``index`` of ``wear`` (modified)."""
+
+
+class LastWindow(Watch):
     """The paper's rule: two windows are compared, and the last one tells the amplitude."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:
@@ -69,7 +84,7 @@ class LastWindow:
         return Verdict(status, last, float(last.max()), math.nan, math.nan)
 
 
-class Windows:
+class Windows(Watch):
     """What the windows of one speed have shown so far."""
 
     def __init__(self, criteria: SteadyCriteria, decay: float, window: float) -> None:

@@ -120,7 +120,7 @@ class Follower:
         peak = piece.peak[:, lane]
         self.recent.append((piece.observed[:, :, lane], peak))
         time = self.n_taken / (self.speed * self.per_turn)
-        if self.scene.coating:
+        if self.watch.always:
             self.watch.see(float(peak.max()), time)
             if self.n_taken % self.window == 0 or self.n_taken == self.n_blocks:
                 self.watch.keep(self.n_taken // self.per_turn, piece.worn[lane])

@@ -11,7 +11,7 @@ import numpy as np
 
 from hpcrub.contact.status import NOT_STEADY, STEADY
 from hpcrub.model.coating import Coating
-from hpcrub.response.ensemble import Signals, Verdict
+from hpcrub.response.ensemble import Signals, Verdict, Watch
 from hpcrub.response.scene import Scene
 
 REVOLUTIONS = 10  # in which the growth of the worn depth is looked at
@@ -41,8 +41,10 @@ class Wear(NamedTuple):
         return cls(*values)
 
 
-class Wearing:
+class Wearing(Watch):
     """Watches a lane on a coating: by another rule of `ensemble`, until nothing wears any more."""
+
+    always = True
 
     def __init__(self, rule: Any, scene: Scene) -> None:
         """Nothing is worn yet; scene: at the lane's speed."""
@@ -51,12 +53,12 @@ class Wearing:
         self.depths: list[tuple[int, np.ndarray]] = []  # revolutions, worn depth of every bar
 
     def see(self, amplitude: float, time: float) -> None:
-        """Take the largest displacement of the next block [m], and its end since the start [s]."""
+        """As `Watch.see`."""
         if amplitude > self.largest:
             self.largest, self.time = amplitude, time
 
     def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depth of every bar (Z, S) [m] after some revolutions since the start."""
+        """As `Watch.keep`."""
         self.depths.append((revolutions, worn))
         while len(self.depths) > 1 and self.depths[1][0] + REVOLUTIONS <= revolutions:
             self.depths.pop(0)
@@ -80,7 +82,7 @@ class Wearing:
         return found._replace(status=NOT_STEADY) if over else None
 
     def write(self, index: int, wear: Wear) -> None:
-        """What became of the coating, as speed ``index`` of ``wear`` (modified)."""
+        """As `Watch.write`."""
         worn = self.depths[-1][1]
         coating, radius = self.scene.coating, float(self.scene.interface.radius.max())
         assert coating is not None  # what wears is one
