@@ -32,6 +32,96 @@ Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
+class Job:
+    """A run on its way: some results may already be in its file.
+
+    It computes rounds of tasks, the next when all of the last are in the file; independent tasks
+    are one round.
+    """
+
+    def __init__(
+        self,
+        run: "Run",
+        team: Team,
+        prepared: Any,
+        file: ResultFile,
+        progress: Progress | None = None,
+        phase: Callable[[str], None] = lambda name: None,
+    ) -> None:
+        """A job that has not begun.
+
+        prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
+        on rank 0, None elsewhere; phase: called with the name of every phase that begins.
+        """
+        self.study, self.config = run
+        self.team, self.prepared, self.file = team, prepared, file
+        self.progress, self.phase = progress, phase
+        self.work = Work()  # done so far, on rank 0
+        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
+        self.round: Any = None  # what `_next` says
+
+    def run(self) -> None:
+        """Compute what is missing and write it, round after round; on all ranks.
+
+        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        """
+        self.round = self.team.on_root(self._take_stock)
+        if self.round and self.study.integrates:
+            self.load_kernel()
+        self.phase(self.study.unit)
+        while self.round:
+            tasks = self._tasks() if self.team.rank == 0 else ()
+            self.team.run_tasks(tasks, self._compute, self._collect)
+            self.round = self.team.on_root(self._next)
+
+    def load_kernel(self) -> None:
+        """Compile the kernel, or load it, before anything is measured (all ranks)."""
+        self.phase("loading the kernel")
+        problem = self.study.problem_of(self.prepared)
+        warm_up(self.team, self.config, problem, self.study.histories, self.progress)
+
+    def n_done(self) -> tuple[int, int]:
+        """Finished parts of the job, and all (rank 0)."""
+        return int(np.count_nonzero(self.status == DONE)), self.status.size
+
+    def require_results(self) -> None:
+        """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
+
+    def summary(self, seconds: float) -> None:
+        """Print what was found (rank 0); seconds: wall time of this run."""
+        out = console()
+        for place, line in enumerate(self.study.verdict(self.file)):
+            print_line(out, f"- {line}" if place else f"Verdict: {line}.")
+        for line in self.study.report(self.file):
+            print_line(out, line)
+
+    def _take_stock(self):
+        self.status = self.file.read("status")
+        return self._next()
+
+    def _next(self):
+        """What all ranks need to know of the next round; nothing when all is there (rank 0)."""
+        return int(np.count_nonzero(self.status == PENDING))
+
+    def _tasks(self):
+        """Tasks of the round (rank 0)."""
+        return map(int, np.flatnonzero(self.status == PENDING))
+
+    def _compute(self, task, poll):
+        """Compute and write one task; returns the seconds it took."""
+        start = time.perf_counter()
+        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
+            self.file.write({name: values}, where)
+        self.file.write({"status": DONE}, task)
+        return time.perf_counter() - start
+
+    def _collect(self, task, seconds):
+        self.status[task] = DONE
+        self.work += Work(1, 0, seconds)
+        if self.progress:
+            self.progress.part(self.study.unit, *self.n_done())
+
+
 class Study:
     """One kind of study: what its result file holds, and what computes it.
 
@@ -51,8 +141,13 @@ class Study:
     n_sources = 0  # result files of contact studies that it starts from
     integrates = False  # in time, with the contact kernel
     histories = False  # keeps the motion itself, and not only its amplitudes
-    of_tasks = True  # which are independent of each other
+    job: type[Job] = Job  # computes a run on all ranks
     unit = "tasks"  # of the job, what it is made of
+
+    @property
+    def of_tasks(self) -> bool:
+        """Whether it consists of tasks that are independent of each other."""
+        return self.job is Job
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of the result file."""
@@ -90,21 +185,20 @@ class Study:
         """Number of independent tasks."""
         return 1
 
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Pieces of one task: (dataset, where in it, values); problem: what `prepare` returned."""
+    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+        """Pieces of one task: (dataset, where in it, values).
+
+        problem: what `prepare` returned; task: its place in the dataset `status`.
+        """
         raise NotImplementedError
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """What all tasks do together, when a point takes so many seconds until it is steady."""
+    def cost(self, config: Config) -> Cost:
+        """What all tasks do together."""
         return Cost()
 
     def needs(self, config: Config) -> str:
         """How much it has to compute, where it finds that out itself, in words."""
         return ""
-
-    def job(self, *arguments: Any) -> "Job":
-        """The job that computes a run; arguments: as for `Job`."""
-        return Job(*arguments)
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether a file that lacks some of its parts is complete nevertheless."""
@@ -141,7 +235,7 @@ class StudyInTime(Study):
         """One for every disk and group of speeds."""
         return len(disks(config)) * len(history.groups(config.speeds.values_hz))
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """All lanes, idle ones too."""
         lanes = len(history.LANES) * self.n_tasks(config)
         return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
@@ -233,93 +327,3 @@ class Run(NamedTuple):
             what += f" (samples {samples[0]} to {samples[-1]})"
         needs = self.study.needs(config)
         return f"{self.study.name}, {what}" + (f" at most; {needs}" if needs else "")
-
-
-class Job:
-    """A run on its way: some results may already be in its file.
-
-    It computes rounds of tasks, the next when all of the last are in the file; independent tasks
-    are one round.
-    """
-
-    def __init__(
-        self,
-        run: Run,
-        team: Team,
-        prepared: Any,
-        file: ResultFile,
-        progress: Progress | None = None,
-        phase: Callable[[str], None] = lambda name: None,
-    ) -> None:
-        """A job that has not begun.
-
-        prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
-        on rank 0, None elsewhere; phase: called with the name of every phase that begins.
-        """
-        self.study, self.config = run
-        self.team, self.prepared, self.file = team, prepared, file
-        self.progress, self.phase = progress, phase
-        self.work = Work()  # done so far, on rank 0
-        self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
-        self.round: Any = None  # what `_next` says
-
-    def run(self) -> None:
-        """Compute what is missing and write it, round after round; on all ranks.
-
-        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
-        """
-        self.round = self.team.on_root(self._take_stock)
-        if self.round and self.study.integrates:
-            self.load_kernel()
-        self.phase(self.study.unit)
-        while self.round:
-            tasks = self._tasks() if self.team.rank == 0 else ()
-            self.team.run_tasks(tasks, self._compute, self._collect)
-            self.round = self.team.on_root(self._next)
-
-    def load_kernel(self) -> None:
-        """Compile the kernel, or load it, before anything is measured (all ranks)."""
-        self.phase("loading the kernel")
-        problem = self.study.problem_of(self.prepared)
-        warm_up(self.team, self.config, problem, self.study.histories, self.progress)
-
-    def n_done(self) -> tuple[int, int]:
-        """Finished parts of the job, and all (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), self.status.size
-
-    def require_results(self) -> None:
-        """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
-
-    def summary(self, seconds: float) -> None:
-        """Print what was found (rank 0); seconds: wall time of this run."""
-        out = console()
-        for place, line in enumerate(self.study.verdict(self.file)):
-            print_line(out, f"- {line}" if place else f"Verdict: {line}.")
-        for line in self.study.report(self.file):
-            print_line(out, line)
-
-    def _take_stock(self):
-        self.status = self.file.read("status")
-        return self._next()
-
-    def _next(self):
-        """What all ranks need to know of the next round; nothing when all is there (rank 0)."""
-        return int(np.count_nonzero(self.status == PENDING))
-
-    def _tasks(self):
-        """Tasks of the round (rank 0)."""
-        return map(int, np.flatnonzero(self.status == PENDING))
-
-    def _compute(self, task, poll):
-        """Compute and write one task; returns the seconds it took."""
-        start = time.perf_counter()
-        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
-            self.file.write({name: values}, where)
-        self.file.write({"status": DONE}, task)
-        return time.perf_counter() - start
-
-    def _collect(self, task, seconds):
-        self.status[task] = DONE
-        self.work += Work(1, 0, seconds)
-        if self.progress:
-            self.progress.part(self.study.unit, *self.n_done())

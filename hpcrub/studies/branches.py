@@ -142,13 +142,12 @@ class Branches(StudyInTime):
         """One for every initial state."""
         return len(starts(config))
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every start at every speed; a continuation has seven idle lanes."""
-        before = (2 * 8 + self.n_tasks(config) - 2) * config.speeds.n_values * until_steady
         revolutions = N_WINDOWS * config.steady_state.window_revolutions
         lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
         after = self.n_tasks(config) * revolutions * lanes / config.speeds.from_hz
-        return Cost(before, after, 1)
+        return Cost(2 * 8 + self.n_tasks(config) - 2, after, 1)
 
     def prepare(self, config: Config) -> Disks:
         """The disk of a configuration. Raises InputError as `build_problem`."""

@@ -176,14 +176,12 @@ class Energy(StudyInTime):
         """The tuned disk, then the samples."""
         return 1 + config.energy.samples
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every disk at every speed until it is steady, and over one more window."""
-        n, lanes = (
-            self.n_tasks(config),
-            len(history.LANES) * len(history.groups(config.speeds.values_hz)),
-        )
+        n = self.n_tasks(config)
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
         window = config.steady_state.window_revolutions / config.speeds.from_hz
-        return Cost(n * config.speeds.n_values * until_steady, n * window * lanes, n)
+        return Cost(n, n * window * lanes, n)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Energies of one disk."""

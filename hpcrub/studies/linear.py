@@ -108,7 +108,7 @@ class Linear(Study):
         """Chunks of samples, level by level."""
         return len(config.mistuning.half_range) * _chunks(config)
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """An eigenproblem for every sample, no time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 

@@ -75,114 +75,6 @@ def in_letters(word: np.ndarray) -> str:
     return text if period == len(text) else f"{text[:period]} x {len(text) // period}"
 
 
-class PatternStudy(Study):
-    """Patterns of blade types, ranked by what random mistuning makes of them."""
-
-    name = "patterns"
-    what = "which pattern of blade types makes mistuned disks vibrate least"
-    sections = ("patterns",)
-    of_tasks = False
-    integrates = True
-    unit = "disks"
-    datasets = LAYOUT
-
-    def sizes(self, config: Config) -> dict[str, int]:
-        """Patterns with the disk without one, and their disks."""
-        return {
-            "pattern": len(words_of(config)),
-            "sample": config.mistuning.samples,
-            "contact_sample": config.patterns.contact_samples,
-        }
-
-    def constants(self, config: Config) -> dict[str, Any]:
-        """The patterns."""
-        return {"types": words_of(config)}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        yield from steady_problems(config)
-        if len(config.mistuning.half_range_percent) != 1:
-            yield "mistuning.half_range_percent: a study of patterns is of one level"
-        if config.mistuning.pattern is not None or config.mistuning.intentional_percent:
-            yield "patterns: mistuning.pattern and intentional_percent are what is searched for"
-        if config.patterns.contact_samples > config.mistuning.samples:
-            yield "patterns.contact_samples: more than mistuning.samples"
-        if config.engine_order is None:
-            yield "patterns: there is no engine order of a linear load (forcing, casing)"
-
-    def prepare(self, config: Config) -> Prepared:
-        """The disk and scene, and the linear amplitude of the tuned disk. Raises InputError."""
-        problem = build_problem(config)
-        modes = modes_of(config, problem, np.zeros(config.disk.n_blades))
-        if _flutters(modes):
-            modes = modes._replace(waves=None)
-        return Prepared(problem, _size(config, problem, modes))
-
-    def problem_of(self, prepared: Prepared) -> Problem:
-        """The Problem beside the tuned amplitude."""
-        return prepared.problem
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """All rounds of the linear analysis, and the disks in contact."""
-        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
-        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
-        contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
-        points = contact * config.speeds.n_values * until_steady
-        return Cost(points, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
-
-    def job(self, *arguments: Any) -> Job:
-        """Rounds, of which each depends on those before."""
-        return Halving(*arguments)
-
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether all rounds are over and the patterns left are computed in contact."""
-        found = Rounds(file)
-        return found.missing() is None and not found.missing_in_contact().size
-
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """The patterns left, beside the disk without one."""
-        found, asked = Rounds(file), file.config.patterns
-        known, n_blades = found.percentile, file.config.disk.n_blades
-        if found.missing() is not None:
-            yield "the rounds are not over"
-            return
-        best = found.left[0]
-        yield (
-            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
-            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
-            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
-        )
-        for p in [*found.left, 0]:
-            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
-            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
-            line += _in_contact(file, p)
-            least = found.least_damping(file, p)
-            if len(least):
-                line += f", damping ratio down to {least.min():.3g}"
-                line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
-            yield line
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What was not decided."""
-        found = Rounds(file)
-        if found.missing() is not None:
-            return
-        if found.percentile[0] <= found.percentile[found.left[0]]:
-            words = "no pattern is seen to be better than none"
-            yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
-        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
-        if alike > 1:
-            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
-            advice = "take any of them, or more mistuning.samples"
-            yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
-        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
-        if unsure:
-            words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
-            yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
-        yield from _flutter(found.least_damping(file, found.left[0]))
-        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
-
-
 class Rounds:
     """What the disks in a file say of the patterns, round by round."""
 
@@ -322,6 +214,109 @@ class Halving(Job):
         self.work += Work(1, 0, seconds)
         if self.progress:
             self.progress.part("tasks", *self.n_done())
+
+
+class PatternStudy(Study):
+    """Patterns of blade types, ranked by what random mistuning makes of them."""
+
+    name = "patterns"
+    what = "which pattern of blade types makes mistuned disks vibrate least"
+    sections = ("patterns",)
+    integrates = True
+    job = Halving
+    unit = "disks"
+    datasets = LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Patterns with the disk without one, and their disks."""
+        return {
+            "pattern": len(words_of(config)),
+            "sample": config.mistuning.samples,
+            "contact_sample": config.patterns.contact_samples,
+        }
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The patterns."""
+        return {"types": words_of(config)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        if len(config.mistuning.half_range_percent) != 1:
+            yield "mistuning.half_range_percent: a study of patterns is of one level"
+        if config.mistuning.pattern is not None or config.mistuning.intentional_percent:
+            yield "patterns: mistuning.pattern and intentional_percent are what is searched for"
+        if config.patterns.contact_samples > config.mistuning.samples:
+            yield "patterns.contact_samples: more than mistuning.samples"
+        if config.engine_order is None:
+            yield "patterns: there is no engine order of a linear load (forcing, casing)"
+
+    def prepare(self, config: Config) -> Prepared:
+        """The disk and scene, and the linear amplitude of the tuned disk. Raises InputError."""
+        problem = build_problem(config)
+        modes = modes_of(config, problem, np.zeros(config.disk.n_blades))
+        if _flutters(modes):
+            modes = modes._replace(waves=None)
+        return Prepared(problem, _size(config, problem, modes))
+
+    def problem_of(self, prepared: Prepared) -> Problem:
+        """The Problem beside the tuned amplitude."""
+        return prepared.problem
+
+    def cost(self, config: Config) -> Cost:
+        """All rounds of the linear analysis, and the disks in contact."""
+        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
+        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
+        contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
+        return Cost(contact, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether all rounds are over and the patterns left are computed in contact."""
+        found = Rounds(file)
+        return found.missing() is None and not found.missing_in_contact().size
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The patterns left, beside the disk without one."""
+        found, asked = Rounds(file), file.config.patterns
+        known, n_blades = found.percentile, file.config.disk.n_blades
+        if found.missing() is not None:
+            yield "the rounds are not over"
+            return
+        best = found.left[0]
+        yield (
+            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
+            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
+            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
+        )
+        for p in [*found.left, 0]:
+            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
+            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
+            line += _in_contact(file, p)
+            least = found.least_damping(file, p)
+            if len(least):
+                line += f", damping ratio down to {least.min():.3g}"
+                line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
+            yield line
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What was not decided."""
+        found = Rounds(file)
+        if found.missing() is not None:
+            return
+        if found.percentile[0] <= found.percentile[found.left[0]]:
+            words = "no pattern is seen to be better than none"
+            yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
+        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
+        if alike > 1:
+            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
+            advice = "take any of them, or more mistuning.samples"
+            yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
+        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
+        if unsure:
+            words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
+            yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
+        yield from _flutter(found.least_damping(file, found.left[0]))
+        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
 def _deviation(config: Config, word: np.ndarray, sample: int) -> np.ndarray:

@@ -62,92 +62,6 @@ class Step(NamedTuple):
     rule: Rule = Rule()
 
 
-class Rare(Study):
-    """A small probability of exceeding a limit, by double sampling."""
-
-    name = "rare"
-    what = "small probability of exceeding a limit, by double sampling"
-    of_tasks = False
-    integrates = True
-    unit = "disks"
-    datasets = LAYOUT
-
-    def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
-        n = config.mistuning.samples
-        return {"sample": n, "pilot": min(PILOT, n), "estimate": len(numbers(config))}
-
-    def constants(self, config: Config) -> dict[str, Any]:
-        """Numbers of disks after which there is an estimate."""
-        return {"n_disks": numbers(config), "sample": np.arange(config.mistuning.samples)}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        yield from steady_problems(config)
-        yield from limit_problems(config)
-        if goal_of(config) == Goal(None, None):
-            yield (
-                "limits: a rare study ends by limits.probability_error or "
-                "limits.probability_below; give one of them"
-            )
-        if config.pattern_deviation is not None:
-            yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
-
-    def needs(self, config: Config) -> str:
-        """How many disks the goal needs, in words."""
-        chance, n = _supposed(config)
-        return (
-            f"the goal needs {n:,} disks in full if the probability is {chance:.2g}; the first "
-            f"{PILOT} disks tell how many of them a first look saves"
-        )
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """Every disk that plain sampling needs at every speed."""
-        disks = min(_supposed(config)[1], config.mistuning.samples)
-        return Cost(disks * config.speeds.n_values * until_steady, disks=disks)
-
-    def job(self, *arguments: Any) -> Job:
-        """Disks in groups, of which every one depends on those before."""
-        return Sampling(*arguments)
-
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether the goal is met."""
-        found = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
-        return bool(found.any())
-
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """The probability, what it took, and what it says of engines."""
-        yield answer(file)
-        n = last_estimate(file)[0]
-        if not n:
-            return
-        computed, above = (np.count_nonzero(found[:n]) for found in (in_full(file), beyond(file)))
-        yield f"{n:,} disks, {computed:,} computed in full, {above:,} of them beyond the limit"
-        yield look_in_words(file)
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A probability that is not known well enough, and peaks that are no results."""
-        config, speeds, computed = file.config, file.config.speeds, in_full(file)
-        if not self.is_enough(file):
-            yield Finding(
-                USELESS, "the probability is not known as well as asked",
-                f"{config.mistuning.samples:,} disks do not tell the probability as well as "
-                "asked: more mistuning.samples, or another goal in limits",
-            )  # fmt: skip
-        size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
-        lost = int(np.count_nonzero(~np.isfinite(size)))
-        if lost:
-            words = f"{lost} of {n} disks have no result"
-            weight = USELESS if lost > verdict.FEW * n else verdict.REMARK
-            yield Finding(weight, words, f"{words} at any speed, and count as beyond the limit")
-        unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
-        yield from verdict.unsettled(config, unsteady, n, "peaks")
-        if speeds.n_values > 1:
-            at = file.read("pilot_peak_hz")
-            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, float(np.nan_to_num(size).max(initial=0.0)))
-
-
 class Sampling(Job):
     """Looks at some more disks again and again, until the goal is met (all ranks)."""
 
@@ -241,6 +155,88 @@ class Sampling(Job):
         super()._collect(sample, seconds)
         if sample < PILOT:
             self.seconds += (seconds,)
+
+
+class Rare(Study):
+    """A small probability of exceeding a limit, by double sampling."""
+
+    name = "rare"
+    what = "small probability of exceeding a limit, by double sampling"
+    integrates = True
+    job = Sampling
+    unit = "disks"
+    datasets = LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        n = config.mistuning.samples
+        return {"sample": n, "pilot": min(PILOT, n), "estimate": len(numbers(config))}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """Numbers of disks after which there is an estimate."""
+        return {"n_disks": numbers(config)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from steady_problems(config)
+        yield from limit_problems(config)
+        if goal_of(config) == Goal(None, None):
+            yield (
+                "limits: a rare study ends by limits.probability_error or "
+                "limits.probability_below; give one of them"
+            )
+        if config.pattern_deviation is not None:
+            yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
+
+    def needs(self, config: Config) -> str:
+        """How many disks the goal needs, in words."""
+        chance, n = _supposed(config)
+        return (
+            f"the goal needs {n:,} disks in full if the probability is {chance:.2g}; the first "
+            f"{PILOT} disks tell how many of them a first look saves"
+        )
+
+    def cost(self, config: Config) -> Cost:
+        """Every disk that plain sampling needs at every speed."""
+        disks = min(_supposed(config)[1], config.mistuning.samples)
+        return Cost(disks, disks=disks)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether the goal is met."""
+        found = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
+        return bool(found.any())
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The probability, what it took, and what it says of engines."""
+        yield answer(file)
+        n = last_estimate(file)[0]
+        if not n:
+            return
+        computed, above = (np.count_nonzero(found[:n]) for found in (in_full(file), beyond(file)))
+        yield f"{n:,} disks, {computed:,} computed in full, {above:,} of them beyond the limit"
+        yield look_in_words(file)
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """A probability that is not known well enough, and peaks that are no results."""
+        config, speeds, computed = file.config, file.config.speeds, in_full(file)
+        if not self.is_enough(file):
+            yield Finding(
+                USELESS, "the probability is not known as well as asked",
+                f"{config.mistuning.samples:,} disks do not tell the probability as well as "
+                "asked: more mistuning.samples, or another goal in limits",
+            )  # fmt: skip
+        size, n = file.read("peak_amplitude_m")[computed], int(np.count_nonzero(computed))
+        lost = int(np.count_nonzero(~np.isfinite(size)))
+        if lost:
+            words = f"{lost} of {n} disks have no result"
+            weight = USELESS if lost > verdict.FEW * n else verdict.REMARK
+            yield Finding(weight, words, f"{words} at any speed, and count as beyond the limit")
+        unsteady = int(np.count_nonzero(file.read("peak_status")[computed] == NOT_STEADY))
+        yield from verdict.unsettled(config, unsteady, n, "peaks")
+        if speeds.n_values > 1:
+            at = file.read("pilot_peak_hz")
+            yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
+        yield from verdict.kinematics(config, float(np.nan_to_num(size).max(initial=0.0)))
 
 
 def numbers(config: Config) -> np.ndarray:

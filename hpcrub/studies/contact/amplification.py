@@ -1,5 +1,6 @@
 """What a contact study says of one disk, and the tuned one that all others are relative to."""
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +11,11 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
-from hpcrub.response.sweep import SweepResult
+from hpcrub.response.sweep import SweepResult, run_sweep
 from hpcrub.results.storage import ResultFile
-from hpcrub.setup.disks import APART
-from hpcrub.setup.problem import Problem
+from hpcrub.runs.study import Poll
+from hpcrub.setup.disks import APART, modes_of
+from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
 
@@ -58,6 +60,23 @@ def peak_stress(result: SweepResult) -> float:
     """Largest stress of a frequency response [Pa]; NaN where none is known."""
     known = np.isfinite(result.stress)
     return float(result.stress[known].max()) if known.any() else np.nan
+
+
+def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float]:
+    """Largest amplitude [m] and stress [Pa] of one disk in contact; NaN where there is none.
+
+    blades: stiffness deviations (N,) [-]. Raises InputError as `build_problem`.
+    """
+    problem = _problem_of(config.to_yaml())
+    speeds = config.speeds.values_hz
+    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
+    return peak(result, speeds)[0], peak_stress(result)
+
+
+@lru_cache(maxsize=4)
+def _problem_of(text):
+    """The Problem of an input, kept for the other disks of it."""
+    return build_problem(Config.from_yaml(text))
 
 
 def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:

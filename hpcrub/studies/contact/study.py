@@ -12,7 +12,7 @@ from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Run, Study
+from hpcrub.runs.study import Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.setup.plausibility import steady_problems
@@ -46,16 +46,12 @@ class Contact(Study):
     sections = ("part",)
     scales = SCALES
     unit = "samples"
-    of_tasks = False
     integrates = True
+    job = MonteCarlo
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets."""
         return layout(config)
-
-    def job(self, *arguments: Any) -> Job:
-        """A Monte-Carlo simulation, whose parts are no independent tasks."""
-        return MonteCarlo(*arguments)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks, amplifications and the verdict."""
@@ -84,12 +80,12 @@ class Contact(Study):
             SAMPLES_SEEN: seen,
         }
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every disk at every speed."""
         n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
         most = config.mistuning.checked_samples
         half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
-        return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
+        return Cost(n_disks + half_steps, disks=n_disks)
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
