@@ -24,6 +24,7 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
 from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
@@ -301,6 +302,8 @@ class Run(NamedTuple):
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
+        if study.integrates and "history" not in study.sections:  # else for history.duration_s
+            yield from steady_problems(config)
         yield from study.problems(config)
 
     def checked(self) -> "Run":

@@ -27,7 +27,6 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.setup.disks import Disks, disks, modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics import coexistence
 
@@ -133,10 +132,6 @@ class Branches(StudyInTime):
     def constants(self, config: Config) -> dict[str, Any]:
         """The blades of the disk."""
         return {"deviation": disks(config)[-1]}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        return steady_problems(config)
 
     def n_tasks(self, config: Config) -> int:
         """One for every initial state."""

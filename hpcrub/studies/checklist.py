@@ -21,7 +21,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, Study, Values
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import APART, deviation
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.contact.amplification import peaks_of
 
@@ -95,10 +94,6 @@ class Checklist(Study):
     def sizes(self, config: Config) -> dict[str, int]:
         """Changes, and the tuned disk beside the mistuned ones."""
         return {"change": len(CHANGES), "disk": _n_disks(config)}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        yield from steady_problems(config)
 
     def n_tasks(self, config: Config) -> int:
         """One for every change and disk, so that the disks of one change follow each other."""

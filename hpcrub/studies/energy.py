@@ -25,7 +25,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact.study import open_contact, require_complete
 
@@ -134,10 +133,6 @@ class Energy(StudyInTime):
     def sizes(self, config: Config) -> dict[str, int]:
         """The samples."""
         return {"sample": config.energy.samples}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        return steady_problems(config)
 
     def prepare(self, config: Config) -> Chosen:
         """The tuned disk, and the blades of the samples. Raises InputError as `constants`."""

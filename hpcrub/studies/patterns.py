@@ -24,7 +24,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
 from hpcrub.studies.contact.amplification import peak
@@ -241,7 +240,6 @@ class PatternStudy(Study):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         if len(config.mistuning.half_range_percent) != 1:
             yield "mistuning.half_range_percent: a study of patterns is of one level"
         if config.mistuning.pattern is not None or config.mistuning.intentional_percent:

@@ -22,7 +22,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
 from hpcrub.studies.contact.limits import percent, severity
@@ -178,7 +177,6 @@ class Rare(Study):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         yield from limit_problems(config)
         if goal_of(config) == Goal(None, None):
             yield (

@@ -18,7 +18,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Poll, Study, Values
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
 from hpcrub.studies.contact.amplification import peaks_of
@@ -114,7 +113,6 @@ class Threshold(Study):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         yield from limit_problems(config)
         key = config.threshold.key
         if key is None:

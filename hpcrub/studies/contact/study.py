@@ -15,7 +15,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.percentiles import first_converged, judged_error
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.file import read_trust
@@ -89,7 +88,6 @@ class Contact(Study):
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         if config.engine_order is None:
             yield (
                 "forcing.engine_order: a casing without equal bumps does not say how many periods "
