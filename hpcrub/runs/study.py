@@ -111,10 +111,14 @@ class Job:
     def _compute(self, task, poll):
         """Compute and write one task; returns the seconds it took."""
         start = time.perf_counter()
-        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
+        for name, where, values in self._pieces(task, poll):
             self.file.write({name: values}, where)
-        self.file.write({"status": DONE}, task)
         return time.perf_counter() - start
+
+    def _pieces(self, task, poll):
+        """What is computed of a task, its status last: (dataset, where in it, values)."""
+        yield from self.study.compute(self.config, self.prepared, task, poll)
+        yield "status", task, DONE
 
     def _collect(self, task, seconds):
         self.status[task] = DONE

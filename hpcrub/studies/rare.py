@@ -5,7 +5,6 @@ and a full result. They tell which speeds are worth looking at; `statistics.rare
 probable it is that a disk is computed in full.
 """
 
-import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -111,23 +110,23 @@ class Sampling(Job):
             return Step(n)
         return Step(n, speeds, _plan(self.file, before, speeds, goal_of(self.config)).rule)
 
-    def _compute(self, sample, poll):
-        """Look at a disk, and compute it in full where the draw says so; returns the seconds."""
-        start, step, speeds = time.perf_counter(), self.round, range(self.config.speeds.n_values)
+    def _pieces(self, sample, poll):
+        """A first look at a disk, and its full result where the draw says so."""
+        step, inclusion = self.round, 1.0
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
-        inclusion = 1.0
         if sample < PILOT:
-            self.file.write({"pilot_look": self._early(modes, speeds, poll)}, sample)
+            speeds = range(self.config.speeds.n_values)
+            yield "pilot_look", sample, self._early(modes, speeds, poll)
         elif step.speeds:
             look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
             inclusion = step.rule.inclusion(look)[0]
-            self.file.write({"look": look[0]}, sample)
+            yield "look", sample, look[0]
         computed = drawn(self.config, sample) < inclusion
         if computed:
-            self._compute_in_full(modes, sample, poll)
-        self.file.write({"inclusion": inclusion, "computed": int(computed)}, sample)
-        self.file.write({"status": DONE}, sample)
-        return time.perf_counter() - start
+            yield from self._in_full(modes, sample, poll)
+        yield "inclusion", sample, inclusion
+        yield "computed", sample, int(computed)
+        yield "status", sample, DONE
 
     def _early(self, modes, speeds, poll):
         """Severity at some speeds (S,) after a short time; NaN at the others."""
@@ -136,19 +135,16 @@ class Sampling(Job):
         found = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
         return severity(config, amplitudes(found), found.stress)
 
-    def _compute_in_full(self, modes, sample, poll):
+    def _in_full(self, modes, sample, poll):
         speeds = self.config.speeds.values_hz
         result = run_sweep(modes, self.prepared.scene, speeds, poll)
         size, at = peak(result, speeds)
         if sample < PILOT:
-            self.file.write({"pilot_peak_hz": at}, sample)
-        values = {
-            "peak_amplitude_m": size,
-            "peak_stress_pa": peak_stress(result),
-            "peak_status": result.point_status[speeds == at].max(initial=0),
-            "time_s": result.time.sum(),
-        }
-        self.file.write(values, sample)
+            yield "pilot_peak_hz", sample, at
+        yield "peak_amplitude_m", sample, size
+        yield "peak_stress_pa", sample, peak_stress(result)
+        yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
+        yield "time_s", sample, result.time.sum()
 
     def _collect(self, sample, seconds):
         super()._collect(sample, seconds)

@@ -42,11 +42,14 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating it is that of any time: what is left when the motion
     has worn itself free does not say what a blade had to bear.
     """
-    amplitude = amplitudes(result)
-    if not np.isfinite(amplitude).any():
+    return _largest(amplitudes(result), speeds_hz)
+
+
+def _largest(values, speeds_hz):
+    if not np.isfinite(values).any():
         return np.nan, np.nan
-    best = np.nanargmax(amplitude)
-    return float(amplitude[best]), float(speeds_hz[best])
+    best = np.nanargmax(values)
+    return float(values[best]), float(speeds_hz[best])
 
 
 def amplitudes(result: SweepResult) -> np.ndarray:
@@ -58,8 +61,7 @@ def amplitudes(result: SweepResult) -> np.ndarray:
 
 def peak_stress(result: SweepResult) -> float:
     """Largest stress of a frequency response [Pa]; NaN where none is known."""
-    known = np.isfinite(result.stress)
-    return float(result.stress[known].max()) if known.any() else np.nan
+    return _largest(result.stress, result.stress)[0]
 
 
 def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float]:
@@ -94,19 +96,14 @@ def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, fl
 
 def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     """Largest worn depth of a coating at any speed [m], and that speed [Hz]; NaN without."""
-    depth = result.wear.depth
-    if not np.isfinite(depth).any():
-        return np.nan, np.nan
-    best = np.nanargmax(depth)
-    return float(depth[best]), float(speeds_hz[best])
+    return _largest(result.wear.depth, speeds_hz)
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
     assert config.engine_order is not None  # `contact.problems` sees to it
-    order = config.forcing.sense * config.engine_order
-    load = config.forcing.amplitude, order, scene.interface
+    load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 
 

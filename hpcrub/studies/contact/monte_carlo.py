@@ -12,8 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
 from hpcrub.ranks.parallel import PAUSE, Team
+from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
@@ -25,7 +27,7 @@ from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.summary import print_summary
+from hpcrub.studies.contact.summary import print_results
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
@@ -98,7 +100,12 @@ class MonteCarlo(Job):
 
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""
-        print_summary(self.file, self, seconds)
+        print_results(self.file)
+        text = f"wall time {duration(seconds)} on {counted(self.team.size, 'rank')}"
+        if self.work.seconds > 0.0:
+            rate = self.work.n_steps / self.work.seconds
+            text += f", {rate / 1e6:.3g} million steps per second and core"
+        console().print(text)
 
     def _take_stock(self):
         """Take up the results that are there (rank 0).

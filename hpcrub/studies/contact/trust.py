@@ -15,7 +15,7 @@ from hpcrub.runs.verdict import (
     SINGLE,
     USELESS,
     Finding,
-    at_the_edge,
+    at_the_ends,
     block,
     few,
     kinematics,
@@ -81,11 +81,7 @@ def _worn_through(file):
 def _speeds(file, found):
     """Peaks at the edge of the speeds, and peaks between them."""
     n, speeds = max(1, int(found.peaks.sum())), file.config.speeds
-    for count, word, key in (
-        (found.lowest, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
-        (found.highest, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
-    ):
-        yield from at_the_edge(count, n, word, key, USELESS if count > FEW * n else SINGLE)
+    yield from at_the_ends(file.config, found.lowest, found.highest, n, most=FEW)
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in (speeds.from_hz, speeds.to_hz):
         yield Finding(
             USELESS,
