@@ -106,14 +106,12 @@ def _casing_angles():
     return np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 
 
-def _tests(config, task, tangential, per_block):
+def _tests(followed, task, tangential, per_block):
     """The steady-state test at every check."""
-    checks = _checks(config)
-    tips = np.zeros(len(checks), dtype=int)
-    correlated, change = np.zeros((2, len(checks)))
-    window_blocks = config.steady_state.window_revolutions * _grid(config).blocks_per_revolution
-    window = window_blocks * per_block
-    for check, block in enumerate(checks):
+    tips = np.zeros(len(followed.checks), dtype=int)
+    correlated, change = np.zeros((2, len(tips)))
+    window = followed.window * per_block
+    for check, block in enumerate(followed.checks):
         end = block * per_block
         before, last = (tangential[end - k * window :][:window] for k in (2, 1))
         tip = tips[check] = np.abs(last).max(axis=0).argmax()
@@ -184,8 +182,10 @@ class TimeResponse(StudyInTime):
         """Keys that do not fit this study."""
         if config.speeds.n_values != 1:
             first, last = config.speeds.from_hz, config.speeds.to_hz
-            text = f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of"
-            yield f"{text} one speed"
+            yield (
+                f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of one "
+                "speed"
+            )
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate one disk in time and test its steady state; of one that diverges, say why."""
@@ -211,18 +211,20 @@ class TimeResponse(StudyInTime):
         yield "point_status", task, DIVERGED
         if status.are_fatal(pieces[-1].reason[0]):
             return
-        moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
-        moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
         wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
-        moved["gap_m"] = gap(scene, speed, time, radial) + wall
+        yield "radial_m", task, radial
+        yield "tangential_m", task, tangential
+        yield "gap_m", task, gap(scene, speed, time, radial) + wall
+        yield "force_n", task, force
+        if scene.observes_stress:
+            yield "stress_pa", task, position @ modes.stress.T
         if config.casing.vibrates:
             turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
-            moved["casing_radial_m"] = casing_motion.radial(modes.pairs, casing, turned)
-        yield from ((name, task, values) for name, values in moved.items())
+            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, casing, turned)
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        yield from _tests(config, task, tangential, len(time) // len(pieces))
+        yield from _tests(followed, task, tangential, len(time) // len(pieces))
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 
@@ -233,12 +235,10 @@ class TimeResponse(StudyInTime):
             if found[disk] == DIVERGED:
                 yield f"{name}: {status.words(reason[disk])}"
                 continue
-            check = first_known(file, disk)
-            word = "averaged" if found[disk] == AVERAGED else "steady"
-            known = (
-                "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
-            )
+            check, known = first_known(file, disk), "not steady"
             if check is not None:
+                word = "averaged" if found[disk] == AVERAGED else "steady"
+                known = f"{word} at {file.read('check_s')[check]:.3f} s"
                 known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
             if found[disk] == AVERAGED:
                 error = Z_95 * file.read("amplitude_error_m", disk)
@@ -261,9 +261,8 @@ class TimeResponse(StudyInTime):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """What speaks against the motions of all disks."""
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
-        states, reasons = (file.read(name) for name in ("point_status", "point_reason"))
-        points = (values[:, None] for values in (moved, states, reasons))
-        yield from verdict.of_points(file.config, *points)
+        points = moved, file.read("point_status"), file.read("point_reason")
+        yield from verdict.of_points(file.config, *(values[:, None] for values in points))
         yield from verdict.kinematics(file.config, float(moved.max()))
 
 
