@@ -83,7 +83,7 @@ class Job:
 
     def n_done(self) -> tuple[int, int]:
         """Finished parts of the job, and all (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), self.status.size
+        return int(np.count_nonzero(self.status != PENDING)), self.status.size
 
     def require_results(self) -> None:
         """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
@@ -97,7 +97,7 @@ class Job:
             print_line(out, line)
 
     def _take_stock(self):
-        self.status = self.file.read("status")
+        self.status = self.file.status
         return self._next()
 
     def _next(self):

@@ -39,9 +39,7 @@ class Outcome(NamedTuple):
 
     status: int
     numbers: tuple[float, ...]  # of all kinds
-    n_steps: int
-    seconds: float
-    writing: float  # of these seconds
+    work: Work
     message: str = ""
 
 
@@ -53,12 +51,10 @@ class MonteCarlo(Job):
         super().__init__(run, team, prepared, *others)
         config, self.problem = run.config, prepared
         self.speeds_hz = config.speeds.values_hz
-        self.shape = len(config.levels), len(config.samples)
         self.reference: Any = None  # Reference, once known to this rank
         # Integrated of every part of the runs of the tuned disk (rank 0)
         self.runs: list[dict[int, Any]] = [{} for _ in range(config.mistuning.tuned_runs)]
-        self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
-        self.looked_at = 0  # so many of them when convergence was checked last
+        self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
         self.numbers: Any = None  # of all kinds, (kinds, V, n) on rank 0
         self.tasks: Any = ()  # on rank 0
@@ -87,11 +83,6 @@ class MonteCarlo(Job):
         self._take_stock()
         self._write_statistics()
 
-    def n_done(self) -> tuple[int, int]:
-        """Finished samples and all (rank 0)."""
-        status = self.file.status
-        return int(np.count_nonzero(status != PENDING)), status.size
-
     def require_results(self) -> None:
         """Raise HpcrubError when every sample has failed (rank 0)."""
         if (self.status == FAILED).all():
@@ -117,7 +108,6 @@ class MonteCarlo(Job):
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = np.count_nonzero(self.status == PENDING)
-        self.finished = _leading((self.status != PENDING).all(axis=0))
         if self._is_useless() or self._is_enough():
             n_pending = 0
         n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
@@ -134,7 +124,7 @@ class MonteCarlo(Job):
 
     def _pending(self):
         """Pairs (level, sample) of the samples to compute."""
-        for sample in range(self.shape[1]):
+        for sample in range(self.status.shape[1]):
             for level in np.flatnonzero(self.status[:, sample] == PENDING):
                 yield int(level), sample
 
@@ -188,14 +178,9 @@ class MonteCarlo(Job):
         began = time.perf_counter()
         contact_file.write_sample(self.file, task.level, task.sample, values)
         ended = time.perf_counter()
-        return Outcome(
-            status=values["status"],
-            numbers=tuple(values.get(kind.of, np.nan) for kind in self.kinds),
-            n_steps=response.n_steps,
-            seconds=response.seconds + ended - start,
-            writing=ended - began,
-            message=message,
-        )
+        work = Work(1, response.n_steps, response.seconds + ended - start, ended - began)
+        numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
+        return Outcome(values["status"], numbers, work, message)
 
     def _amplifications(self, modes, result):
         """Peaks of one sample beside the tuned disk's, and its status."""
@@ -225,7 +210,7 @@ class MonteCarlo(Job):
             return self._collect_tuned(task, result)
         if task.n_parts > 1:
             return self._collect_part(task, result)
-        self.work += Work(1, result.n_steps, result.seconds, result.writing)
+        self.work += result.work
         where = task.level, task.sample
         self.status[where] = result.status
         self.failure = result.message or self.failure
@@ -267,23 +252,21 @@ class MonteCarlo(Job):
     def _is_enough(self):
         """Whether every level and percentile has converged, if that ends the study (rank 0)."""
         convergence = self.config.convergence
-        while self.finished < self.shape[1] and (self.status[:, self.finished] != PENDING).all():
-            self.finished += 1
-        due = max(self.looked_at + convergence.step, self.looked_at * LOOK_AGAIN)
-        if not convergence.stop_when_converged or self.finished < due:
+        if not convergence.stop_when_converged:
             return False
-        self.looked_at = self.finished
+        finished = _leading((self.status != PENDING).all(axis=0))
+        if finished < max(self.looked_at + convergence.step, self.looked_at * LOOK_AGAIN):
+            return False
+        self.looked_at = finished
         return self._converged_at() is not None
 
     def _running(self, values):
         """RunningPercentiles of numbers (V, n) for every level over its leading samples."""
         c = self.config.convergence
-        leading = [
-            numbers[: _leading(status != PENDING)]
-            for numbers, status in zip(values, self.status, strict=True)
-        ]
+        how = c.percentiles, c.step, c.z
         return [
-            percentiles.running_percentiles(found, c.percentiles, c.step, c.z) for found in leading
+            percentiles.running_percentiles(numbers[: _leading(status != PENDING)], *how)
+            for numbers, status in zip(values, self.status, strict=True)
         ]
 
     def _converged_at(self):
@@ -303,9 +286,8 @@ class MonteCarlo(Job):
         its statistics end where it converged.
         """
         self.phase("statistics")
-        length = None
-        if self.config.convergence.stop_when_converged:
-            length = self._converged_at()
+        stops = self.config.convergence.stop_when_converged
+        length = self._converged_at() if stops else None
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, found in enumerate(self._running(numbers)):
                 cut = percentiles.RunningPercentiles(*(values[..., :length] for values in found))
@@ -320,4 +302,4 @@ def _words(error):
 
 def _leading(flags):
     """Number of true values before the first false one."""
-    return len(flags) if flags.all() else int(np.argmin(flags))
+    return int(np.argmin(np.append(flags, False)))
