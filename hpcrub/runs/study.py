@@ -16,6 +16,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
+from hpcrub.response.wear import N_ANGLES
 from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
@@ -28,6 +29,7 @@ from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
+ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
 Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
@@ -140,7 +142,7 @@ class Study:
     datasets: tuple[Dataset, ...] = ()  # of the result file, unless its `layout` tells others
     figures = ""  # of the paper
     sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
-    # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
+    # dimension: the dataset with the values along it; `speed` and `angle` have theirs
     scales: Mapping[str, str] = {}
     mistunes = True  # draws the blades of its disks; one that does not takes a pattern alone
     n_sources = 0  # result files of contact studies that it starts from
@@ -272,26 +274,30 @@ class Run(NamedTuple):
     def scales(self) -> dict[str, str]:
         """{dimension: name of its scale}."""
         found = {d for line in self.datasets() for d in line.dimensions}
-        named = {"speed": SPEEDS.name} | dict(self.study.scales)
+        named = {"speed": SPEEDS.name, "angle": ANGLE.name} | dict(self.study.scales)
         return {d: named.get(d, d) for d in found}
 
     def known_sizes(self) -> Counts:
         """Length of every dimension that the configuration alone tells."""
         config = self.config
         of_all = {
+            "level": len(config.levels),
+            "sample": len(config.samples),
             "speed": config.speeds.n_values,
             "blade": config.disk.n_blades,
             "mode": config.n_coordinates,
             "strip": config.disk.n_strips,
+            "angle": N_ANGLES,
             "task": self.n_tasks,
         }
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:
         """Datasets that are known without computing. Raises InputError for a source."""
-        speeds = {SPEEDS.name: self.config.speeds.values_hz}
         there = {line.name for line in self.datasets()} | set(self.scales().values())
-        found = speeds | self.study.constants(self.config)
+        angles = np.arange(N_ANGLES) * (360.0 / N_ANGLES)
+        of_all = {SPEEDS.name: self.config.speeds.values_hz, ANGLE.name: angles}
+        found = of_all | self.study.constants(self.config)
         return {name: values for name, values in found.items() if name in there}
 
     def sizes(self) -> Counts:

@@ -36,7 +36,6 @@ _OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on
 AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
 DISKS = "tuned disk", "pattern"
 SPECTRUM_RECORDS = 16  # of a window whose spectrum is computed, at least
-SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
 def _longest_interval(config):
@@ -90,7 +89,7 @@ class InteractionMap(StudyInTime):
     what = "spectra over a wide range of speeds"
     figures = "6"
     sections = ("history", "spectrum")
-    scales = SCALES
+    scales = {"frequency": "frequencies_hz"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
@@ -99,14 +98,14 @@ class InteractionMap(StudyInTime):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        return worn.SIZES | {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+        return {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The scales."""
         return {
             "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
             "deviation": disks(config),
-        } | worn.CONSTANTS
+        }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""

@@ -90,11 +90,7 @@ class Linear(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        return {
-            "level": len(config.mistuning.half_range),
-            "n_diameters": len(config.linear.n_diameters),
-            "sample": config.mistuning.samples,
-        } | air.sizes(config)
+        return {"n_diameters": len(config.linear.n_diameters)} | air.sizes(config)
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The levels and the loads."""

@@ -226,12 +226,9 @@ class PatternStudy(Study):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Patterns with the disk without one, and their disks."""
-        return {
-            "pattern": len(words_of(config)),
-            "sample": config.mistuning.samples,
-            "contact_sample": config.patterns.contact_samples,
-        }
+        """Patterns with the disk without one, and their disks in contact."""
+        n_contact = config.patterns.contact_samples
+        return {"pattern": len(words_of(config)), "contact_sample": n_contact}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The patterns."""

@@ -164,8 +164,7 @@ class Rare(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        n = config.mistuning.samples
-        return {"sample": n, "pilot": min(PILOT, n), "estimate": len(numbers(config))}
+        return {"pilot": min(PILOT, config.mistuning.samples), "estimate": len(numbers(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Numbers of disks after which there is an estimate."""

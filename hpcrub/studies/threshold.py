@@ -104,8 +104,7 @@ class Threshold(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        n_values = len(config.threshold.values)
-        return {"value": n_values, "sample": config.mistuning.samples, "end": 2}
+        return {"value": len(config.threshold.values), "end": 2}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The values."""

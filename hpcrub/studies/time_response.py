@@ -60,7 +60,6 @@ _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
 )
-SCALES = {"time": "time_s", "check": "check_s", "block": "block_s", **worn.SCALES}
 
 
 def _grid(config):
@@ -137,7 +136,7 @@ class TimeResponse(StudyInTime):
     what = "one simulation in full"
     figures = "5"
     sections = ("history",)
-    scales = SCALES
+    scales = {"time": "time_s", "check": "check_s", "block": "block_s"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets; where blades have several contact points, motions are of every point."""
@@ -157,7 +156,7 @@ class TimeResponse(StudyInTime):
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         speed, duration = config.speeds.from_hz, config.history.duration_s
-        return worn.SIZES | {
+        return {
             "disk": len(disks(config)),
             "time": history.n_records(speed, duration, time_grid(config)),
             "point": config.disk.n_points,
@@ -176,7 +175,7 @@ class TimeResponse(StudyInTime):
             "window_s": config.steady_state.window_revolutions / speed,
             "block_s": _block_ends(config),
             "casing_angle_deg": np.degrees(_casing_angles()),
-        } | worn.CONSTANTS
+        }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""

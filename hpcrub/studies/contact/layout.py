@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
+from hpcrub.runs.study import ANGLE
 from hpcrub.studies.shared import casing_motion, in_group, worn
 
 
@@ -86,7 +87,7 @@ LAYOUT = (
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     worn.around("tuned", _S),
-    worn.ANGLE,
+    ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     *_points("samples", _VNS),
@@ -120,11 +121,7 @@ AMPLITUDES = {
     "largest_amplitude_m": "largest amplitude at any time",
 }
 MOST_LINES = 6  # of the verdict
-SCALES = {
-    "level": "half_range", "block": SAMPLES_SEEN, "mode": "tuned/mode", "run": "tuned/run",
-    **worn.SCALES,
-}  # fmt: skip
-_OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+_OF_COATING = {*worn.NAMES, ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
 
 

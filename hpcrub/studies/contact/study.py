@@ -22,12 +22,10 @@ from hpcrub.studies.contact.layout import (
     AMPLIFICATION,
     MOST_LINES,
     SAMPLES_SEEN,
-    SCALES,
     amplitude_in_words,
     layout,
 )
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
-from hpcrub.studies.shared import worn
 
 # keys and sections in which a study that goes on from a contact study may differ from that
 APART = (
@@ -43,7 +41,9 @@ class Contact(Study):
     what = "frequency response in contact, Monte-Carlo percentiles"
     figures = "7 to 13"
     sections = ("part",)
-    scales = SCALES
+    scales = {
+        "level": "half_range", "block": SAMPLES_SEEN, "mode": "tuned/mode", "run": "tuned/run",
+    }  # fmt: skip
     unit = "samples"
     integrates = True
     job = MonteCarlo
@@ -59,24 +59,21 @@ class Contact(Study):
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         return {
-            "level": len(config.levels),
-            "sample": len(config.samples),
             "percentile": len(config.convergence.percentiles),
             "run": config.mistuning.tuned_runs,
             "line": MOST_LINES,
             "friction": 2,
             "block": len(config.samples) // config.convergence.step,
-        } | worn.SIZES
+        }
 
     def constants(self, config: Config) -> dict[str, Any]:
         """What is known before any computation."""
         n_blocks = self.sizes(config)["block"]
-        seen = config.convergence.step * np.arange(1, n_blocks + 1)
-        return worn.CONSTANTS | {
+        return {
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
-            SAMPLES_SEEN: seen,
+            SAMPLES_SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
         }
 
     def cost(self, config: Config) -> Cost:

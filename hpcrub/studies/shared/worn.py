@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.response.wear import ENDED, N_ANGLES, Wear
+from hpcrub.response.wear import ENDED, Wear
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Values
+from hpcrub.runs.study import ANGLE, Values
 from hpcrub.studies.shared import in_group
 
 # of every speed: {name: (units, description)}, in the order of `Wear`
@@ -24,9 +24,6 @@ NUMBERS = {
 }
 NAMES = (*NUMBERS, "worn_m")
 _AROUND = "largest worn depth within an angle of the casing, of each strip"
-ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
-SCALES, SIZES = {"angle": ANGLE.name}, {"angle": N_ANGLES}
-CONSTANTS = {ANGLE.name: np.arange(N_ANGLES) * (360.0 / N_ANGLES)}  # where there is a coating
 
 
 def around(group: str, dimensions: tuple[str, ...]) -> Dataset:
