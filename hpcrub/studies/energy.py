@@ -105,19 +105,16 @@ def amplification(file: ResultFile) -> np.ndarray:
 
     NaN where all points of the sample have diverged, or of the tuned disk.
     """
-    tuned, found = _largest(file.read("tuned/energy_j")), map(_largest, file.read("energy_j"))
-    return np.array(list(found)) / (tuned if tuned > 0.0 else np.nan)
+    found, tuned = largest(file, "energy_j")
+    return found / (tuned if tuned > 0.0 else np.nan)
 
 
-def worn(file: ResultFile) -> np.ndarray:
-    """Largest energy that the wear by every sample took, of a study on a coating (n,) [J]."""
-    return np.array([_largest(energy) for energy in file.read("wear_energy_j")])
-
-
-def _largest(energy):
-    """Largest finite one of some energies [J], NaN when there is none."""
-    known = energy[np.isfinite(energy)]
-    return known.max() if len(known) else np.nan
+def largest(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
+    """Largest number of a dataset in every sample (n,), and in the tuned disk; NaN: none known."""
+    disks = file.read(f"tuned/{name}"), *file.read(name)
+    known = (values[np.isfinite(values)] for values in disks)
+    tuned, *found = (values.max() if len(values) else np.nan for values in known)
+    return np.array(found), tuned
 
 
 class Energy(StudyInTime):
@@ -210,13 +207,12 @@ class Energy(StudyInTime):
         low, middle, high = np.percentile(found, [0, 50, 100])
         yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
         if "wear_energy_j" in file:
-            taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
-            low, high = np.nanmin(taken), np.nanmax(taken)
+            wear, tuned = largest(file, "wear_energy_j")
+            low, high = np.nanmin(wear), np.nanmax(wear)
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
         if "stress_pa" in file:
-            largest = 1e-6 * np.array([_largest(stress) for stress in file.read("stress_pa")])
-            tuned = 1e-6 * _largest(file.read("tuned/stress_pa"))
-            low, high = largest.min(), largest.max()
+            stress, tuned = largest(file, "stress_pa")
+            low, high, tuned = (1e-6 * found for found in (stress.min(), stress.max(), tuned))
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

@@ -47,15 +47,8 @@ def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
 
 
-def _peaks(config, model, blade_deviation, radial=False):
-    """Amplitude [m] and speed [Hz] under every load, (D, 2); radial: of u_r."""
-    modes = modes_of(config, model, blade_deviation)
-    if radial:
-        modes = modes._replace(observed=modes.normal)
-    return _peaks_of(config, model, modes)
-
-
-def _peaks_of(config, model, modes):
+def _peaks(config, model, modes):
+    """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
     return np.array([
         linear_peak(
             modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
@@ -110,8 +103,10 @@ class Linear(Study):
 
     def prepare(self, config: Config) -> Prepared:
         """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
-        model, still = build_model(config), np.zeros(config.disk.n_blades)
-        tuned, radial = (_peaks(config, model, still, radial) for radial in (False, True))
+        model = build_model(config)
+        modes = modes_of(config, model, np.zeros(config.disk.n_blades))
+        tuned = _peaks(config, model, modes)
+        radial = _peaks(config, model, modes._replace(observed=modes.normal))
         lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
         if lost.size:
             raise InputError(
@@ -129,7 +124,7 @@ class Linear(Study):
         for i, sample in enumerate(samples):
             modes = modes_of(config, model, deviation(config, level, sample))
             waves += [modes.waves] if modes.waves else []
-            amplification[:, i] = _over(_peaks_of(config, model, modes)[:, 0], tuned[:, 0])
+            amplification[:, i] = _over(_peaks(config, model, modes)[:, 0], tuned[:, 0])
             poll()
         if waves:
             yield from air.values(waves, level, samples.start)
@@ -137,11 +132,8 @@ class Linear(Study):
             yield from air.values_of_tuned(config, model.reduced)
             yield "tuned/amplitude_m", (), tuned[:, 0]
             yield "tuned/speed_hz", (), tuned[:, 1]
-        yield (
-            "amplification",
-            (level, slice(None), slice(samples.start, samples.stop)),
-            amplification,
-        )
+        where = level, slice(None), slice(samples.start, samples.stop)
+        yield "amplification", where, amplification
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Percentiles at every level and load, and what the air does."""

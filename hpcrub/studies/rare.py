@@ -63,8 +63,6 @@ class Step(NamedTuple):
 class Sampling(Job):
     """Looks at some more disks again and again, until the goal is met (all ranks)."""
 
-    seconds: tuple[float, ...] = ()  # of the pilot's disks computed in this run, rank 0
-
     def _tasks(self):
         return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
 
@@ -98,8 +96,9 @@ class Sampling(Job):
         mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
         self.file.write({"look_speeds": mask}, ())
         self.file.write({"look": looks}, slice(len(looks)))
-        if self.progress and self.seconds:
-            hours = best.cost * np.mean(self.seconds) / sum(costs(self.file, mask >= 0)) / 3600
+        if self.progress and self.work.n_done:  # some of the pilot's disks in this run
+            seconds = self.work.seconds / self.work.n_done
+            hours = best.cost * seconds / sum(costs(self.file, mask >= 0)) / 3600
             disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
             self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
 
@@ -145,11 +144,6 @@ class Sampling(Job):
         yield "peak_stress_pa", sample, peak_stress(result)
         yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
         yield "time_s", sample, result.time.sum()
-
-    def _collect(self, sample, seconds):
-        super()._collect(sample, seconds)
-        if sample < PILOT:
-            self.seconds += (seconds,)
 
 
 class Rare(Study):
