@@ -119,7 +119,7 @@ class Halving(Job):
 
     def run(self) -> None:
         """Compute what the next round needs, until all is there."""
-        self.computed, self.planned = 0, 0
+        self.planned = 0
         self.tuned = self.team.on_root(self._tuned)
         self.phase("linear disks")
         while blocks := self.team.on_root(self._blocks):
@@ -132,7 +132,7 @@ class Halving(Job):
 
     def n_done(self) -> tuple[int, int]:
         """Tasks computed in this run, and those that are known of so far (rank 0)."""
-        return self.computed, self.planned
+        return self.work.n_done, self.planned
 
     def _tuned(self):
         """Linear amplitude of the tuned disk, without air where it flutters [m]."""
@@ -208,7 +208,6 @@ class Halving(Job):
         return modes_of(self.config, self.prepared, own)
 
     def _collect(self, task, seconds):
-        self.computed += 1
         self.work += Work(1, 0, seconds)
         if self.progress:
             self.progress.part("tasks", *self.n_done())

@@ -16,15 +16,8 @@ from hpcrub.runs.study import Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import layout, trust
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import (
-    AMPLIFICATION,
-    MOST_LINES,
-    SAMPLES_SEEN,
-    amplitude_in_words,
-    layout,
-)
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
 # keys and sections in which a study that goes on from a contact study may differ from that
@@ -42,15 +35,18 @@ class Contact(Study):
     figures = "7 to 13"
     sections = ("part",)
     scales = {
-        "level": "half_range", "block": SAMPLES_SEEN, "mode": "tuned/mode", "run": "tuned/run",
-    }  # fmt: skip
+        "level": "half_range",
+        "block": layout.SAMPLES_SEEN,
+        "mode": "tuned/mode",
+        "run": "tuned/run",
+    }
     unit = "samples"
     integrates = True
     job = MonteCarlo
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets."""
-        return layout(config)
+        return layout.layout(config)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """One line: peaks, amplifications and the verdict."""
@@ -61,7 +57,7 @@ class Contact(Study):
         return {
             "percentile": len(config.convergence.percentiles),
             "run": config.mistuning.tuned_runs,
-            "line": MOST_LINES,
+            "line": layout.MOST_LINES,
             "friction": 2,
             "block": len(config.samples) // config.convergence.step,
         }
@@ -73,7 +69,7 @@ class Contact(Study):
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
-            SAMPLES_SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
+            layout.SAMPLES_SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
         }
 
     def cost(self, config: Config) -> Cost:
@@ -97,7 +93,7 @@ class Contact(Study):
         if not convergence.stop_when_converged:
             return False
         names = "convergence_error", "percentile_low", "percentile_high"
-        known = {name: file.read(AMPLIFICATION.dataset(name)) for name in names}
+        known = {name: file.read(layout.AMPLIFICATION.dataset(name)) for name in names}
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
 
@@ -107,7 +103,7 @@ class Contact(Study):
 
     def headline(self, file: ResultFile) -> str:
         """Peaks of the tuned disk and at the widest level [mm], amplifications, verdict."""
-        quantity = amplitude_in_words(file.config)
+        quantity = layout.amplitude_in_words(file.config)
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         done = file.status[-1] == DONE
         if not done.any():
