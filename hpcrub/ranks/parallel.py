@@ -56,35 +56,32 @@ def run(program: Callable[["Team"], int]) -> int:
     program: function of a `Team` that returns an exit code.
     Returns the exit code; a failure prints once, an exception of a single rank aborts all.
     """
-    team, handlers = None, {}
+    team, rank, handlers = Team(), launched_rank(), {}  # until the ranks know each other
     try:
         size = launched_size()
-        team = Team(_world(size) if size else None)
+        team, rank = Team(_world(size) if size else None), 0
         handlers = {number: signal.signal(number, team.remember) for number in STOP_SIGNALS}
         code = program(team)
         team.barrier()
         return code
     except HpcrubError as error:
         shared = getattr(error, "shared", False)
-        if not shared or team is None or team.rank == 0:
-            _print_error(error, launched_rank() if team is None else 0)
+        if not shared or team.rank == 0:
+            _print_error(error, rank)
         broken = isinstance(error, WriteError)
-        if broken and (team is None or team.size == 1):
+        if broken and team.size == 1:
             leave(error.exit_code)
-        if broken and shared and team is not None and team.rank > 0:
+        if broken and shared and team.rank > 0:
             time.sleep(1.0)  # rank 0 has said it, and ends all
-        if team is not None and (broken or not shared):
+        if broken or not shared:
             team.abort(error.exit_code)
         return error.exit_code
-    except MemoryError as error:
-        _print_error(f"not enough memory: {error}", 0)
-        if team is not None:
-            team.abort(1)
-        return 1
-    except BaseException:
-        traceback.print_exc()
-        if team is not None:
-            team.abort(1)
+    except BaseException as error:
+        if isinstance(error, MemoryError):
+            _print_error(f"not enough memory: {error}", 0)
+        else:
+            traceback.print_exc()
+        team.abort(1)
         return 1
     finally:  # the signal that rank 0 has passed on may still be on its way to this rank
         for number, handler in handlers.items():

@@ -26,7 +26,7 @@ class Cost(NamedTuple):
     """What all tasks of a study do together, on any machine."""
 
     sweeps: int = 0  # of all speeds, each followed until its motion is steady
-    histories: float = 0.0  # [s] simulated while the motion is kept, idle lanes included
+    histories: float = 0.0  # [s] of all speeds, simulated while the motion is kept
     disks: int = 0  # eigenproblems, each with linear responses
 
 
@@ -41,7 +41,8 @@ class Trial(NamedTuple):
 
     def seconds(self, cost: Cost, config: Config) -> float:
         """Time on one core [s] of a Cost."""
-        kept = cost.histories / config.step / self.history_steps_per_second
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # idle ones too
+        kept = cost.histories * lanes / config.step / self.history_steps_per_second
         simulated = cost.sweeps * config.speeds.n_values * self.until_steady
         sought = simulated / config.step / self.steps_per_second
         return sought + kept + cost.disks * self.seconds_per_disk

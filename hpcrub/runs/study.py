@@ -243,9 +243,9 @@ class StudyInTime(Study):
         return len(disks(config)) * len(history.groups(config.speeds.values_hz))
 
     def cost(self, config: Config) -> Cost:
-        """All lanes, idle ones too."""
-        lanes = len(history.LANES) * self.n_tasks(config)
-        return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
+        """Every disk over the whole duration."""
+        n_disks = len(disks(config))
+        return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """What speaks against the points of all disks, or starts, and against their amplitudes."""

@@ -139,10 +139,8 @@ class Branches(StudyInTime):
 
     def cost(self, config: Config) -> Cost:
         """Every start at every speed; a continuation has seven idle lanes."""
-        revolutions = N_WINDOWS * config.steady_state.window_revolutions
-        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
-        after = self.n_tasks(config) * revolutions * lanes / config.speeds.from_hz
-        return Cost(2 * 8 + self.n_tasks(config) - 2, after, 1)
+        n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
+        return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 
     def prepare(self, config: Config) -> Disks:
         """The disk of a configuration. Raises InputError as `build_problem`."""

@@ -170,10 +170,8 @@ class Energy(StudyInTime):
 
     def cost(self, config: Config) -> Cost:
         """Every disk at every speed until it is steady, and over one more window."""
-        n = self.n_tasks(config)
-        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
-        window = config.steady_state.window_revolutions / config.speeds.from_hz
-        return Cost(n, n * window * lanes, n)
+        n, window = self.n_tasks(config), config.steady_state.window_revolutions
+        return Cost(n, n * window / config.speeds.from_hz, n)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Energies of one disk."""

@@ -56,8 +56,8 @@ class Step(NamedTuple):
     """The first n disks, the speeds of their first look (indices), and who is computed in full."""
 
     n: int
-    speeds: tuple[int, ...] = ()
-    rule: Rule = Rule()
+    speeds: tuple[int, ...]
+    rule: Rule
 
 
 class Sampling(Job):
@@ -105,9 +105,8 @@ class Sampling(Job):
     def _step(self, before, n):
         """The step to n disks, by what the first `before` disks say (rank 0)."""
         speeds = tuple(map(int, np.flatnonzero(self.file.read("look_speeds")))) if before else ()
-        if not speeds:
-            return Step(n)
-        return Step(n, speeds, _plan(self.file, before, speeds, goal_of(self.config)).rule)
+        goal = goal_of(self.config)
+        return Step(n, speeds, _plan(self.file, before, speeds, goal).rule if speeds else Rule())
 
     def _pieces(self, sample, poll):
         """A first look at a disk, and its full result where the draw says so."""
