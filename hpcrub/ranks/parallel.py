@@ -184,18 +184,6 @@ class Team:
         """Signal handler: take note, nothing else."""
         self.signal = _name(number)
 
-    def stop_if_asked(self, output: object) -> None:
-        """Raise Interrupted on every rank if any of them was asked to stop; on all ranks.
-
-        output: file that is not open yet.
-        """
-
-        def check():
-            if self.signal:
-                raise Interrupted(f"{self.signal} came before {output} was opened")
-
-        self.together(check)
-
     def barrier(self) -> None:
         """Wait for all ranks without taking a core."""
         if self.size > 1:

@@ -105,7 +105,12 @@ def execute(
     began = time.monotonic()
     path = run.config.output
     examined = team.on_root(lambda: examine(run, existing))
-    team.stop_if_asked(path)
+
+    def go_on():
+        if team.signal:
+            raise Interrupted(f"{team.signal} came before {path} was opened")
+
+    team.together(go_on)
     with contextlib.ExitStack() as stack:
 
         def lock():

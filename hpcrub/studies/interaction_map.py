@@ -44,13 +44,6 @@ def _longest_interval(config):
     return grid.stride / (speed * grid.steps_per_revolution)
 
 
-def _judged(found, where):
-    """The amplitude of a point, and how well it is known."""
-    yield "point_status", where, found.status
-    yield "mean_amplitude_m", where, found.amplitude
-    yield "mean_error_m", where, found.error
-
-
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
     """Amplitudes of harmonic parts of signals, their means aside.
 
@@ -157,7 +150,10 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield from _judged(followed[lane].found, (disk, speed))
+            found = followed[lane].found
+            yield "point_status", (disk, speed), found.status
+            yield "mean_amplitude_m", (disk, speed), found.amplitude
+            yield "mean_error_m", (disk, speed), found.error
             if scene.coating:
                 yield from worn.of_speed(followed[lane].wear, (disk, speed))
             spectra = spectrum(window, interval, config.spectrum)

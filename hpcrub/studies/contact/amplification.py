@@ -182,10 +182,10 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 
     problem: None where parts are merged.
     """
-    found = contact_file.read_tuned(file)
-    if found is None:
+    names = "tuned/reference_amplitude_m", "tuned/linear_amplitude_m"
+    contact, linear = (float(file.read(name)) for name in names)
+    if np.isnan(linear):
         return None
-    contact, linear = (float(found[f"{name}_amplitude_m"]) for name in ("reference", "linear"))
     return Reference(contact, linear, ROUNDING * problem.scene.lift if problem else 0.0)
 
 

@@ -48,10 +48,6 @@ class Contact(Study):
         """Datasets."""
         return layout.layout(config)
 
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """One line: peaks, amplifications and the verdict."""
-        yield self.headline(file)
-
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         return {
@@ -101,13 +97,14 @@ class Contact(Study):
         """The verdict on all disks, and below it what a user must know and do."""
         return trust.lines(file)
 
-    def headline(self, file: ResultFile) -> str:
-        """Peaks of the tuned disk and at the widest level [mm], amplifications, verdict."""
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
         quantity = layout.amplitude_in_words(file.config)
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         done = file.status[-1] == DONE
         if not done.any():
-            return f"{text}, no sample has a result"
+            yield f"{text}, no sample has a result"
+            return
         at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
         peaks, amplifications = (
             " / ".join(form.format(value) for value in np.percentile(values[done], at))
@@ -122,7 +119,7 @@ class Contact(Study):
         lines = read_trust(file)
         if is_usable(lines):
             text += f", A_nl {amplifications}"
-        return f"{text}; {lines[0]}" if lines else text
+        yield f"{text}; {lines[0]}" if lines else text
 
 
 STUDY = Contact()
