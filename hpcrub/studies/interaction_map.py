@@ -134,7 +134,7 @@ class InteractionMap(StudyInTime):
         time, tips, touching = map(np.concatenate, values)
         if group[0] == groups[0][0]:
             yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
-        for lane, speed in enumerate(group):
+        for lane, (speed, one) in enumerate(zip(group, followed, strict=True)):
             if config.disk.model is not None:
                 there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
                 yield AT_SPEED.name, (disk, speed), there
@@ -150,12 +150,11 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            found = followed[lane].found
-            yield "point_status", (disk, speed), found.status
-            yield "mean_amplitude_m", (disk, speed), found.amplitude
-            yield "mean_error_m", (disk, speed), found.error
+            yield "point_status", (disk, speed), one.found.status
+            yield "mean_amplitude_m", (disk, speed), one.found.amplitude
+            yield "mean_error_m", (disk, speed), one.found.error
             if scene.coating:
-                yield from worn.of_speed(followed[lane].wear, (disk, speed))
+                yield from worn.of_speed(one.wear, (disk, speed))
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()

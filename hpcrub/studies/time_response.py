@@ -77,6 +77,22 @@ def _checks(config):
     return history.checks(config.speeds.from_hz, config.history.duration_s, time_grid(config))
 
 
+def _judged(followed, task):
+    """The amplitude of a disk, and the check that it is of."""
+    yield "judged_s", task, followed.time
+    yield "point_status", task, followed.found.status
+    yield "amplitude_m", task, followed.found.amplitude
+    yield "amplitude_error_m", task, followed.found.error
+
+
+def _once(config, scene, time):
+    """What is the same for all disks."""
+    yield "time_s", (), time
+    if config.disk.n_points != config.disk.n_blades:
+        yield "contact_blade", (), scene.interface.blade
+        yield "contact_angle_rad", (), scene.interface.angle
+
+
 def gap(scene: Scene, speed_hz: float, time: np.ndarray, radial: np.ndarray) -> np.ndarray:
     """Gap of every tip, (T, n_c) [m], to a casing that does not move."""
     grown = np.array([ramp(t, scene.ramp_time) for t in time])[:, None]
@@ -188,11 +204,8 @@ class TimeResponse(StudyInTime):
         if not status.are_fatal(reason):
             share = scene.interface.of_points(force[-window:] > 0.0).mean(axis=0)
             reason = permanent_contact(share, modes, scene, speed) or reason
-        if task == 0:  # the same for all disks
-            yield "time_s", (), time
-            if config.disk.n_points != config.disk.n_blades:
-                yield "contact_blade", (), scene.interface.blade
-                yield "contact_angle_rad", (), scene.interface.angle
+        if task == 0:
+            yield from _once(config, scene, time)
         yield "point_reason", task, reason
         yield "point_status", task, DIVERGED
         if status.are_fatal(pieces[-1].reason[0]):
@@ -212,10 +225,7 @@ class TimeResponse(StudyInTime):
             yield from worn.of_speed(followed.wear, task)
         yield from _tests(followed, task, tangential, len(time) // len(pieces))
         if not status.are_fatal(reason):
-            yield "judged_s", task, followed.time
-            yield "point_status", task, followed.found.status
-            yield "amplitude_m", task, followed.found.amplitude
-            yield "amplitude_error_m", task, followed.found.error
+            yield from _judged(followed, task)
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Amplitudes, and since when they are known, or why there are none."""
