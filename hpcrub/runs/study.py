@@ -181,8 +181,8 @@ class Study:
         return build_problem(config)
 
     def problem_of(self, prepared: Any) -> Problem:
-        """The Problem in what `prepare` has returned, of a study that integrates."""
-        return prepared
+        """The Problem that `prepare` has returned, alone or in a tuple, if the study integrates."""
+        return getattr(prepared, "problem", prepared)
 
     def loads(self, config: Config) -> tuple[int, ...]:
         """Periods around the disk of the loads whose linear responses it computes."""
@@ -233,10 +233,6 @@ class StudyInTime(Study):
     def prepare(self, config: Config) -> Any:
         """The Problem, and the modes of all disks. Raises InputError."""
         return prepare_disks(config)
-
-    def problem_of(self, prepared: Any) -> Problem:
-        """The Problem beside the disks."""
-        return prepared.problem
 
     def n_tasks(self, config: Config) -> int:
         """One for every disk and group of speeds."""

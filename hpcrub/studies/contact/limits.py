@@ -33,8 +33,8 @@ def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     if not size > 0.0:
         return
     text = f"largest amplitude of all disks: {size:.3g} mm"
-    stresses = [_stresses(file, v) for v in range(len(file.config.levels))]
-    stress = max((values.max(initial=0.0) for values in stresses if values is not None), default=0)
+    levels = range(len(file.config.levels))
+    stress = max(_stresses(file, level).max(initial=0.0) for level in levels)
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
@@ -60,11 +60,11 @@ def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
 
 
 def _stresses(file, level):
-    """Largest stress of every finished disk of a level [Pa]; None: neither computed nor given."""
+    """Largest stress of every finished disk of a level [Pa]; none where it is not known."""
     if file.config.observes_stress:
         return finished(file, level, "peak_stress_pa")
     if file.config.limits.stress_mpa_per_mm is None:
-        return None
+        return np.zeros(0)
     return file.config.limits.stress_per_metre * finished(file, level, "peak_amplitude_m")
 
 

@@ -109,10 +109,10 @@ def _half_step(file):
 
 def half_step_moves(file: ResultFile) -> np.ndarray:
     """Relative change of the checked disks' peaks with half the step, the tuned one first (n,)."""
-    name = "half_step_peak_m"
-    half = np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", -1).ravel())
-    peaks = "tuned/peak_amplitude_m", "samples/peak_amplitude_m"
-    whole = np.append(file.read(peaks[0]), file.read(peaks[1], -1).ravel())
+    half, whole = (
+        np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", -1))
+        for name in ("half_step_peak_m", "peak_amplitude_m")
+    )
     moved = half / whole - 1.0
     return moved[np.isfinite(moved)]
 
