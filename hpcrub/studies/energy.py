@@ -82,12 +82,11 @@ def energies(
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
-        pieces = history.integrate(modes, scene, speeds_hz[usable], duration, part, poll)
-        found, codes = zip(
-            *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in pieces),
-            strict=True,
-        )
-        energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]
+        found = -np.inf
+        for piece in history.integrate(modes, scene, speeds_hz[usable], duration, part, poll):
+            found = np.maximum(found, strain_energy(stiffness, piece.position).max(axis=0))
+            reason[usable] = piece.reason
+        energy[usable] = found
     result = result.continued(reason)
     energy[result.point_status == DIVERGED] = np.nan
     return energy, result
