@@ -248,7 +248,7 @@ class StudyInTime(Study):
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
         yield from verdict.of_points(file.config, amplitude, states, reasons)
-        yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
+        yield from verdict.kinematics(file.config, amplitude)
 
 
 class Run(NamedTuple):

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
@@ -51,9 +52,9 @@ def is_usable(lines: list[str]) -> bool:
     return bool(lines) and not lines[0].startswith("not usable")
 
 
-def kinematics(config: Config, largest: float) -> Iterator[Finding]:
-    """Motions that small displacements do not describe; largest: displacement of a tip [m]."""
-    radius = config.disk.tip_radius
+def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
+    """Motions that small displacements do not describe; sizes: displacements of tips [m]."""
+    largest, radius = float(np.max(np.nan_to_num(sizes), initial=0.0)), config.disk.tip_radius
     if largest > FAR * radius:
         yield Finding(
             USELESS,

@@ -148,7 +148,7 @@ class Checklist(Study):
                 yield Finding(weight, words, f"{words}: {change.key}")
             else:
                 yield Finding(REMARK, words, f"{words}: {change.key} must be known that well")
-        yield from verdict.kinematics(file.config, float(np.nan_to_num(size[0]).max()))
+        yield from verdict.kinematics(file.config, size[0])
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:

@@ -23,7 +23,7 @@ from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
-from hpcrub.studies.contact.limits import percent, severity
+from hpcrub.studies.contact.limits import percent, severities, severity
 from hpcrub.studies.threshold import limit_problems
 
 PILOT = 100  # disks
@@ -222,7 +222,7 @@ class Rare(Study):
         if speeds.n_values > 1:
             at = file.read("pilot_peak_hz")
             yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, float(np.nan_to_num(size).max(initial=0.0)))
+        yield from verdict.kinematics(config, size)
 
 
 def numbers(config: Config) -> np.ndarray:
@@ -261,11 +261,6 @@ def candidates(file: ResultFile) -> list[tuple[int, ...]]:
 def costs(file: ResultFile, speeds: Any) -> tuple[float, float]:
     """Simulated time of a first look at some speeds, and of a full result of the pilot [s]."""
     return len(speeds) * early_time(file.config), float(file.read("time_s")[:PILOT].mean())
-
-
-def severities(file: ResultFile) -> np.ndarray:
-    """Severity of every disk (n,); NaN where it was not computed, or has no result."""
-    return severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa"))
 
 
 def in_full(file: ResultFile) -> np.ndarray:

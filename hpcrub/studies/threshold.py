@@ -21,7 +21,7 @@ from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
 from hpcrub.studies.contact.amplification import peaks_of
-from hpcrub.studies.contact.limits import severity
+from hpcrub.studies.contact.limits import severities
 
 NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
 LOOKS = 1.5  # values that need all disks that the target asks for, for each bisection
@@ -167,8 +167,7 @@ class Threshold(Study):
                 f"the probability rises and falls again with {config.threshold.key}: one of "
                 "several crossings is told; draw the figure, and search on parts of the range",
             )  # fmt: skip
-        amplitude = np.nan_to_num(file.read("peak_amplitude_m"))
-        yield from verdict.kinematics(config, float(amplitude.max()))
+        yield from verdict.kinematics(config, file.read("peak_amplitude_m"))
 
 
 def limit_problems(config: Config) -> Iterator[str]:
@@ -192,9 +191,7 @@ def at_value(config: Config, value: float) -> Config:
 
 def exceeds(file: ResultFile) -> np.ndarray:
     """Whether disks exceed a limit, or have no result (V, n) of bool."""
-    return ~(
-        severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa")) <= 1.0
-    )
+    return ~(severities(file) <= 1.0)
 
 
 def search_of(file: ResultFile) -> Search:

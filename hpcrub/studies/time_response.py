@@ -262,7 +262,7 @@ class TimeResponse(StudyInTime):
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
         points = moved, file.read("point_status"), file.read("point_reason")
         yield from verdict.of_points(file.config, *(values[:, None] for values in points))
-        yield from verdict.kinematics(file.config, float(moved.max()))
+        yield from verdict.kinematics(file.config, moved)
 
 
 STUDY = TimeResponse()

@@ -27,6 +27,11 @@ def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.nd
     return found
 
 
+def severities(file: ResultFile) -> np.ndarray:
+    """Severity of every disk of a file; NaN where it was not computed, or has no result."""
+    return severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa"))
+
+
 def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     """The largest amplitude of all disks, and the largest stress where it is limited."""
     size = 1e3 * found.largest
