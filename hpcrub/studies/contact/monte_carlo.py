@@ -83,6 +83,11 @@ class MonteCarlo(Job):
         self._take_stock()
         self._write_statistics()
 
+    def n_done(self) -> tuple[int, int]:
+        """Finished samples in the file, which rank 0 may not know of yet, and all (rank 0)."""
+        status = self.file.status
+        return int(np.count_nonzero(status != PENDING)), status.size
+
     def require_results(self) -> None:
         """Raise HpcrubError when every sample has failed (rank 0)."""
         if (self.status == FAILED).all():
