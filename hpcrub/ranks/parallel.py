@@ -206,25 +206,14 @@ class Team:
 
         Raises, on every rank, the HpcrubError that it raised on rank 0.
         """
-        result = error = None
-        if self.rank == 0:
-            try:
-                result = function()
-            except HpcrubError as caught:
-                error = caught
-        result, error = self.bcast((result, error))
-        return _result_or_raise(result, error)
+        return _result_or_raise(*self.bcast(_caught(function) if self.rank == 0 else None))
 
     def together(self, function: Callable[[], Any]) -> Any:
         """Result of function(), called on every rank.
 
         Raises, on every rank, the HpcrubError of the first rank that raised one.
         """
-        result = error = None
-        try:
-            result = function()
-        except HpcrubError as caught:
-            error = caught
+        result, error = _caught(function)
         errors = self.gather(error)
         first = next((e for e in errors if e), None) if self.rank == 0 else None
         return _result_or_raise(result, self.bcast(first))
@@ -267,6 +256,14 @@ class Team:
         self.shared = value
         for rank in range(1, self.size):
             self.comm.send(("shared", value), rank, FROM_ROOT)
+
+
+def _caught(function):
+    """Result of function(), and the HpcrubError that it raised; None for the other one."""
+    try:
+        return function(), None
+    except HpcrubError as error:
+        return None, error
 
 
 def _result_or_raise(result, error):
