@@ -43,13 +43,13 @@ def _finer_time(c):
     return steps(c) | _times(0.5, "time.step_s")(c)
 
 
-def _times(factor, *keys):
-    """Change of keys to so many times their values; of those that are null or zero, none."""
+def _times(factor, *keys, where=lambda config: True):
+    """Change of keys that are not null to so many times their values; where: else none changes."""
 
     def values(config):
-        before = flatten(config.model_dump(mode="json"))
-        times = {key: factor * np.array(before[key]) for key in keys if before[key]}
-        return {key: value.tolist() for key, value in times.items()}
+        before = flatten(config.model_dump(mode="json")) if where(config) else {}
+        known = {key: before[key] for key in keys if before.get(key) is not None}
+        return {key: (factor * np.array(value)).tolist() for key, value in known.items()}
 
     return values
 
@@ -69,9 +69,9 @@ CHANGES = (
     Change("clearance 10 % smaller", "casing.clearance_mm",
            _times(0.9, "casing.clearance_mm"), False),
     Change("bumps 10 % higher", "casing.bump_height_mm",
-           _times(1.1, "casing.bump_height_mm"), False),
+           _times(1.1, "casing.bump_height_mm", where=lambda c: c.casing.bump_height_mm), False),
     Change("coating 20 % harder", "contact.coating.yield_mpa",
-           lambda c: _times(1.2, "contact.coating.yield_mpa")(c) if c.contact.wears else {}, False),
+           _times(1.2, "contact.coating.yield_mpa", where=lambda c: c.contact.wears), False),
 )  # fmt: skip
 _CD = ("change", "disk")
 NUMBERED = ", ".join(f"{number} {change.what}" for number, change in enumerate(CHANGES))
