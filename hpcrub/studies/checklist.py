@@ -54,6 +54,12 @@ def _times(factor, *keys, where=lambda config: True):
     return values
 
 
+def _smaller_clearance(c):
+    if c.casing.running is None:
+        return _times(0.9, "casing.clearance_mm")(c)
+    return {"casing.clearance_hz_mm": [[hz, 0.9 * 1e3 * gap] for hz, gap in c.casing.running]}
+
+
 CHANGES = (
     Change("as asked", "", lambda c: {}, True),
     Change("another start", "mistuning.tuned_runs", lambda c: {}, True, APART),
@@ -66,8 +72,7 @@ CHANGES = (
            _times(0.5, "material.damping_ratio", "material.damping_ratios"), False),
     Change("friction higher by 0.05", "contact.friction",
            lambda c: {"contact.friction": c.contact.friction + 0.05}, False),
-    Change("clearance 10 % smaller", "casing.clearance_mm",
-           _times(0.9, "casing.clearance_mm"), False),
+    Change("clearance 10 % smaller", "casing.clearance_mm", _smaller_clearance, False),
     Change("bumps 10 % higher", "casing.bump_height_mm",
            _times(1.1, "casing.bump_height_mm", where=lambda c: c.casing.bump_height_mm), False),
     Change("coating 20 % harder", "contact.coating.yield_mpa",
