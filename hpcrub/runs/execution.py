@@ -150,7 +150,11 @@ def _fill(team, run, examined, file, log):
     began = time.monotonic()
     lines = progress.Progress(run.config) if team.rank == 0 else None
     job = log.job = run.study.job(run, team, examined.prepared, file, lines, log.phase)
-    team.on_root(lambda: announce(lines, run, team.size, examined.warnings))
+    if lines:
+        ranks = counted(team.size, "rank")
+        lines.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
+        for line in examined.warnings:
+            lines.say(f"warning: {line}")
     try:
         job.run()
     except Interrupted as error:
@@ -163,11 +167,3 @@ def _fill(team, run, examined, file, log):
     log.phase("summary")
     team.on_root(lambda: job.summary(time.monotonic() - began))
     team.on_root(job.require_results)
-
-
-def announce(lines: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
-    """Say what will be computed."""
-    ranks = counted(n_ranks, "rank")
-    lines.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
-    for line in warnings:
-        lines.say(f"warning: {line}")

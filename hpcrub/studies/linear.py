@@ -58,12 +58,6 @@ def _peaks(config, model, modes):
     ])  # fmt: skip
 
 
-def _over(peaks, tuned):
-    """Amplifications; NaN where the sample or the tuned disk flutters, and has no response."""
-    known = np.isfinite(peaks) & np.isfinite(tuned)
-    return np.where(known, peaks, np.nan) / np.where(known, tuned, np.nan)
-
-
 class Linear(Study):
     """Linear amplification of many samples."""
 
@@ -120,11 +114,13 @@ class Linear(Study):
         model, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
-        amplification, waves = np.empty((len(tuned), len(samples))), []
+        amplification, waves = np.full((len(tuned), len(samples)), np.nan), []
         for i, sample in enumerate(samples):
             modes = modes_of(config, model, deviation(config, level, sample))
             waves += [modes.waves] if modes.waves else []
-            amplification[:, i] = _over(_peaks(config, model, modes)[:, 0], tuned[:, 0])
+            found = _peaks(config, model, modes)
+            known = np.isfinite(found[:, 0] + tuned[:, 0])  # a disk in flutter has no response
+            amplification[known, i] = found[known, 0] / tuned[known, 0]
             poll()
         if waves:
             yield from air.values(waves, level, samples.start)

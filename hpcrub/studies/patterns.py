@@ -296,7 +296,12 @@ class PatternStudy(Study):
         if unsure:
             words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
             yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
-        yield from _flutter(least_damping(file, found.left[0]))
+        least = least_damping(file, found.left[0])
+        lost = int(np.count_nonzero(least <= 0.0))
+        if lost:
+            words = f"{lost} of {len(least)} disks of the best pattern flutter"
+            advice = "without contact: types further apart in patterns.types_percent"
+            yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
         yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
@@ -304,15 +309,6 @@ def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
     """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
     found = file.read("least_damping_ratio", pattern)
     return found[np.isfinite(found)]
-
-
-def _flutter(least: np.ndarray) -> Iterator[Finding]:
-    """What the air does to the disks of the best pattern; least: their damping ratios."""
-    lost = int(np.count_nonzero(least <= 0.0))
-    if lost:
-        words = f"{lost} of {len(least)} disks of the best pattern flutter"
-        advice = "without contact: types further apart in patterns.types_percent"
-        yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
 
 
 def _in_words(percentile: float) -> str:

@@ -128,7 +128,9 @@ class Threshold(Study):
 
     def cost(self, config: Config) -> Cost:
         """About as many disks as a few values need whose intervals must leave out the target."""
-        disks = round(LOOKS * np.log2(len(config.threshold.values)) * _needed(config))
+        # so many disks, none of them beyond the limit, leave out the target
+        needed = min(4.6 / config.threshold.probability, config.mistuning.samples)
+        disks = round(LOOKS * np.log2(len(config.threshold.values)) * needed)
         return Cost(disks, disks=disks)
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
@@ -217,11 +219,6 @@ def answer(file: ResultFile) -> str:
     words = "below" if sides[0] < 0 else "above"
     ends = f"{asked.lowest:g} and {asked.highest:g}"
     return f"{what} nowhere: it is {words} that at {asked.key} = {ends}, and where it was looked at"
-
-
-def _needed(config):
-    """Disks without one beyond the limit that leave out the target."""
-    return min(4.6 / config.threshold.probability, config.mistuning.samples)
 
 
 STUDY = Threshold()

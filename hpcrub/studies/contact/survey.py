@@ -1,6 +1,6 @@
 """What the points and peaks of a contact study are like, over all samples that count."""
 
-from collections.abc import Iterator
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -39,8 +39,9 @@ def survey(file: ResultFile) -> Survey:
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
     found = [np.zeros((4 + len(OF_MEANS), 0))]  # of the peaks
-    for level, part in pieces(file):
-        where = level, part
+    n = n_counted(file)
+    for level, first in product(range(len(points)), range(0, n, ROWS)):
+        where = level, slice(first, min(n, first + ROWS))
         states = file.read("samples/point_status", where)
         points[level] += np.bincount(states.ravel(), minlength=5)[:5]
         reasons = reasons + status.count(file.read("samples/point_reason", where))
@@ -61,14 +62,6 @@ def survey(file: ResultFile) -> Survey:
     means = np.median(known, axis=1) if len(peak) else np.full(3, np.nan)
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
     return Survey(points, peaks, lowest, highest, alone, means, largest, n_points, reasons, sweeps)
-
-
-def pieces(file: ResultFile) -> Iterator[tuple[int, slice]]:
-    """Places of all samples that count, level by level, a few at a time."""
-    n = n_counted(file)
-    for level in range(len(file.config.levels)):
-        for first in range(0, n, ROWS):
-            yield level, slice(first, min(n, first + ROWS))
 
 
 def n_counted(file: ResultFile) -> int:
