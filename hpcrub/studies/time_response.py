@@ -62,19 +62,12 @@ _COATING = (
 )
 
 
-def _grid(config):
-    return cut_revolution(config.speeds.from_hz, time_grid(config))
-
-
-def _block_ends(config):
-    """Times at which the blocks of the history end [s]."""
-    speed, grid = config.speeds.from_hz, _grid(config)
-    n = history.n_blocks(speed, config.history.duration_s, grid)
-    return np.arange(1, n + 1) / (speed * grid.blocks_per_revolution)
-
-
-def _checks(config):
-    return history.checks(config.speeds.from_hz, config.history.duration_s, time_grid(config))
+def _times(config):
+    """Times of the checks, and those at which the blocks of the history end [s]."""
+    span, grid = (config.speeds.from_hz, config.history.duration_s), time_grid(config)
+    turn = cut_revolution(span[0], grid)
+    blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
+    return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
 
 
 def _judged(followed, task):
@@ -156,24 +149,25 @@ class TimeResponse(StudyInTime):
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         speed, duration = config.speeds.from_hz, config.history.duration_s
+        checks, block_ends = _times(config)
         return {
             "disk": len(disks(config)),
             "time": history.n_records(speed, duration, time_grid(config)),
             "point": config.disk.n_points,
             "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
             "casing_angle": N_ANGLES,
-            "check": len(_checks(config)),
-            "block": len(_block_ends(config)),
+            "check": len(checks),
+            "block": len(block_ends),
         }
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The disks and the times of the checks."""
-        speed = config.speeds.from_hz
+        checks, block_ends = _times(config)
         return {
             "deviation": disks(config),
-            "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
-            "window_s": config.steady_state.window_revolutions / speed,
-            "block_s": _block_ends(config),
+            "check_s": checks,
+            "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
+            "block_s": block_ends,
             "casing_angle_deg": np.degrees(_casing_angles()),
         }
 
