@@ -54,7 +54,7 @@ class Job:
         """A job that has not begun.
 
         prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
-        on rank 0, None elsewhere; phase: called with the name of every phase that begins.
+        needed on rank 0 to compute; phase: called with the name of every phase that begins.
         """
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file
@@ -125,8 +125,7 @@ class Job:
     def _collect(self, task, seconds):
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
-        if self.progress:
-            self.progress.part(self.study.unit, *self.n_done())
+        self.progress.part(self.study.unit, *self.n_done())
 
 
 class Study:

@@ -96,7 +96,7 @@ class Sampling(Job):
         mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
         self.file.write({"look_speeds": mask}, ())
         self.file.write({"look": looks}, slice(len(looks)))
-        if self.progress and self.work.n_done:  # some of the pilot's disks in this run
+        if self.work.n_done:  # some of the pilot's disks in this run
             seconds = self.work.seconds / self.work.n_done
             hours = best.cost * seconds / sum(costs(self.file, mask >= 0)) / 3600
             disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"

@@ -221,26 +221,23 @@ class MonteCarlo(Job):
         self.failure = result.message or self.failure
         if result.status == DONE:
             self.numbers[:, *where] = result.numbers
-        if self.progress:
-            self.progress.sample(*where, result, self.numbers[0])
+        self.progress.sample(*where, result, self.numbers[0])
         return self._is_enough()
 
     def _collect_tuned(self, task, response):
         self.work += Work(0, response.n_steps, response.seconds)
         self.runs[task.run][task.part] = response
-        if self.progress:
-            done = [p.result.point_status for parts in self.runs for p in parts.values()]
-            n_done = sum(map(np.count_nonzero, done))
-            n_all = len(self.runs) * len(self.speeds_hz)
-            self.progress.part("speeds of the tuned disk", n_done, n_all)
+        done = [p.result.point_status for parts in self.runs for p in parts.values()]
+        n_done = sum(map(np.count_nonzero, done))
+        n_all = len(self.runs) * len(self.speeds_hz)
+        self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [disk.join(parts) for parts in self.runs]
             disk.write_tuned(self.config, self.problem, self.file, wholes)
             self.reference = disk.reference_of(self.file, self.problem)
             self.team.share(self.reference)
             self.phase("samples")
-            if self.progress:
-                self.progress.start(self.status)
+            self.progress.start(self.status)
         return self._is_useless()
 
     def _collect_part(self, task, response):
