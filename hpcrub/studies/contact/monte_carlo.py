@@ -14,14 +14,13 @@ import numpy as np
 
 from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
-from hpcrub.ranks.parallel import PAUSE, Team
+from hpcrub.ranks.parallel import PAUSE
 from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
-from hpcrub.runs.study import Job, Run
+from hpcrub.runs.study import Job
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
@@ -46,10 +45,10 @@ class Outcome(NamedTuple):
 class MonteCarlo(Job):
     """The job of a contact study."""
 
-    def __init__(self, run: Run, team: Team, prepared: Problem | None, *others: Any) -> None:
+    def __init__(self, *arguments: Any) -> None:
         """A job that has not begun; arguments as for `Job`, no Problem where parts are merged."""
-        super().__init__(run, team, prepared, *others)
-        config, self.problem = run.config, prepared
+        super().__init__(*arguments)
+        config = self.config
         self.speeds_hz = config.speeds.values_hz
         self.reference: Any = None  # Reference, once known to this rank
         # Integrated of every part of the runs of the tuned disk (rank 0)
@@ -109,7 +108,7 @@ class MonteCarlo(Job):
         Returns the Reference, None when missing, and the number of tasks.
         """
         self.status = self.file.status
-        self.reference = disk.reference_of(self.file, self.problem)
+        self.reference = disk.reference_of(self.file, self.prepared)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = np.count_nonzero(self.status == PENDING)
@@ -141,12 +140,12 @@ class MonteCarlo(Job):
         None for a sample when there is no usable reference.
         """
         if isinstance(task, TunedPart):
-            modes = disk.modes_of_tuned(self.config, self.problem, task.run)
+            modes = disk.modes_of_tuned(self.config, self.prepared, task.run)
             return self._integrate(modes, task, poll, is_checked=task.run == 0)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
         try:
-            modes = modes_of(self.config, self.problem, blades)
+            modes = modes_of(self.config, self.prepared, blades)
             checked = disk.is_checked(self.config, task.level, task.sample)
             response = response or self._integrate(modes, task, poll, checked)
         except BAD_NUMBERS as error:
@@ -160,7 +159,7 @@ class MonteCarlo(Job):
 
     def _integrate(self, modes, task, poll, is_checked):
         start, half = time.perf_counter(), None
-        scene = self.problem.scene
+        scene = self.prepared.scene
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
         if is_checked and self.config.mistuning.checked_samples:
@@ -191,7 +190,7 @@ class MonteCarlo(Job):
         """Peaks of one sample beside the tuned disk's, and its status."""
         amplitude, speed = disk.peak(result, self.speeds_hz)
         depth, at = disk.deepest(result, self.speeds_hz)
-        linear = disk.linear_amplitude(self.config, self.problem, modes)
+        linear = disk.linear_amplitude(self.config, self.prepared, modes)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
             "peak_amplitude_m": amplitude,
@@ -233,8 +232,8 @@ class MonteCarlo(Job):
         self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [disk.join(parts) for parts in self.runs]
-            disk.write_tuned(self.config, self.problem, self.file, wholes)
-            self.reference = disk.reference_of(self.file, self.problem)
+            disk.write_tuned(self.config, self.prepared, self.file, wholes)
+            self.reference = disk.reference_of(self.file, self.prepared)
             self.team.share(self.reference)
             self.phase("samples")
             self.progress.start(self.status)
