@@ -133,7 +133,7 @@ class Study:
 
     A subclass gives `name`, `what`, `datasets` or `layout`, and `compute`; all else has a default.
     `layout`, `sizes` and `constants` together say what the file is before anything is computed.
-    A study whose parts are no independent tasks gives a `job` instead of `compute`, as `contact`.
+    A study whose parts are no independent tasks has a `job` of its own, as `contact` has.
     """
 
     name: str
@@ -307,7 +307,7 @@ class Run(NamedTuple):
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
-        if study.integrates and "history" not in study.sections:  # else for history.duration_s
+        if study.integrates and "history" not in study.sections:  # until a motion is steady
             yield from steady_problems(config)
         yield from study.problems(config)
 
