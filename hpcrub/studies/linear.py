@@ -5,7 +5,7 @@ They are also those of the contact study with the same seed and levels.
 """
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,13 +34,6 @@ LAYOUT = (
     Dataset("tuned/speed_hz", ("n_diameters",), "Hz", "speed at which it is reached"),
     Dataset("amplification", _VDN, "1", "linear amplitude over the tuned disk's"),
 )
-
-
-class Prepared(NamedTuple):
-    """The tuned disk and its responses."""
-
-    model: Model
-    peaks: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
 
 
 def _chunks(config):
@@ -95,8 +88,11 @@ class Linear(Study):
         """An eigenproblem for every sample, no time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
-    def prepare(self, config: Config) -> Prepared:
-        """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
+    def prepare(self, config: Config) -> tuple[Model, np.ndarray]:
+        """The tuned disk, and its peaks under every load, amplitude [m] and speed [Hz] (D, 2).
+
+        Raises InputError for a disk that is hardly excited.
+        """
         model = build_model(config)
         modes = modes_of(config, model, np.zeros(config.disk.n_blades))
         tuned = _peaks(config, model, modes)
@@ -107,7 +103,7 @@ class Linear(Study):
                 f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the "
                 "tips of the tuned disk move radially only, and amplitudes are tangential"
             )
-        return Prepared(model, tuned)
+        return model, tuned
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Amplifications of a chunk of samples of one level."""
