@@ -74,7 +74,10 @@ class Sampling(Job):
         goal, before = goal_of(self.config), 0
         for place, n in enumerate(map(int, numbers(self.config))):
             if (self.status[:n] == PENDING).any():
-                return self._step(before, n)
+                looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
+                speeds = tuple(map(int, looked_at))
+                rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
+                return Step(n, speeds, rule)
             found = [self.file.read(name)[place] for name in ESTIMATE]
             if np.isnan(found[0]):
                 if not before:
@@ -101,12 +104,6 @@ class Sampling(Job):
             hours = best.cost * seconds / sum(costs(self.file, mask >= 0)) / 3600
             disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
             self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
-
-    def _step(self, before, n):
-        """The step to n disks, by what the first `before` disks say (rank 0)."""
-        speeds = tuple(map(int, np.flatnonzero(self.file.read("look_speeds")))) if before else ()
-        goal = goal_of(self.config)
-        return Step(n, speeds, _plan(self.file, before, speeds, goal).rule if speeds else Rule())
 
     def _pieces(self, sample, poll):
         """A first look at a disk, and its full result where the draw says so."""
