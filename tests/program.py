@@ -98,6 +98,12 @@ def datasets(path):
         return {line.name: file[line.name][()].tobytes() for line in LAYOUT if line.name in file}
 
 
+def bits(path):
+    """Bytes of every dataset in the root of a result file."""
+    with h5py.File(path, "r") as file:
+        return {n: line[()].tobytes() for n, line in file.items() if isinstance(line, h5py.Dataset)}
+
+
 def load(path, overrides=()):
     """Config of an input file, the first one of a sweep."""
     return config.load_runs(path, overrides)[0]

@@ -59,7 +59,7 @@ def _one(run, existing, n_ranks):
         found = casing_waves.interactions(config, problem.reduced, casing)
         for line in casing_waves.lines(config, casing, found):
             out.print(line, soft_wrap=True)
-    if not study.cost(config, 1.0).disks:
+    if not study.cost(config).disks:
         return 0.0
     seconds = _try(out, run, problem)
     n_ranks = min(n_ranks, run.n_tasks or n_ranks)
@@ -84,7 +84,7 @@ def _try(out, run, problem):
         counts = status.count(tried.result.point_reason)
         for line in status.lines(counts, len(tried.result.point_reason)):
             out.print(f"tried, one disk:      {line}", soft_wrap=True)
-    return tried.seconds(study.cost(config, tried.until_steady), config.step)
+    return tried.seconds(study.cost(config), config)
 
 
 def _estimate(seconds, n_ranks):

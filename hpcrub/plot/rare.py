@@ -7,7 +7,8 @@ from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.rare import estimate, extrapolated
-from hpcrub.studies.rare import answer, in_full, last_estimate, severities
+from hpcrub.studies.contact.limits import severities
+from hpcrub.studies.rare import answer, in_full, last_estimate
 
 MOST = 3000  # disks that are drawn
 

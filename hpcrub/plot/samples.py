@@ -11,7 +11,7 @@ from hpcrub.plot.families import finished, labels, ordered
 from hpcrub.plot.intervals import LEVEL
 from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
 from hpcrub.statistics import pairs
-from hpcrub.studies.energy import amplification, worn
+from hpcrub.studies.energy import amplification, largest
 
 SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
 FEW = 100  # samples up to which there is no density, and no percentile 99
@@ -96,7 +96,7 @@ def energy(canvas: Canvas) -> None:
     files = ordered(canvas.files)
     values = {"$A_{nl}$ by strain energy [-]": [amplification(file) for file in files]}
     if all("wear_energy_j" in file for file in files):
-        values["energy that wear took [J]"] = [worn(file) for file in files]
+        values["energy that wear took [J]"] = [largest(file, "wear_energy_j")[0] for file in files]
     axes = canvas.panels(1, len(values), (1.5 + 6.0 * len(values), 5.4))[0]
     words = labels(files) if len(files) > 1 else [files[0].config.casing.words]
     by_displacement = [file.read("amplification") for file in files]

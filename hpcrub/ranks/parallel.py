@@ -56,35 +56,32 @@ def run(program: Callable[["Team"], int]) -> int:
     program: function of a `Team` that returns an exit code.
     Returns the exit code; a failure prints once, an exception of a single rank aborts all.
     """
-    team, handlers = None, {}
+    team, rank, handlers = Team(), launched_rank(), {}  # until the ranks know each other
     try:
         size = launched_size()
-        team = Team(_world(size) if size else None)
+        team, rank = Team(_world(size) if size else None), 0
         handlers = {number: signal.signal(number, team.remember) for number in STOP_SIGNALS}
         code = program(team)
         team.barrier()
         return code
     except HpcrubError as error:
         shared = getattr(error, "shared", False)
-        if not shared or team is None or team.rank == 0:
-            _print_error(error, launched_rank() if team is None else 0)
+        if not shared or team.rank == 0:
+            _print_error(error, rank)
         broken = isinstance(error, WriteError)
-        if broken and (team is None or team.size == 1):
+        if broken and team.size == 1:
             leave(error.exit_code)
-        if broken and shared and team is not None and team.rank > 0:
+        if broken and shared and team.rank > 0:
             time.sleep(1.0)  # rank 0 has said it, and ends all
-        if team is not None and (broken or not shared):
+        if broken or not shared:
             team.abort(error.exit_code)
         return error.exit_code
-    except MemoryError as error:
-        _print_error(f"not enough memory: {error}", 0)
-        if team is not None:
-            team.abort(1)
-        return 1
-    except BaseException:
-        traceback.print_exc()
-        if team is not None:
-            team.abort(1)
+    except BaseException as error:
+        if isinstance(error, MemoryError):
+            _print_error(f"not enough memory: {error}", 0)
+        else:
+            traceback.print_exc()
+        team.abort(1)
         return 1
     finally:  # the signal that rank 0 has passed on may still be on its way to this rank
         for number, handler in handlers.items():
@@ -187,18 +184,6 @@ class Team:
         """Signal handler: take note, nothing else."""
         self.signal = _name(number)
 
-    def stop_if_asked(self, output: object) -> None:
-        """Raise Interrupted on every rank if any of them was asked to stop; on all ranks.
-
-        output: file that is not open yet.
-        """
-
-        def check():
-            if self.signal:
-                raise Interrupted(f"{self.signal} came before {output} was opened")
-
-        self.together(check)
-
     def barrier(self) -> None:
         """Wait for all ranks without taking a core."""
         if self.size > 1:
@@ -221,25 +206,14 @@ class Team:
 
         Raises, on every rank, the HpcrubError that it raised on rank 0.
         """
-        result = error = None
-        if self.rank == 0:
-            try:
-                result = function()
-            except HpcrubError as caught:
-                error = caught
-        result, error = self.bcast((result, error))
-        return _result_or_raise(result, error)
+        return _result_or_raise(*self.bcast(_caught(function) if self.rank == 0 else None))
 
     def together(self, function: Callable[[], Any]) -> Any:
         """Result of function(), called on every rank.
 
         Raises, on every rank, the HpcrubError of the first rank that raised one.
         """
-        result = error = None
-        try:
-            result = function()
-        except HpcrubError as caught:
-            error = caught
+        result, error = _caught(function)
         errors = self.gather(error)
         first = next((e for e in errors if e), None) if self.rank == 0 else None
         return _result_or_raise(result, self.bcast(first))
@@ -282,6 +256,14 @@ class Team:
         self.shared = value
         for rank in range(1, self.size):
             self.comm.send(("shared", value), rank, FROM_ROOT)
+
+
+def _caught(function):
+    """Result of function(), and the HpcrubError that it raised; None for the other one."""
+    try:
+        return function(), None
+    except HpcrubError as error:
+        return None, error
 
 
 def _result_or_raise(result, error):

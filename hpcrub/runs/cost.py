@@ -25,8 +25,8 @@ LONGEST = 60.0  # [s] that a trial takes, about
 class Cost(NamedTuple):
     """What all tasks of a study do together, on any machine."""
 
-    sweeps: float = 0.0  # [s] simulated until points are steady
-    histories: float = 0.0  # [s] simulated while the motion is kept, idle lanes included
+    sweeps: int = 0  # of all speeds, each followed until its motion is steady
+    histories: float = 0.0  # [s] of all speeds, simulated while the motion is kept
     disks: int = 0  # eigenproblems, each with linear responses
 
 
@@ -39,10 +39,12 @@ class Trial(NamedTuple):
     history_steps_per_second: float = np.inf  # while the motion is kept
     result: SweepResult | None = None  # of the mistuned disk that was tried
 
-    def seconds(self, cost: Cost, step: float) -> float:
-        """Time on one core [s] of a Cost, at a time step [s]."""
-        kept = cost.histories / step / self.history_steps_per_second
-        sought = cost.sweeps / step / self.steps_per_second
+    def seconds(self, cost: Cost, config: Config) -> float:
+        """Time on one core [s] of a Cost."""
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # idle ones too
+        kept = cost.histories * lanes / config.step / self.history_steps_per_second
+        simulated = cost.sweeps * config.speeds.n_values * self.until_steady
+        sought = simulated / config.step / self.steps_per_second
         return sought + kept + cost.disks * self.seconds_per_disk
 
 

@@ -28,13 +28,6 @@ class Existing(NamedTuple):
     allow_mixed: bool = False  # go on with what another state of the program has begun
 
 
-class Examined(NamedTuple):
-    """A run in which nothing is wrong, before any work."""
-
-    prepared: Any  # what its study computes with
-    warnings: list[str]  # what is not resolved, a line each
-
-
 class Finished(NamedTuple):
     """A run that has ended well."""
 
@@ -54,15 +47,18 @@ def examine_all(runs: list[Run], existing: Existing) -> None:
         made.add(path)
 
 
-def examine(run: Run, existing: Existing) -> Examined:
-    """What is known before work. Raises InputError for all that is wrong (rank 0)."""
+def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
+    """What the study computes with, and a line on each thing that is not resolved (rank 0).
+
+    Before any work. Raises InputError for all that is wrong.
+    """
     check_output(run, existing)
     memory.check(run)
     prepared = run.prepare()
     if not run.study.integrates:
-        return Examined(prepared, [])
+        return prepared, []
     problem = run.study.problem_of(prepared)
-    return Examined(prepared, list(plausibility.warnings(run.config, problem)))
+    return prepared, list(plausibility.warnings(run.config, problem))
 
 
 def check_output(run: Run, existing: Existing) -> bool:
@@ -104,8 +100,13 @@ def execute(
     """
     began = time.monotonic()
     path = run.config.output
-    examined = team.on_root(lambda: examine(run, existing))
-    team.stop_if_asked(path)
+    prepared, warnings = team.on_root(lambda: examine(run, existing))
+
+    def go_on():
+        if team.signal:
+            raise Interrupted(f"{team.signal} came before {path} was opened")
+
+    team.together(go_on)
     with contextlib.ExitStack() as stack:
 
         def lock():
@@ -113,23 +114,23 @@ def execute(
 
         team.on_root(lock)
         with RunLog(path, team.size, writes=team.rank == 0) as log:
-            team.on_root(lambda: make_sure(run, existing, examined.warnings))
+            team.on_root(lambda: make_sure(run, existing, warnings))
             log.phase("set-up")
-            _compute(team, run, examined, log)
+            _compute(team, run, prepared, warnings, log)
             if draw and not run.config.is_part:
                 log.phase("figures")
                 team.on_root(partial(draw, [path]))
     return Finished(time.monotonic() - began, team.size)
 
 
-def _compute(team, run, examined, log):
+def _compute(team, run, prepared, warnings, log):
     """Compute what the result file lacks, then print the summary."""
     check = partial(result_files.check, run=run)
     file = team.together(
         lambda: result_files.open_checked(run.config.output, check, "r+", team.comm)
     )
     try:
-        _fill(team, run, examined, file, log)
+        _fill(team, run, prepared, warnings, file, log)
     except HpcrubError as error:
         # an error of one rank, or of the disk, ends the job, closed or not
         if getattr(error, "shared", False) and not isinstance(error, WriteError):
@@ -140,12 +141,16 @@ def _compute(team, run, examined, log):
     team.on_root(lambda: trouble.require_kept(file.path))
 
 
-def _fill(team, run, examined, file, log):
+def _fill(team, run, prepared, warnings, file, log):
     """Compute what an open result file lacks, then print the summary."""
     began = time.monotonic()
     lines = progress.Progress(run.config) if team.rank == 0 else None
-    job = log.job = run.study.job(run, team, examined.prepared, file, lines, log.phase)
-    team.on_root(lambda: announce(lines, run, team.size, examined.warnings))
+    job = log.job = run.study.job(run, team, prepared, file, lines, log.phase)
+    if lines:
+        ranks = counted(team.size, "rank")
+        lines.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
+        for line in warnings:
+            lines.say(f"warning: {line}")
     try:
         job.run()
     except Interrupted as error:
@@ -158,11 +163,3 @@ def _fill(team, run, examined, file, log):
     log.phase("summary")
     team.on_root(lambda: job.summary(time.monotonic() - began))
     team.on_root(job.require_results)
-
-
-def announce(lines: progress.Progress, run: Run, n_ranks: int, warnings: list[str]) -> None:
-    """Say what will be computed."""
-    ranks = counted(n_ranks, "rank")
-    lines.say(f"hpcrub {__version__}: {run.amount()}, {ranks}, into {run.config.output}")
-    for line in warnings:
-        lines.say(f"warning: {line}")

@@ -16,6 +16,7 @@ from hpcrub.ranks.parallel import Team
 from hpcrub.ranks.progress import Progress, console, print_line
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import history
+from hpcrub.response.wear import N_ANGLES
 from hpcrub.results.layout import DONE, PENDING, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
@@ -24,215 +25,14 @@ from hpcrub.runs.verdict import Finding
 from hpcrub.runs.warmup import warm_up
 from hpcrub.setup import imported
 from hpcrub.setup.disks import disks, prepare_disks
+from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
+ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
 Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
 Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
-
-
-class Study:
-    """One kind of study: what its result file holds, and what computes it.
-
-    A subclass gives `name`, `what`, `datasets` or `layout`, and `compute`; all else has a default.
-    `layout`, `sizes` and `constants` together say what the file is before anything is computed.
-    A study whose parts are no independent tasks gives a `job` instead of `compute`, as `contact`.
-    """
-
-    name: str
-    what: str  # in a few words
-    datasets: tuple[Dataset, ...] = ()  # of the result file, unless its `layout` tells others
-    figures = ""  # of the paper
-    sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
-    # dimension: the dataset with the values along it; of `speed` it is `speeds_hz`
-    scales: Mapping[str, str] = {}
-    mistunes = True  # draws the blades of its disks; one that does not takes a pattern alone
-    n_sources = 0  # result files of contact studies that it starts from
-    integrates = False  # in time, with the contact kernel
-    histories = False  # keeps the motion itself, and not only its amplitudes
-    of_tasks = True  # which are independent of each other
-    unit = "tasks"  # of the job, what it is made of
-
-    def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the result file."""
-        return self.datasets
-
-    def sizes(self, config: Config) -> Counts:
-        """Length of dimensions that `Run.known_sizes` does not know, as far as the input tells."""
-        return {}
-
-    def source_sizes(self, config: Config) -> Counts:
-        """Length of dimensions that only other files tell."""
-        return {}
-
-    def constants(self, config: Config) -> dict[str, Any]:
-        """Datasets that are known without computing. Raises InputError for a source."""
-        return {}
-
-    def problems(self, config: Config) -> Iterable[str]:
-        """Lines about keys that do not fit the study."""
-        return ()
-
-    def prepare(self, config: Config) -> Any:
-        """What every rank needs (rank 0): the disk and scene of the input. Raises InputError."""
-        return build_problem(config)
-
-    def problem_of(self, prepared: Any) -> Problem:
-        """The Problem in what `prepare` has returned, of a study that integrates."""
-        return prepared
-
-    def loads(self, config: Config) -> tuple[int, ...]:
-        """Periods around the disk of the loads whose linear responses it computes."""
-        return (config.engine_order or 1,)
-
-    def n_tasks(self, config: Config) -> int:
-        """Number of independent tasks."""
-        return 1
-
-    def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Pieces of one task: (dataset, where in it, values); problem: what `prepare` returned."""
-        raise NotImplementedError
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """What all tasks do together, when a point takes so many seconds until it is steady."""
-        return Cost()
-
-    def needs(self, config: Config) -> str:
-        """How much it has to compute, where it finds that out itself, in words."""
-        return ""
-
-    def job(self, *arguments: Any) -> "Job":
-        """The job that computes a run; arguments: as for `Job`."""
-        return Job(*arguments)
-
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether a file that lacks some of its parts is complete nevertheless."""
-        return False
-
-    def report(self, file: ResultFile) -> Iterable[str]:
-        """Lines about the results; the first line stands in a table of several runs."""
-        return ()
-
-    def findings(self, file: ResultFile) -> Iterable[Finding]:
-        """What speaks against the results, of which the verdict is made."""
-        return ()
-
-    def verdict(self, file: ResultFile) -> list[str]:
-        """The verdict on the results, and below it what a user must know and do."""
-        return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
-
-
-class StudyInTime(Study):
-    """A study of whole histories: of every disk and group of speeds, over `history.duration_s`."""
-
-    mistunes = False
-    integrates = histories = True
-
-    def prepare(self, config: Config) -> Any:
-        """The Problem, and the modes of all disks. Raises InputError."""
-        return prepare_disks(config)
-
-    def problem_of(self, prepared: Any) -> Problem:
-        """The Problem beside the disks."""
-        return prepared.problem
-
-    def n_tasks(self, config: Config) -> int:
-        """One for every disk and group of speeds."""
-        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """All lanes, idle ones too."""
-        lanes = len(history.LANES) * self.n_tasks(config)
-        return Cost(histories=lanes * config.history.duration_s, disks=len(disks(config)))
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What speaks against the points of all disks, or starts, and against their amplitudes."""
-        names = "amplitude_m", "point_status", "point_reason"
-        amplitude, states, reasons = map(file.read, names)
-        yield from verdict.of_points(file.config, amplitude, states, reasons)
-        yield from verdict.kinematics(file.config, float(np.nan_to_num(amplitude).max()))
-
-
-class Run(NamedTuple):
-    """One study of one configuration."""
-
-    study: Study
-    config: Config
-
-    @property
-    def n_tasks(self) -> int:
-        """Independent tasks; 0 of a study with a job of its own."""
-        return self.study.n_tasks(self.config) if self.study.of_tasks else 0
-
-    def datasets(self) -> tuple[Dataset, ...]:
-        """Datasets of the result file, the index scales of its dimensions aside."""
-        own = self.study.layout(self.config)
-        return (*own, STATUS) if self.study.of_tasks else own
-
-    def scales(self) -> dict[str, str]:
-        """{dimension: name of its scale}."""
-        found = {d for line in self.datasets() for d in line.dimensions}
-        named = {"speed": SPEEDS.name} | dict(self.study.scales)
-        return {d: named.get(d, d) for d in found}
-
-    def known_sizes(self) -> Counts:
-        """Length of every dimension that the configuration alone tells."""
-        config = self.config
-        of_all = {
-            "speed": config.speeds.n_values,
-            "blade": config.disk.n_blades,
-            "mode": config.n_coordinates,
-            "strip": config.disk.n_strips,
-            "task": self.n_tasks,
-        }
-        return of_all | self.study.sizes(config)
-
-    def constants(self) -> dict[str, Any]:
-        """Datasets that are known without computing. Raises InputError for a source."""
-        speeds = {SPEEDS.name: self.config.speeds.values_hz}
-        there = {line.name for line in self.datasets()} | set(self.scales().values())
-        found = speeds | self.study.constants(self.config)
-        return {name: values for name, values in found.items() if name in there}
-
-    def sizes(self) -> Counts:
-        """Length of every dimension; for this it may have to look into other files."""
-        return self.known_sizes() | self.study.source_sizes(self.config)
-
-    def problems(self) -> Iterator[str]:
-        """Lines about keys that do not fit the study."""
-        study, config = self
-        if len(config.sources) != study.n_sources and study.n_sources:
-            n_given = len(config.sources)
-            yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
-        if config.is_part and "part" not in study.sections:
-            yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
-        yield from study.problems(config)
-
-    def checked(self) -> "Run":
-        """Itself, if its keys fit the study. Raises InputError."""
-        found = list(self.problems())
-        if found:
-            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-            raise InputError(found[0] + more)
-        return self
-
-    def prepare(self) -> Any:
-        """What every rank needs (rank 0). Raises InputError."""
-        imported.require_blade_stiffness(self.config, self.study.mistunes)
-        return self.study.prepare(self.config)
-
-    def amount(self) -> str:
-        """How much there is to compute, in words."""
-        config = self.config
-        if self.study.of_tasks:
-            return f"{self.study.name}, {counted(self.n_tasks, 'task')}"
-        levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
-        what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
-        if config.is_part:
-            what += f" (samples {samples[0]} to {samples[-1]})"
-        needs = self.study.needs(config)
-        return f"{self.study.name}, {what}" + (f" at most; {needs}" if needs else "")
 
 
 class Job:
@@ -244,7 +44,7 @@ class Job:
 
     def __init__(
         self,
-        run: Run,
+        run: "Run",
         team: Team,
         prepared: Any,
         file: ResultFile,
@@ -254,7 +54,7 @@ class Job:
         """A job that has not begun.
 
         prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
-        on rank 0, None elsewhere; phase: called with the name of every phase that begins.
+        needed on rank 0 to compute; phase: called with the name of every phase that begins.
         """
         self.study, self.config = run
         self.team, self.prepared, self.file = team, prepared, file
@@ -285,7 +85,7 @@ class Job:
 
     def n_done(self) -> tuple[int, int]:
         """Finished parts of the job, and all (rank 0)."""
-        return int(np.count_nonzero(self.status == DONE)), self.status.size
+        return int(np.count_nonzero(self.status != PENDING)), self.status.size
 
     def require_results(self) -> None:
         """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
@@ -299,7 +99,7 @@ class Job:
             print_line(out, line)
 
     def _take_stock(self):
-        self.status = self.file.read("status")
+        self.status = self.file.status
         return self._next()
 
     def _next(self):
@@ -313,13 +113,225 @@ class Job:
     def _compute(self, task, poll):
         """Compute and write one task; returns the seconds it took."""
         start = time.perf_counter()
-        for name, where, values in self.study.compute(self.config, self.prepared, task, poll):
+        for name, where, values in self._pieces(task, poll):
             self.file.write({name: values}, where)
-        self.file.write({"status": DONE}, task)
         return time.perf_counter() - start
+
+    def _pieces(self, task, poll):
+        """What is computed of a task, its status last: (dataset, where in it, values)."""
+        yield from self.study.compute(self.config, self.prepared, task, poll)
+        yield "status", task, DONE
 
     def _collect(self, task, seconds):
         self.status[task] = DONE
         self.work += Work(1, 0, seconds)
-        if self.progress:
-            self.progress.part(self.study.unit, *self.n_done())
+        self.progress.part(self.study.unit, *self.n_done())
+
+
+class Study:
+    """One kind of study: what its result file holds, and what computes it.
+
+    A subclass gives `name`, `what`, `datasets` or `layout`, and `compute`; all else has a default.
+    `layout`, `sizes` and `constants` together say what the file is before anything is computed.
+    A study whose parts are no independent tasks has a `job` of its own, as `contact` has.
+    """
+
+    name: str
+    what: str  # in a few words
+    datasets: tuple[Dataset, ...] = ()  # of the result file, unless its `layout` tells others
+    figures = ""  # of the paper
+    sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
+    # dimension: the dataset with the values along it; `speed` and `angle` have theirs
+    scales: Mapping[str, str] = {}
+    mistunes = True  # draws the blades of its disks; one that does not takes a pattern alone
+    n_sources = 0  # result files of contact studies that it starts from
+    integrates = False  # in time, with the contact kernel
+    histories = False  # keeps the motion itself, and not only its amplitudes
+    job: type[Job] = Job  # computes a run on all ranks
+    unit = "tasks"  # of the job, what it is made of
+
+    @property
+    def of_tasks(self) -> bool:
+        """Whether it consists of tasks that are independent of each other."""
+        return self.job is Job
+
+    def layout(self, config: Config) -> tuple[Dataset, ...]:
+        """Datasets of the result file."""
+        return self.datasets
+
+    def sizes(self, config: Config) -> Counts:
+        """Length of dimensions that `Run.known_sizes` does not know, as far as the input tells."""
+        return {}
+
+    def source_sizes(self, config: Config) -> Counts:
+        """Length of dimensions that only other files tell."""
+        return {}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """Datasets that are known without computing. Raises InputError for a source."""
+        return {}
+
+    def problems(self, config: Config) -> Iterable[str]:
+        """Lines about keys that do not fit the study."""
+        return ()
+
+    def prepare(self, config: Config) -> Any:
+        """What every rank needs (rank 0): the disk and scene of the input. Raises InputError."""
+        return build_problem(config)
+
+    def problem_of(self, prepared: Any) -> Problem:
+        """The Problem that `prepare` has returned, alone or in a tuple, if the study integrates."""
+        return getattr(prepared, "problem", prepared)
+
+    def loads(self, config: Config) -> tuple[int, ...]:
+        """Periods around the disk of the loads whose linear responses it computes."""
+        return (config.engine_order or 1,)
+
+    def n_tasks(self, config: Config) -> int:
+        """Number of independent tasks."""
+        return 1
+
+    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+        """Pieces of one task: (dataset, where in it, values).
+
+        problem: what `prepare` returned; task: its place in the dataset `status`.
+        """
+        raise NotImplementedError
+
+    def cost(self, config: Config) -> Cost:
+        """What all tasks do together."""
+        return Cost()
+
+    def needs(self, config: Config) -> str:
+        """How much it has to compute, where it finds that out itself, in words."""
+        return ""
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether a file that lacks some of its parts is complete nevertheless."""
+        return False
+
+    def report(self, file: ResultFile) -> Iterable[str]:
+        """Lines about the results; the first line stands in a table of several runs."""
+        return ()
+
+    def findings(self, file: ResultFile) -> Iterable[Finding]:
+        """What speaks against the results, of which the verdict is made."""
+        return ()
+
+    def verdict(self, file: ResultFile) -> list[str]:
+        """The verdict on the results, and below it what a user must know and do."""
+        return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
+
+
+class StudyInTime(Study):
+    """A study of whole histories: of every disk and group of speeds, over `history.duration_s`."""
+
+    mistunes = False
+    integrates = histories = True
+
+    def prepare(self, config: Config) -> Any:
+        """The Problem, and the modes of all disks. Raises InputError."""
+        return prepare_disks(config)
+
+    def n_tasks(self, config: Config) -> int:
+        """One for every disk and group of speeds."""
+        return len(disks(config)) * len(history.groups(config.speeds.values_hz))
+
+    def cost(self, config: Config) -> Cost:
+        """Every disk over the whole duration."""
+        n_disks = len(disks(config))
+        return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What speaks against the points of all disks, or starts, and against their amplitudes."""
+        names = "amplitude_m", "point_status", "point_reason"
+        amplitude, states, reasons = map(file.read, names)
+        yield from verdict.of_points(file.config, amplitude, states, reasons)
+        yield from verdict.kinematics(file.config, amplitude)
+
+
+class Run(NamedTuple):
+    """One study of one configuration."""
+
+    study: Study
+    config: Config
+
+    @property
+    def n_tasks(self) -> int:
+        """Independent tasks; 0 of a study with a job of its own."""
+        return self.study.n_tasks(self.config) if self.study.of_tasks else 0
+
+    def datasets(self) -> tuple[Dataset, ...]:
+        """Datasets of the result file, the index scales of its dimensions aside."""
+        own = self.study.layout(self.config)
+        return (*own, STATUS) if self.study.of_tasks else own
+
+    def scales(self) -> dict[str, str]:
+        """{dimension: name of its scale}."""
+        found = {d for line in self.datasets() for d in line.dimensions}
+        named = {"speed": SPEEDS.name, "angle": ANGLE.name} | dict(self.study.scales)
+        return {d: named.get(d, d) for d in found}
+
+    def known_sizes(self) -> Counts:
+        """Length of every dimension that the configuration alone tells."""
+        config = self.config
+        of_all = {
+            "level": len(config.levels),
+            "sample": len(config.samples),
+            "speed": config.speeds.n_values,
+            "blade": config.disk.n_blades,
+            "mode": config.n_coordinates,
+            "strip": config.disk.n_strips,
+            "angle": N_ANGLES,
+            "task": self.n_tasks,
+        }
+        return of_all | self.study.sizes(config)
+
+    def constants(self) -> dict[str, Any]:
+        """Datasets that are known without computing. Raises InputError for a source."""
+        there = {line.name for line in self.datasets()} | set(self.scales().values())
+        angles = np.arange(N_ANGLES) * (360.0 / N_ANGLES)
+        of_all = {SPEEDS.name: self.config.speeds.values_hz, ANGLE.name: angles}
+        found = of_all | self.study.constants(self.config)
+        return {name: values for name, values in found.items() if name in there}
+
+    def sizes(self) -> Counts:
+        """Length of every dimension; for this it may have to look into other files."""
+        return self.known_sizes() | self.study.source_sizes(self.config)
+
+    def problems(self) -> Iterator[str]:
+        """Lines about keys that do not fit the study."""
+        study, config = self
+        if len(config.sources) != study.n_sources and study.n_sources:
+            n_given = len(config.sources)
+            yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
+        if config.is_part and "part" not in study.sections:
+            yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
+        if study.integrates and "history" not in study.sections:  # until a motion is steady
+            yield from steady_problems(config)
+        yield from study.problems(config)
+
+    def checked(self) -> "Run":
+        """Itself, if its keys fit the study. Raises InputError."""
+        found = list(self.problems())
+        if found:
+            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+            raise InputError(found[0] + more)
+        return self
+
+    def prepare(self) -> Any:
+        """What every rank needs (rank 0). Raises InputError."""
+        imported.require_blade_stiffness(self.config, self.study.mistunes)
+        return self.study.prepare(self.config)
+
+    def amount(self) -> str:
+        """How much there is to compute, in words."""
+        config = self.config
+        if self.study.of_tasks:
+            return f"{self.study.name}, {counted(self.n_tasks, 'task')}"
+        levels, samples, speeds = len(config.levels), config.samples, config.speeds.n_values
+        what = f"levels x samples x speeds = {levels} x {len(samples):,} x {speeds}"
+        if config.is_part:
+            what += f" (samples {samples[0]} to {samples[-1]})"
+        needs = self.study.needs(config)
+        return f"{self.study.name}, {what}" + (f" at most; {needs}" if needs else "")

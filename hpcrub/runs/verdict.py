@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from hpcrub.config.schema import Config
 from hpcrub.contact import status
@@ -34,14 +35,9 @@ def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
     found = sorted(findings, key=lambda finding: -finding.weight)
     worst = max((finding.weight for finding in found), default=REMARK)
     reasons = ", ".join(dict.fromkeys(f.why for f in found if f.weight == worst))
-    verdict = {
-        REMARK: "usable",
-        SINGLE: f"percentiles usable, single values not: {reasons}",
-        USELESS: f"not usable: {reasons}",
-    }
-    if worst == SINGLE and not of_many:
-        verdict[SINGLE] = f"usable with care: {reasons}"
-    return [verdict[worst], *(finding.advice for finding in found[:MOST])]
+    single = "percentiles usable, single values not" if of_many else "usable with care"
+    words = {REMARK: "usable", SINGLE: f"{single}: {reasons}", USELESS: f"not usable: {reasons}"}
+    return [words[worst], *(finding.advice for finding in found[:MOST])]
 
 
 def not_resolved(warnings: list[str]) -> Iterator[Finding]:
@@ -56,22 +52,9 @@ def is_usable(lines: list[str]) -> bool:
     return bool(lines) and not lines[0].startswith("not usable")
 
 
-def at_the_edge(count: int, n: int, word: str, key: str, weight: int) -> list[Finding]:
-    """Peaks that lie at the lowest or highest of the speeds, if there are some.
-
-    count, n: peaks there, and all; word: "lowest" or "highest"; key: what to change.
-    """
-    if not count:
-        return []
-    why = f"{count} of {n} peaks at the {word} speed" if n > 1 else f"peak at the {word} speed"
-    verb = "lie" if count > 1 else "lies"
-    advice = f"{count} of {n} peaks {verb} at the {word} speed, and may be higher beyond it: {key}"
-    return [Finding(weight, why, advice)]
-
-
-def kinematics(config: Config, largest: float) -> Iterator[Finding]:
-    """Motions that small displacements do not describe; largest: displacement of a tip [m]."""
-    radius = config.disk.tip_radius
+def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
+    """Motions that small displacements do not describe; sizes: displacements of tips [m]."""
+    largest, radius = float(np.max(np.nan_to_num(sizes), initial=0.0)), config.disk.tip_radius
     if largest > FAR * radius:
         yield Finding(
             USELESS,
@@ -98,12 +81,12 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
         return
     fatal = np.where(status.are_fatal(np.arange(len(reasons))), reasons, 0)
     word = "flutter" if fatal.argmax() == status.FLUTTER else "no result"
+    points = f"{n_lost} of {n_points} points"
     yield Finding(
         USELESS if n_lost > FEW * n_points else REMARK,
-        f"{word} at {n_lost} of {n_points} points",
-        f"{n_lost} of {n_points} points have no result, mostly by "
-        f'"{status.words(int(fatal.argmax()))}": leave these speeds out, or change '
-        "contact.friction, casing or damping",
+        f"{word} at {points}",
+        f'{points} have no result, mostly by "{status.words(int(fatal.argmax()))}": leave these '
+        "speeds out, or change contact.friction, casing or damping",
     )
 
 
@@ -112,12 +95,9 @@ def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]
     if not n_lost:
         return
     what = "may cut deeper" if config.contact.wears else "may still grow or decay"
-    yield Finding(
-        USELESS if n_lost > FEW * n else SINGLE,
-        f"{n_lost} of {n} {of} have not settled",
-        f"{n_lost} of {n} {of} have not settled within their time and {what}: "
-        f"steady_state.max_time_s above {config.steady_state.max_time_s:g}",
-    )
+    why, longer = f"{n_lost} of {n} {of} have not settled", config.steady_state.max_time_s
+    advice = f"{why} within their time and {what}: steady_state.max_time_s above {longer:g}"
+    yield Finding(USELESS if n_lost > FEW * n else SINGLE, why, advice)
 
 
 def of_points(
@@ -139,13 +119,27 @@ def of_points(
 
 def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:
     """Peaks at the ends of the speeds; best: indices of the speeds of all peaks (D,)."""
+    last = config.speeds.n_values - 1
+    lowest, highest = (int(np.count_nonzero(best == end)) for end in (0, last))
+    yield from at_the_ends(config, lowest, highest, len(best))
+
+
+def at_the_ends(
+    config: Config, lowest: int, highest: int, n: int, most: float = 1.0
+) -> Iterator[Finding]:
+    """Peaks, of n, at the lowest and the highest speed; most: their share in a usable result."""
     speeds = config.speeds
-    for place, word, key in (
-        (0, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
-        (speeds.n_values - 1, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
+    for count, word, key in (
+        (lowest, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
+        (highest, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
     ):
-        count = int(np.count_nonzero(best == place))
-        yield from at_the_edge(count, len(best), word, key, SINGLE)
+        if count:
+            of, verb = f"{count} of {n} peaks", "lie" if count > 1 else "lies"
+            yield Finding(
+                USELESS if count > most * n else SINGLE,
+                f"{of if n > 1 else 'peak'} at the {word} speed",
+                f"{of} {verb} at the {word} speed, and may be higher beyond it: {key}",
+            )
 
 
 def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:

@@ -4,7 +4,6 @@ import numba
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.model.casing import CasingShape
 from hpcrub.model.interface import planar_interface
 from hpcrub.model.reduction import Modes
 from hpcrub.ranks.parallel import Team
@@ -56,11 +55,7 @@ def _smallest_case(modes, scene):
     return few, scene._replace(
         interface=interface,
         damping_ratio=0.01,
-        casing=CasingShape(1, 2e-3),
-        clearance=1e-3,
         running=None,
-        ramp_time=1e-2,
-        load=0.0,
         step=1e-3,
         steady=SteadyCriteria(first_check=0.01, window_revolutions=1, max_time=0.02),
         observes_stress=False,

@@ -10,8 +10,7 @@ def share_interval(above: int, n: int) -> tuple[float, float]:
     """Wilson's interval of 95 % of a share, above of n; NaN of none."""
     if n == 0:
         return np.nan, np.nan
-    low, high = binomtest(above, n).proportion_ci(method="wilson")
-    return low, high
+    return tuple(binomtest(above, n).proportion_ci(method="wilson"))
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -17,11 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betaincinv, ndtr
 
-MIN_VALUES = 10
-"""The fewest percentile values on which convergence may be declared (two may agree by chance)."""
-
-Z_95 = 1.96
-"""Normal quantile of 95 % confidence."""
+MIN_VALUES = 10  # percentile values that say that it has converged: two may agree by chance
+Z_95 = 1.96  # normal quantile of 95 % confidence
 
 
 def probability_interval(count: int, n: int, z: float) -> tuple[float, float]:
@@ -81,7 +78,7 @@ def running_percentiles(
     Source of the intervals: David, Nagaraja, Order Statistics (2003), section 7.1.
     """
     q = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
-    n = _n_valid(values, step)
+    n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid ones among the first ones (K,)
     rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # the first as numpy has them
     percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
     mean, error = _mean_and_error(percentile, z)
@@ -115,12 +112,6 @@ def _interval_ranks(n, q, z):
     tail = ndtr(-z)
     low, high = binom.ppf(tail, n, q), n - binom.ppf(tail, n, 1.0 - q)
     return np.where(low >= 1, low - 1, np.nan), np.where(high < n, high, np.nan)
-
-
-def _n_valid(values, step):
-    """Number of values among the first step, 2 step, ... that are not NaN (K,)."""
-    n_blocks = len(values) // step
-    return (~np.isnan(values)).cumsum()[step - 1 : n_blocks * step : step]
 
 
 def _order_statistics(values, step, rank):

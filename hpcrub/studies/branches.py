@@ -26,9 +26,7 @@ from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
-from hpcrub.setup.disks import Disks, disks, modes_of
-from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.disks import disks
 from hpcrub.statistics import coexistence
 
 _SS = ("start", "speed")
@@ -90,25 +88,22 @@ def windows(
         part = Motion(*(values[group] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[group].max()
         for window in range(N_WINDOWS):
-            pieces = history.integrate(modes, scene, speeds_hz[group], duration, part, poll)
-            sizes, codes = zip(
-                *((np.abs(p.observed).max(axis=0).T, p.reason) for p in pieces), strict=True
-            )
-            largest = scene.interface.of_blades(np.max(sizes, axis=0))  # (speeds of the group, N)
-            well = ~status.are_fatal(codes[-1])
+            largest = np.zeros(1)
+            for piece in history.integrate(modes, scene, speeds_hz[group], duration, part, poll):
+                largest = np.maximum(largest, np.abs(piece.observed).max(axis=0).T)
+            largest = scene.interface.of_blades(largest)  # (speeds of the group, N)
+            well = ~status.are_fatal(piece.reason)
             at, largest = group[well], largest[well]
             found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
-            reason[group] = np.where(status.are_fatal(reason[group]), reason[group], codes[-1])
+            reason[group] = np.where(status.are_fatal(reason[group]), reason[group], piece.reason)
     return *found, reason
 
 
 def deflection(modes: Modes, n_family: int, seed: int, task: int, size: float) -> np.ndarray:
     """Random modal coordinates (K,) in the first family, largest observed |u| = size [m]."""
     random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
-    observed = modes.observed[:, :n_family] @ random
-    return np.concatenate([random, np.zeros(len(modes.omega) - n_family)]) * (
-        size / np.abs(observed).max()
-    )
+    random *= size / np.abs(modes.observed[:, :n_family] @ random).max()
+    return np.append(random, np.zeros(len(modes.omega) - n_family))
 
 
 def label_file(file: ResultFile) -> np.ndarray:
@@ -134,32 +129,19 @@ class Branches(StudyInTime):
         """The blades of the disk."""
         return {"deviation": disks(config)[-1]}
 
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        return steady_problems(config)
-
     def n_tasks(self, config: Config) -> int:
         """One for every initial state."""
         return len(starts(config))
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every start at every speed; a continuation has seven idle lanes."""
-        before = (2 * 8 + self.n_tasks(config) - 2) * config.speeds.n_values * until_steady
-        revolutions = N_WINDOWS * config.steady_state.window_revolutions
-        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))
-        after = self.n_tasks(config) * revolutions * lanes / config.speeds.from_hz
-        return Cost(before, after, 1)
-
-    def prepare(self, config: Config) -> Disks:
-        """The disk of a configuration. Raises InputError as `build_problem`."""
-        problem = build_problem(config)
-        return Disks(problem, [modes_of(config, problem, disks(config)[-1])])
+        n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
+        return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """All speeds from one initial state."""
-        scene, (modes,) = problem.problem.scene, problem.modes
-        speeds = config.speeds.values_hz
-        name = starts(config)[task]
+        scene, modes = problem.problem.scene, problem.modes[-1]
+        name, speeds = starts(config)[task], config.speeds.values_hz
         motion = Motion.at_rest(len(speeds), modes.n_rows)
         if name in ("up", "down"):
             result = follow(modes, scene, speeds, motion, name == "down", poll)

@@ -25,7 +25,6 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Poll, StudyInTime, Values
 from hpcrub.runs.verdict import Finding
 from hpcrub.setup.disks import modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact.study import open_contact, require_complete
 
@@ -83,12 +82,11 @@ def energies(
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
-        pieces = history.integrate(modes, scene, speeds_hz[usable], duration, part, poll)
-        found, codes = zip(
-            *((strain_energy(stiffness, p.position).max(axis=0), p.reason) for p in pieces),
-            strict=True,
-        )
-        energy[usable], reason[usable] = np.max(found, axis=0), codes[-1]
+        found = -np.inf
+        for piece in history.integrate(modes, scene, speeds_hz[usable], duration, part, poll):
+            found = np.maximum(found, strain_energy(stiffness, piece.position).max(axis=0))
+            reason[usable] = piece.reason
+        energy[usable] = found
     result = result.continued(reason)
     energy[result.point_status == DIVERGED] = np.nan
     return energy, result
@@ -106,19 +104,16 @@ def amplification(file: ResultFile) -> np.ndarray:
 
     NaN where all points of the sample have diverged, or of the tuned disk.
     """
-    tuned, found = _largest(file.read("tuned/energy_j")), map(_largest, file.read("energy_j"))
-    return np.array(list(found)) / (tuned if tuned > 0.0 else np.nan)
+    found, tuned = largest(file, "energy_j")
+    return found / (tuned if tuned > 0.0 else np.nan)
 
 
-def worn(file: ResultFile) -> np.ndarray:
-    """Largest energy that the wear by every sample took, of a study on a coating (n,) [J]."""
-    return np.array([_largest(energy) for energy in file.read("wear_energy_j")])
-
-
-def _largest(energy):
-    """Largest finite one of some energies [J], NaN when there is none."""
-    known = energy[np.isfinite(energy)]
-    return known.max() if len(known) else np.nan
+def largest(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
+    """Largest number of a dataset in every sample (n,), and in the tuned disk; NaN: none known."""
+    disks = file.read(f"tuned/{name}"), *file.read(name)
+    known = (values[np.isfinite(values)] for values in disks)
+    tuned, *found = (values.max() if len(values) else np.nan for values in known)
+    return np.array(found), tuned
 
 
 class Energy(StudyInTime):
@@ -134,10 +129,6 @@ class Energy(StudyInTime):
     def sizes(self, config: Config) -> dict[str, int]:
         """The samples."""
         return {"sample": config.energy.samples}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        return steady_problems(config)
 
     def prepare(self, config: Config) -> Chosen:
         """The tuned disk, and the blades of the samples. Raises InputError as `constants`."""
@@ -176,14 +167,10 @@ class Energy(StudyInTime):
         """The tuned disk, then the samples."""
         return 1 + config.energy.samples
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every disk at every speed until it is steady, and over one more window."""
-        n, lanes = (
-            self.n_tasks(config),
-            len(history.LANES) * len(history.groups(config.speeds.values_hz)),
-        )
-        window = config.steady_state.window_revolutions / config.speeds.from_hz
-        return Cost(n * config.speeds.n_values * until_steady, n * window * lanes, n)
+        n, window = self.n_tasks(config), config.steady_state.window_revolutions
+        return Cost(n, n * window / config.speeds.from_hz, n)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Energies of one disk."""
@@ -217,13 +204,12 @@ class Energy(StudyInTime):
         low, middle, high = np.percentile(found, [0, 50, 100])
         yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
         if "wear_energy_j" in file:
-            taken, tuned = worn(file), _largest(file.read("tuned/wear_energy_j"))
-            low, high = np.nanmin(taken), np.nanmax(taken)
+            wear, tuned = largest(file, "wear_energy_j")
+            low, high = np.nanmin(wear), np.nanmax(wear)
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
         if "stress_pa" in file:
-            largest = 1e-6 * np.array([_largest(stress) for stress in file.read("stress_pa")])
-            tuned = 1e-6 * _largest(file.read("tuned/stress_pa"))
-            low, high = largest.min(), largest.max()
+            stress, tuned = largest(file, "stress_pa")
+            low, high, tuned = (1e-6 * found for found in (stress.min(), stress.max(), tuned))
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:

@@ -36,20 +36,12 @@ _OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on
 AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
 DISKS = "tuned disk", "pattern"
 SPECTRUM_RECORDS = 16  # of a window whose spectrum is computed, at least
-SCALES = {"frequency": "frequencies_hz", **worn.SCALES}
 
 
 def _longest_interval(config):
     """Time between two recorded displacements at the lowest speed [s]."""
     speed, grid = config.speeds.from_hz, cut_revolution(config.speeds.from_hz, time_grid(config))
     return grid.stride / (speed * grid.steps_per_revolution)
-
-
-def _judged(found, where):
-    """The amplitude of a point, and how well it is known."""
-    yield "point_status", where, found.status
-    yield "mean_amplitude_m", where, found.amplitude
-    yield "mean_error_m", where, found.error
 
 
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
@@ -90,7 +82,7 @@ class InteractionMap(StudyInTime):
     what = "spectra over a wide range of speeds"
     figures = "6"
     sections = ("history", "spectrum")
-    scales = SCALES
+    scales = {"frequency": "frequencies_hz"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
@@ -99,14 +91,14 @@ class InteractionMap(StudyInTime):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        return worn.SIZES | {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
+        return {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The scales."""
         return {
             "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
             "deviation": disks(config),
-        } | worn.CONSTANTS
+        }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
@@ -142,7 +134,7 @@ class InteractionMap(StudyInTime):
         time, tips, touching = map(np.concatenate, values)
         if group[0] == groups[0][0]:
             yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
-        for lane, speed in enumerate(group):
+        for lane, (speed, one) in enumerate(zip(group, followed, strict=True)):
             if config.disk.model is not None:
                 there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
                 yield AT_SPEED.name, (disk, speed), there
@@ -158,9 +150,11 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield from _judged(followed[lane].found, (disk, speed))
+            yield "point_status", (disk, speed), one.found.status
+            yield "mean_amplitude_m", (disk, speed), one.found.amplitude
+            yield "mean_error_m", (disk, speed), one.found.error
             if scene.coating:
-                yield from worn.of_speed(followed[lane].wear, (disk, speed))
+                yield from worn.of_speed(one.wear, (disk, speed))
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()

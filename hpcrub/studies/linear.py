@@ -5,7 +5,7 @@ They are also those of the contact study with the same seed and levels.
 """
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -36,26 +36,12 @@ LAYOUT = (
 )
 
 
-class Prepared(NamedTuple):
-    """The tuned disk and its responses."""
-
-    model: Model
-    peaks: np.ndarray  # (D, 2) amplitude [m], speed [Hz]
-
-
 def _chunks(config):
     return -(-config.mistuning.samples // CHUNK)
 
 
-def _peaks(config, model, blade_deviation, radial=False):
-    """Amplitude [m] and speed [Hz] under every load, (D, 2); radial: of u_r."""
-    modes = modes_of(config, model, blade_deviation)
-    if radial:
-        modes = modes._replace(observed=modes.normal)
-    return _peaks_of(config, model, modes)
-
-
-def _peaks_of(config, model, modes):
+def _peaks(config, model, modes):
+    """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
     return np.array([
         linear_peak(
             modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
@@ -63,12 +49,6 @@ def _peaks_of(config, model, modes):
         )
         for n_diameters in config.linear.n_diameters
     ])  # fmt: skip
-
-
-def _over(peaks, tuned):
-    """Amplifications; NaN where the sample or the tuned disk flutters, and has no response."""
-    known = np.isfinite(peaks) & np.isfinite(tuned)
-    return np.where(known, peaks, np.nan) / np.where(known, tuned, np.nan)
 
 
 class Linear(Study):
@@ -90,11 +70,7 @@ class Linear(Study):
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        return {
-            "level": len(config.mistuning.half_range),
-            "n_diameters": len(config.linear.n_diameters),
-            "sample": config.mistuning.samples,
-        } | air.sizes(config)
+        return {"n_diameters": len(config.linear.n_diameters)} | air.sizes(config)
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The levels and the loads."""
@@ -108,32 +84,39 @@ class Linear(Study):
         """Chunks of samples, level by level."""
         return len(config.mistuning.half_range) * _chunks(config)
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """An eigenproblem for every sample, no time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
-    def prepare(self, config: Config) -> Prepared:
-        """The tuned disk of a configuration. Raises InputError for one that is hardly excited."""
-        model, still = build_model(config), np.zeros(config.disk.n_blades)
-        tuned, radial = (_peaks(config, model, still, radial) for radial in (False, True))
+    def prepare(self, config: Config) -> tuple[Model, np.ndarray]:
+        """The tuned disk, and its peaks under every load, amplitude [m] and speed [Hz] (D, 2).
+
+        Raises InputError for a disk that is hardly excited.
+        """
+        model = build_model(config)
+        modes = modes_of(config, model, np.zeros(config.disk.n_blades))
+        tuned = _peaks(config, model, modes)
+        radial = _peaks(config, model, modes._replace(observed=modes.normal))
         lost = np.flatnonzero(tuned[:, 0] < ROUNDING * radial[:, 0])
         if lost.size:
             raise InputError(
                 f"linear.n_diameters: under {config.linear.n_diameters[lost[0]]} diameters the "
                 "tips of the tuned disk move radially only, and amplitudes are tangential"
             )
-        return Prepared(model, tuned)
+        return model, tuned
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Amplifications of a chunk of samples of one level."""
         model, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
-        amplification, waves = np.empty((len(tuned), len(samples))), []
+        amplification, waves = np.full((len(tuned), len(samples)), np.nan), []
         for i, sample in enumerate(samples):
             modes = modes_of(config, model, deviation(config, level, sample))
             waves += [modes.waves] if modes.waves else []
-            amplification[:, i] = _over(_peaks_of(config, model, modes)[:, 0], tuned[:, 0])
+            found = _peaks(config, model, modes)
+            known = np.isfinite(found[:, 0] + tuned[:, 0])  # a disk in flutter has no response
+            amplification[known, i] = found[known, 0] / tuned[known, 0]
             poll()
         if waves:
             yield from air.values(waves, level, samples.start)
@@ -141,11 +124,8 @@ class Linear(Study):
             yield from air.values_of_tuned(config, model.reduced)
             yield "tuned/amplitude_m", (), tuned[:, 0]
             yield "tuned/speed_hz", (), tuned[:, 1]
-        yield (
-            "amplification",
-            (level, slice(None), slice(samples.start, samples.stop)),
-            amplification,
-        )
+        where = level, slice(None), slice(samples.start, samples.stop)
+        yield "amplification", where, amplification
 
     def report(self, file: ResultFile) -> Iterator[str]:
         """Percentiles at every level and load, and what the air does."""

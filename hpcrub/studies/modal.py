@@ -30,14 +30,10 @@ _FREQUENCIES = (
     Dataset("reduced/frequencies_hz", ("mode",), "Hz", "frequencies of the reduced model"),
     Dataset("reduced/nodal_diameters", ("mode",), "1", _DIAMETERS, "i8"),
     Dataset("blade_share", (), "1", "blades' part in the stiffness of the first family"),
-    Dataset(
-        "crossing_hz",
-        (),
-        "Hz",
-        "speed at which the casing's order meets the first family without contact; nan: never",
-    ),
+    Dataset("crossing_hz", (), "Hz",
+            "speed at which the casing's order meets the first family without contact; nan: never"),
     Dataset("shapes", ("shape", "node", "axis"), "1", "displacements of a mode, largest one is 1"),
-)
+)  # fmt: skip
 PLANAR = (
     Dataset("position_m", ("node", "axis"), "m", "nodes of the disk, x and y"),
     Dataset("blades", ("blade", "blade_node"), "1", "nodes of a blade, root to tip", "i8"),
@@ -63,11 +59,7 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     yield "position_m", (), seen.nodes
     rows = face.normal, face.tangential, face.axial
     tips = np.array([part @ reduced.tuned_modes for part in rows if len(part)])  # (p, C, K)
-    yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-    diameters = cyclic.diameters_of(tips, face.blade, face.angle)
-    yield "reduced/nodal_diameters", (), diameters
-    yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
-    yield "blade_share", (), families.share(reduced)
+    yield from _of_reduced(config, reduced, cyclic.diameters_of(tips, face.blade, face.angle))
     if disk is not None:
         K = stiffness_at(disk.stiffness, reduced.speed).tocsc()
         n_modes = min(MOST_SHAPES, len(reduced.mass))
@@ -80,6 +72,14 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
     xyz = to_cartesian(seen.nodes, shapes[seen.rows])  # (n, 3, K)
     largest = np.linalg.norm(xyz, axis=1).max(axis=0)
     yield "shapes", (), np.moveaxis(xyz / largest, 2, 0)
+
+
+def _of_reduced(config, reduced, diameters):
+    """Modes of the reduced model, which have these nodal diameters, and its first family."""
+    yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
+    yield "reduced/nodal_diameters", (), diameters
+    yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
+    yield "blade_share", (), families.share(reduced)
 
 
 def _diameters(shapes, n_blades):
@@ -104,11 +104,11 @@ def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
 
 def met(file: ResultFile) -> str:
     """Where the casing's order meets the first family, in words."""
-    speed, order = float(file.read("crossing_hz")), file.config.casing.main_order
+    speed = float(file.read("crossing_hz"))
     if not np.isfinite(speed):
         return "never meets the first family"
-    frequency = f"{order * speed:.4g} Hz"
-    return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency}"
+    frequency = file.config.casing.main_order * speed
+    return f"meets the first family at {speed:.4g} Hz, where its frequency is {frequency:.4g} Hz"
 
 
 class Modal(Study):
@@ -164,11 +164,7 @@ class Modal(Study):
         shapes = reduced.basis @ reduced.tuned_modes
         yield "full/frequencies_hz", (), np.sqrt(eigenvalues) / (2 * np.pi)
         yield "full/nodal_diameters", (), _diameters(full, n_blades)
-        yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
-        diameters = _diameters(shapes, n_blades)
-        yield "reduced/nodal_diameters", (), diameters
-        yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
-        yield "blade_share", (), families.share(reduced)
+        yield from _of_reduced(config, reduced, _diameters(shapes, n_blades))
         points = disk.points
         for name in ("blades", "ring", "spokes"):
             yield name, (), getattr(points, name)
@@ -178,18 +174,14 @@ class Modal(Study):
     def report(self, file: ResultFile) -> Iterator[str]:
         """First frequencies of both models, and what rules the first family."""
         for kind in ("full", "reduced"):
-            frequencies, diameters = (
-                file.read(f"{kind}/{name}") for name in ("frequencies_hz", "nodal_diameters")
-            )
+            frequencies = file.read(f"{kind}/frequencies_hz")
             if not len(frequencies):  # of a model file that is reduced
                 continue
-            n = file.config.disk.n_blades + 2
-            first = ", ".join(
-                f"{f:.4f} ({d})" for f, d in zip(frequencies[:n], diameters, strict=False)
-            )
-            yield f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters): {first}"
-        config, n = file.config, file.config.disk.n_blades
-        full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
+            modes = zip(frequencies, file.read(f"{kind}/nodal_diameters"), strict=True)
+            words = [f"{f:.4f} ({d})" for f, d in modes][: file.config.disk.n_blades + 2]
+            about = f"{kind} model, {len(frequencies)} modes, Hz (nodal diameters)"
+            yield f"{about}: {', '.join(words)}"
+        config, (full, reduced) = file.config, _first_families(file)
         half_range = config.mistuning.half_range.max()
         ratio = float(np.mean(damping.ratios(config.damping, 2 * np.pi * reduced)))
         yield families.sentence(full, reduced, float(file.read("blade_share")), half_range, ratio)
@@ -199,16 +191,22 @@ class Modal(Study):
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """A reduced model whose first family is not that of the full one."""
-        n = file.config.disk.n_blades
-        full, reduced = (file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced"))
+        full, reduced = _first_families(file)
         if len(full):
             error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())
+            by = f"{100 * error:.2g} %"
             yield Finding(
                 USELESS if error > FAR_OFF else REMARK,
-                f"first family off by {100 * error:.2g} %",
-                f"the reduction changes frequencies of the first family by up to "
-                f"{100 * error:.2g} %: reduction.n_modes",
+                f"first family off by {by}",
+                f"the reduction changes frequencies of the first family by up to {by}: "
+                "reduction.n_modes",
             )
+
+
+def _first_families(file):
+    """Frequencies of the first family [Hz], of the full model and of the reduced one."""
+    n = file.config.disk.n_blades
+    return [file.read(f"{kind}/frequencies_hz")[:n] for kind in ("full", "reduced")]
 
 
 STUDY = Modal()

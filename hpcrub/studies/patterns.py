@@ -5,7 +5,6 @@ patterns that are left and drops the worse half of them. All patterns get the sa
 Where there are too many patterns to try all, the first round also names neighbours of the best.
 """
 
-import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -13,9 +12,7 @@ import numpy as np
 
 from hpcrub.config.schema import Config
 from hpcrub.config.text import counted
-from hpcrub.model.reduction import Modes
 from hpcrub.ranks.runlog import Work
-from hpcrub.response.linear import linear_peak
 from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
@@ -24,10 +21,8 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import REMARK, SINGLE, USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, candidates, compare, neighbours
-from hpcrub.studies.contact.amplification import peak
+from hpcrub.studies.contact.amplification import linear_amplitude, peak
 
 FIRST = 64  # disks of every pattern in the first round
 BLOCK = 32  # disks of a task
@@ -47,11 +42,12 @@ LAYOUT = (
 )  # fmt: skip
 
 
-class Prepared(NamedTuple):
-    """What every rank needs."""
+class Task(NamedTuple):
+    """Some disks with one pattern, linear, or one of them in contact."""
 
-    problem: Problem
-    tuned: float  # linear amplitude of the tuned disk, without air where it flutters [m]
+    pattern: int
+    disks: Any  # range, or the number of the one in contact
+    word: tuple[int, ...]  # types of the blades, which the files of other ranks may lack yet
 
 
 def words_of(config: Config) -> np.ndarray:
@@ -75,114 +71,6 @@ def in_letters(word: np.ndarray) -> str:
     return text if period == len(text) else f"{text[:period]} x {len(text) // period}"
 
 
-class PatternStudy(Study):
-    """Patterns of blade types, ranked by what random mistuning makes of them."""
-
-    name = "patterns"
-    what = "which pattern of blade types makes mistuned disks vibrate least"
-    sections = ("patterns",)
-    of_tasks = False
-    integrates = True
-    unit = "disks"
-    datasets = LAYOUT
-
-    def sizes(self, config: Config) -> dict[str, int]:
-        """Patterns with the disk without one, and their disks."""
-        return {
-            "pattern": len(words_of(config)),
-            "sample": config.mistuning.samples,
-            "contact_sample": config.patterns.contact_samples,
-        }
-
-    def constants(self, config: Config) -> dict[str, Any]:
-        """The patterns."""
-        return {"types": words_of(config)}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        yield from steady_problems(config)
-        if len(config.mistuning.half_range_percent) != 1:
-            yield "mistuning.half_range_percent: a study of patterns is of one level"
-        if config.mistuning.pattern is not None or config.mistuning.intentional_percent:
-            yield "patterns: mistuning.pattern and intentional_percent are what is searched for"
-        if config.patterns.contact_samples > config.mistuning.samples:
-            yield "patterns.contact_samples: more than mistuning.samples"
-        if config.engine_order is None:
-            yield "patterns: there is no engine order of a linear load (forcing, casing)"
-
-    def prepare(self, config: Config) -> Prepared:
-        """The disk and scene, and the linear amplitude of the tuned disk. Raises InputError."""
-        problem = build_problem(config)
-        modes = modes_of(config, problem, np.zeros(config.disk.n_blades))
-        if _flutters(modes):
-            modes = modes._replace(waves=None)
-        return Prepared(problem, _size(config, problem, modes))
-
-    def problem_of(self, prepared: Prepared) -> Problem:
-        """The Problem beside the tuned amplitude."""
-        return prepared.problem
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """All rounds of the linear analysis, and the disks in contact."""
-        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
-        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
-        contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
-        points = contact * config.speeds.n_values * until_steady
-        return Cost(points, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
-
-    def job(self, *arguments: Any) -> Job:
-        """Rounds, of which each depends on those before."""
-        return Halving(*arguments)
-
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether all rounds are over and the patterns left are computed in contact."""
-        found = Rounds(file)
-        return found.missing() is None and not found.missing_in_contact().size
-
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """The patterns left, beside the disk without one."""
-        found, asked = Rounds(file), file.config.patterns
-        known, n_blades = found.percentile, file.config.disk.n_blades
-        if found.missing() is not None:
-            yield "the rounds are not over"
-            return
-        best = found.left[0]
-        yield (
-            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
-            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
-            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
-        )
-        for p in [*found.left, 0]:
-            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
-            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
-            line += _in_contact(file, p)
-            least = found.least_damping(file, p)
-            if len(least):
-                line += f", damping ratio down to {least.min():.3g}"
-                line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
-            yield line
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What was not decided."""
-        found = Rounds(file)
-        if found.missing() is not None:
-            return
-        if found.percentile[0] <= found.percentile[found.left[0]]:
-            words = "no pattern is seen to be better than none"
-            yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
-        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
-        if alike > 1:
-            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
-            advice = "take any of them, or more mistuning.samples"
-            yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
-        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
-        if unsure:
-            words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
-            yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
-        yield from _flutter(found.least_damping(file, found.left[0]))
-        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
-
-
 class Rounds:
     """What the disks in a file say of the patterns, round by round."""
 
@@ -196,38 +84,28 @@ class Rounds:
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
         self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
-        self._pending: tuple[np.ndarray, int] | None = None
+        # patterns whose first n disks the next round needs, and n; None: all rounds are over. All
+        # of these disks may be there: then a search has to name the patterns `unknown`
+        self.missing: tuple[np.ndarray, int] | None = None
         self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
         self.left = self.left[: n_patterns - 1 - len(self.unknown)]
         while True:
             here = np.append(0, self.left)
             if (self.status[here, :n] == PENDING).any():
-                self._pending = here, n
+                self.missing = here, n
                 return
             found = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
             self.n_disks[here] = n
             self.percentile[here], self.worse_by[here] = compare(found, asked.percentile)
             self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
             if len(self.unknown):  # neighbours of the best
-                self._pending = here, n
+                self.missing = here, n
                 return
             if n == self.most:
                 self.left = self.left[: asked.kept]
                 return
             self.left = self.left[: max(asked.kept, -(-len(self.left) // 2))]
             n = min(2 * n, self.most)
-
-    def least_damping(self, file: ResultFile, pattern: int) -> np.ndarray:
-        """Damping ratios of the least stable modes of its disks; none without air."""
-        found = file.read("least_damping_ratio", pattern)
-        return found[np.isfinite(found)]
-
-    def missing(self) -> tuple[np.ndarray, int] | None:
-        """Patterns whose first n disks the next round needs, and n; None: all rounds are over.
-
-        All of these disks may be there: then a search has to name the patterns `unknown`.
-        """
-        return self._pending
 
     def missing_in_contact(self) -> np.ndarray:
         """Patterns and samples (n, 2) of the disks in contact that are pending."""
@@ -241,31 +119,41 @@ class Halving(Job):
 
     def run(self) -> None:
         """Compute what the next round needs, until all is there."""
-        self.computed, self.planned = 0, 0
+        self.planned = 0
+        self.tuned = self.team.on_root(self._tuned)
         self.phase("linear disks")
         while blocks := self.team.on_root(self._blocks):
-            self.team.run_tasks(blocks, self._linear, self._collect)
+            self.team.run_tasks(blocks, self._compute, self._collect)
         disks = self.team.on_root(self._contact)
         if disks:
             self.load_kernel()
         self.phase("disks in contact")
-        self.team.run_tasks(disks, self._in_contact, self._collect)
+        self.team.run_tasks(disks, self._compute, self._collect)
 
     def n_done(self) -> tuple[int, int]:
         """Tasks computed in this run, and those that are known of so far (rank 0)."""
-        return self.computed, self.planned
+        return self.work.n_done, self.planned
+
+    def _tuned(self):
+        """Linear amplitude of the tuned disk, without air where it flutters [m]."""
+        modes = modes_of(self.config, self.prepared, np.zeros(self.config.disk.n_blades))
+        if modes.waves and modes.waves.damping_ratio.min() <= 0.0:
+            modes = modes._replace(waves=None)
+        return linear_amplitude(self.config, self.prepared, modes)
 
     def _blocks(self):
-        """Tasks (pattern, first disk, last disk) of the next round; none: all rounds are over."""
+        """Linear tasks of the next round; none: all rounds are over (rank 0)."""
         found = Rounds(self.file)
-        self._write(found)
-        while found.missing() is not None:
-            here, n = found.missing()
+        for name in ("n_disks", "percentile", "worse_by"):
+            self.file.write({name: getattr(found, name)}, ())
+        while found.missing:
+            here, n = found.missing
             blocks = [
-                (int(p), first, min(first + BLOCK, n), tuple(found.words[p].tolist()))
+                Task(int(p), disks, tuple(found.words[p].tolist()))
                 for p in here
                 for first in range(0, n, BLOCK)
-                if (found.status[p, first : min(first + BLOCK, n)] == PENDING).any()
+                for disks in [range(first, min(first + BLOCK, n))]
+                if (found.status[p, disks] == PENDING).any()
             ]
             if blocks:
                 self.planned += len(blocks)
@@ -281,81 +169,145 @@ class Halving(Job):
         words = neighbours(ranked, n_types, len(found.unknown), seed)
         self.file.write({"types": np.array(words)}, slice(found.unknown[0], None))
 
-    def _write(self, found):
-        for name in ("n_disks", "percentile", "worse_by"):
-            self.file.write({name: getattr(found, name)}, ())
-
     def _contact(self):
+        """Tasks in contact (rank 0)."""
         found = Rounds(self.file)
         disks = [
-            (int(p), int(sample), tuple(found.words[p].tolist()))
+            Task(int(p), int(sample), tuple(found.words[p].tolist()))
             for p, sample in found.missing_in_contact()
         ]
         self.planned += len(disks)
         return disks
 
+    def _pieces(self, task, poll):
+        return (self._linear if isinstance(task.disks, range) else self._in_contact)(task, poll)
+
     def _linear(self, task, poll):
-        (pattern, first, last, word), start = task, time.perf_counter()
-        found = np.empty((2, last - first))
-        for i, sample in enumerate(range(first, last)):
-            own = _deviation(self.config, np.array(word), sample)
-            size, found[1, i] = _linear(self.config, self.prepared.problem, own)
-            found[0, i] = size / self.prepared.tuned if np.isfinite(size) else np.nan
+        found = np.empty((2, len(task.disks)))
+        for i, sample in enumerate(task.disks):
+            modes = self._modes(task.word, sample)
+            size = linear_amplitude(self.config, self.prepared, modes)
+            found[0, i] = size / self.tuned if np.isfinite(size) else np.nan
+            found[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
             poll()
-        where = pattern, slice(first, last)
-        self.file.write({"amplification": found[0], "least_damping_ratio": found[1]}, where)
-        self.file.write({"status": DONE}, where)
-        return time.perf_counter() - start
+        where = task.pattern, slice(task.disks.start, task.disks.stop)
+        yield "amplification", where, found[0]
+        yield "least_damping_ratio", where, found[1]
+        yield "status", where, DONE
 
     def _in_contact(self, task, poll):
-        (*where, word), start = task, time.perf_counter()
-        own = _deviation(self.config, np.array(word), where[1])
-        modes = modes_of(self.config, self.prepared.problem, own)
-        speeds = self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.problem.scene, speeds, poll)
-        self.file.write({"contact_amplitude_m": peak(result, speeds)[0]}, tuple(where))
-        self.file.write({"contact_status": DONE}, tuple(where))
-        return time.perf_counter() - start
+        modes, speeds = self._modes(task.word, task.disks), self.config.speeds.values_hz
+        result = run_sweep(modes, self.prepared.scene, speeds, poll)
+        yield "contact_amplitude_m", (task.pattern, task.disks), peak(result, speeds)[0]
+        yield "contact_status", (task.pattern, task.disks), DONE
+
+    def _modes(self, word, sample):
+        """Modes of a disk whose blades deviate by their types, and at random."""
+        types = np.array([*self.config.patterns.types_percent, 0.0]) / 100.0  # -1: no pattern
+        own = deviation(self.config, 0, sample) + types[np.array(word)]
+        return modes_of(self.config, self.prepared, own)
 
     def _collect(self, task, seconds):
-        self.computed += 1
         self.work += Work(1, 0, seconds)
-        if self.progress:
-            self.progress.part("tasks", *self.n_done())
+        self.progress.part("tasks", *self.n_done())
 
 
-def _deviation(config: Config, word: np.ndarray, sample: int) -> np.ndarray:
-    """Stiffness deviations (N,) [-] of a disk: those of its pattern and its random ones."""
-    types = np.array([*config.patterns.types_percent, 0.0]) / 100.0  # the last of −1: no pattern
-    return deviation(config, 0, sample) + types[word]
+class PatternStudy(Study):
+    """Patterns of blade types, ranked by what random mistuning makes of them."""
+
+    name = "patterns"
+    what = "which pattern of blade types makes mistuned disks vibrate least"
+    sections = ("patterns",)
+    integrates = True
+    job = Halving
+    unit = "disks"
+    datasets = LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Patterns with the disk without one, and their disks in contact."""
+        n_contact = config.patterns.contact_samples
+        return {"pattern": len(words_of(config)), "contact_sample": n_contact}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The patterns."""
+        return {"types": words_of(config)}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        if len(config.mistuning.half_range_percent) != 1:
+            yield "mistuning.half_range_percent: a study of patterns is of one level"
+        if config.mistuning.pattern is not None or config.mistuning.intentional_percent:
+            yield "patterns: mistuning.pattern and intentional_percent are what is searched for"
+        if config.patterns.contact_samples > config.mistuning.samples:
+            yield "patterns.contact_samples: more than mistuning.samples"
+        if config.engine_order is None:
+            yield "patterns: there is no engine order of a linear load (forcing, casing)"
+
+    def cost(self, config: Config) -> Cost:
+        """All rounds of the linear analysis, and the disks in contact."""
+        n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
+        rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
+        contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
+        return Cost(contact, disks=rounds * n_patterns * min(FIRST, n) // 2 + contact)
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether all rounds are over and the patterns left are computed in contact."""
+        found = Rounds(file)
+        return not found.missing and not found.missing_in_contact().size
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The patterns left, beside the disk without one."""
+        found, asked = Rounds(file), file.config.patterns
+        known, n_blades = found.percentile, file.config.disk.n_blades
+        if found.missing:
+            yield "the rounds are not over"
+            return
+        best = found.left[0]
+        yield (
+            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
+            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
+            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
+        )
+        for p in [*found.left, 0]:
+            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
+            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
+            line += _in_contact(file, p)
+            least = least_damping(file, p)
+            if len(least):
+                line += f", damping ratio down to {least.min():.3g}"
+                line += f", {np.count_nonzero(least <= 0.0)} of {len(least)} disks flutter"
+            yield line
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """What was not decided."""
+        found = Rounds(file)
+        if found.missing:
+            return
+        if found.percentile[0] <= found.percentile[found.left[0]]:
+            words = "no pattern is seen to be better than none"
+            yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
+        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
+        if alike > 1:
+            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
+            advice = "take any of them, or more mistuning.samples"
+            yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
+        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
+        if unsure:
+            words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
+            yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
+        least = least_damping(file, found.left[0])
+        lost = int(np.count_nonzero(least <= 0.0))
+        if lost:
+            words = f"{lost} of {len(least)} disks of the best pattern flutter"
+            advice = "without contact: types further apart in patterns.types_percent"
+            yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
+        yield from verdict.few([file.config.patterns.percentile], file.config.mistuning.samples)
 
 
-def _linear(config: Config, problem: Problem, own: np.ndarray) -> tuple[float, float]:
-    """Linear amplitude [m] of a disk, and the damping ratio of its least stable mode in air."""
-    modes = modes_of(config, problem, own)
-    least = float(modes.waves.damping_ratio.min()) if modes.waves else np.nan
-    return _size(config, problem, modes), least
-
-
-def _size(config: Config, problem: Problem, modes: Modes) -> float:
-    order = config.forcing.sense * (config.engine_order or 1)
-    face, n_blades = problem.reduced.interface, config.disk.n_blades
-    return linear_peak(
-        modes, config.damping, config.forcing.amplitude, order, face, n_blades
-    )[0]  # fmt: skip
-
-
-def _flutters(modes: Modes) -> bool:
-    return bool(modes.waves and modes.waves.damping_ratio.min() <= 0.0)
-
-
-def _flutter(least: np.ndarray) -> Iterator[Finding]:
-    """What the air does to the disks of the best pattern; least: their damping ratios."""
-    lost = int(np.count_nonzero(least <= 0.0))
-    if lost:
-        words = f"{lost} of {len(least)} disks of the best pattern flutter"
-        advice = "without contact: types further apart in patterns.types_percent"
-        yield Finding(USELESS if lost == len(least) else SINGLE, words, f"{words} {advice}")
+def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
+    """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
+    found = file.read("least_damping_ratio", pattern)
+    return found[np.isfinite(found)]
 
 
 def _in_words(percentile: float) -> str:

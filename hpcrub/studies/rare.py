@@ -5,7 +5,6 @@ and a full result. They tell which speeds are worth looking at; `statistics.rare
 probable it is that a disk is computed in full.
 """
 
-import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -22,10 +21,9 @@ from hpcrub.runs.cost import Cost
 from hpcrub.runs.study import Job, Study
 from hpcrub.runs.verdict import USELESS, Finding
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.rare import Goal, Plan, Rule, estimate, n_needed, plan
 from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
-from hpcrub.studies.contact.limits import percent, severity
+from hpcrub.studies.contact.limits import percent, severities, severity
 from hpcrub.studies.threshold import limit_problems
 
 PILOT = 100  # disks
@@ -58,8 +56,90 @@ class Step(NamedTuple):
     """The first n disks, the speeds of their first look (indices), and who is computed in full."""
 
     n: int
-    speeds: tuple[int, ...] = ()
-    rule: Rule = Rule()
+    speeds: tuple[int, ...]
+    rule: Rule
+
+
+class Sampling(Job):
+    """Looks at some more disks again and again, until the goal is met (all ranks)."""
+
+    def _tasks(self):
+        return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
+
+    def _next(self):
+        """The next step, whose disks are not all there; None: nothing is left to do (rank 0).
+
+        What a step does follows from the disks before it alone, whatever else is in the file.
+        """
+        goal, before = goal_of(self.config), 0
+        for place, n in enumerate(map(int, numbers(self.config))):
+            if (self.status[:n] == PENDING).any():
+                looked_at = np.flatnonzero(self.file.read("look_speeds")) if before else ()
+                speeds = tuple(map(int, looked_at))
+                rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
+                return Step(n, speeds, rule)
+            found = [self.file.read(name)[place] for name in ESTIMATE]
+            if np.isnan(found[0]):
+                if not before:
+                    self._choose_look(goal)
+                found = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
+                self.file.write(dict(zip(ESTIMATE, found, strict=True)), place)
+            if goal.is_met(*found):
+                return None
+            before = n
+        return None
+
+    def _choose_look(self, goal):
+        """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
+        tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
+        speeds, best = min(tried.items(), key=lambda one: one[1].saving)
+        looks = _looks(self.file, speeds)
+        if best.rule == Rule():
+            speeds = ()
+        mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
+        self.file.write({"look_speeds": mask}, ())
+        self.file.write({"look": looks}, slice(len(looks)))
+        if self.work.n_done:  # some of the pilot's disks in this run
+            seconds = self.work.seconds / self.work.n_done
+            hours = best.cost * seconds / sum(costs(self.file, mask >= 0)) / 3600
+            disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
+            self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
+
+    def _pieces(self, sample, poll):
+        """A first look at a disk, and its full result where the draw says so."""
+        step, inclusion = self.round, 1.0
+        modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
+        if sample < PILOT:
+            speeds = range(self.config.speeds.n_values)
+            yield "pilot_look", sample, self._early(modes, speeds, poll)
+        elif step.speeds:
+            look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
+            inclusion = step.rule.inclusion(look)[0]
+            yield "look", sample, look[0]
+        computed = drawn(self.config, sample) < inclusion
+        if computed:
+            yield from self._in_full(modes, sample, poll)
+        yield "inclusion", sample, inclusion
+        yield "computed", sample, int(computed)
+        yield "status", sample, DONE
+
+    def _early(self, modes, speeds, poll):
+        """Severity at some speeds (S,) after a short time; NaN at the others."""
+        scene, config, end = self.prepared.scene, self.config, early_time(self.config)
+        scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
+        found = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
+        return severity(config, amplitudes(found), found.stress)
+
+    def _in_full(self, modes, sample, poll):
+        speeds = self.config.speeds.values_hz
+        result = run_sweep(modes, self.prepared.scene, speeds, poll)
+        size, at = peak(result, speeds)
+        if sample < PILOT:
+            yield "pilot_peak_hz", sample, at
+        yield "peak_amplitude_m", sample, size
+        yield "peak_stress_pa", sample, peak_stress(result)
+        yield "peak_status", sample, result.point_status[speeds == at].max(initial=0)
+        yield "time_s", sample, result.time.sum()
 
 
 class Rare(Study):
@@ -67,23 +147,21 @@ class Rare(Study):
 
     name = "rare"
     what = "small probability of exceeding a limit, by double sampling"
-    of_tasks = False
     integrates = True
+    job = Sampling
     unit = "disks"
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
-        n = config.mistuning.samples
-        return {"sample": n, "pilot": min(PILOT, n), "estimate": len(numbers(config))}
+        return {"pilot": min(PILOT, config.mistuning.samples), "estimate": len(numbers(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
         """Numbers of disks after which there is an estimate."""
-        return {"n_disks": numbers(config), "sample": np.arange(config.mistuning.samples)}
+        return {"n_disks": numbers(config)}
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         yield from limit_problems(config)
         if goal_of(config) == Goal(None, None):
             yield (
@@ -101,14 +179,10 @@ class Rare(Study):
             f"{PILOT} disks tell how many of them a first look saves"
         )
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every disk that plain sampling needs at every speed."""
         disks = min(_supposed(config)[1], config.mistuning.samples)
-        return Cost(disks * config.speeds.n_values * until_steady, disks=disks)
-
-    def job(self, *arguments: Any) -> Job:
-        """Disks in groups, of which every one depends on those before."""
-        return Sampling(*arguments)
+        return Cost(disks, disks=disks)
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the goal is met."""
@@ -145,102 +219,7 @@ class Rare(Study):
         if speeds.n_values > 1:
             at = file.read("pilot_peak_hz")
             yield from verdict.of_peaks(config, np.searchsorted(speeds.values_hz, at))
-        yield from verdict.kinematics(config, float(np.nan_to_num(size).max(initial=0.0)))
-
-
-class Sampling(Job):
-    """Looks at some more disks again and again, until the goal is met (all ranks)."""
-
-    seconds: tuple[float, ...] = ()  # of the pilot's disks computed in this run, rank 0
-
-    def _tasks(self):
-        return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
-
-    def _next(self):
-        """The next step, whose disks are not all there; None: nothing is left to do (rank 0).
-
-        What a step does follows from the disks before it alone, whatever else is in the file.
-        """
-        goal, before = goal_of(self.config), 0
-        for place, n in enumerate(map(int, numbers(self.config))):
-            if (self.status[:n] == PENDING).any():
-                return self._step(before, n)
-            found = [self.file.read(name)[place] for name in ESTIMATE]
-            if np.isnan(found[0]):
-                if not before:
-                    self._choose_look(goal)
-                found = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
-                self.file.write(dict(zip(ESTIMATE, found, strict=True)), place)
-            if goal.is_met(*found):
-                return None
-            before = n
-        return None
-
-    def _choose_look(self, goal):
-        """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
-        tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
-        speeds, best = min(tried.items(), key=lambda one: one[1].saving)
-        looks = _looks(self.file, speeds)
-        if best.rule == Rule():
-            speeds = ()
-        mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
-        self.file.write({"look_speeds": mask}, ())
-        self.file.write({"look": looks}, slice(len(looks)))
-        if self.progress and self.seconds:
-            hours = best.cost * np.mean(self.seconds) / sum(costs(self.file, mask >= 0)) / 3600
-            disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
-            self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
-
-    def _step(self, before, n):
-        """The step to n disks, by what the first `before` disks say (rank 0)."""
-        speeds = tuple(map(int, np.flatnonzero(self.file.read("look_speeds")))) if before else ()
-        if not speeds:
-            return Step(n)
-        return Step(n, speeds, _plan(self.file, before, speeds, goal_of(self.config)).rule)
-
-    def _compute(self, sample, poll):
-        """Look at a disk, and compute it in full where the draw says so; returns the seconds."""
-        start, step, speeds = time.perf_counter(), self.round, range(self.config.speeds.n_values)
-        modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
-        inclusion = 1.0
-        if sample < PILOT:
-            self.file.write({"pilot_look": self._early(modes, speeds, poll)}, sample)
-        elif step.speeds:
-            look = np.fmax.reduce(self._early(modes, step.speeds, poll), keepdims=True)
-            inclusion = step.rule.inclusion(look)[0]
-            self.file.write({"look": look[0]}, sample)
-        computed = drawn(self.config, sample) < inclusion
-        if computed:
-            self._compute_in_full(modes, sample, poll)
-        self.file.write({"inclusion": inclusion, "computed": int(computed)}, sample)
-        self.file.write({"status": DONE}, sample)
-        return time.perf_counter() - start
-
-    def _early(self, modes, speeds, poll):
-        """Severity at some speeds (S,) after a short time; NaN at the others."""
-        scene, config, end = self.prepared.scene, self.config, early_time(self.config)
-        scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
-        found = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
-        return severity(config, amplitudes(found), found.stress)
-
-    def _compute_in_full(self, modes, sample, poll):
-        speeds = self.config.speeds.values_hz
-        result = run_sweep(modes, self.prepared.scene, speeds, poll)
-        size, at = peak(result, speeds)
-        if sample < PILOT:
-            self.file.write({"pilot_peak_hz": at}, sample)
-        values = {
-            "peak_amplitude_m": size,
-            "peak_stress_pa": peak_stress(result),
-            "peak_status": result.point_status[speeds == at].max(initial=0),
-            "time_s": result.time.sum(),
-        }
-        self.file.write(values, sample)
-
-    def _collect(self, sample, seconds):
-        super()._collect(sample, seconds)
-        if sample < PILOT:
-            self.seconds += (seconds,)
+        yield from verdict.kinematics(config, size)
 
 
 def numbers(config: Config) -> np.ndarray:
@@ -279,11 +258,6 @@ def candidates(file: ResultFile) -> list[tuple[int, ...]]:
 def costs(file: ResultFile, speeds: Any) -> tuple[float, float]:
     """Simulated time of a first look at some speeds, and of a full result of the pilot [s]."""
     return len(speeds) * early_time(file.config), float(file.read("time_s")[:PILOT].mean())
-
-
-def severities(file: ResultFile) -> np.ndarray:
-    """Severity of every disk (n,); NaN where it was not computed, or has no result."""
-    return severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa"))
 
 
 def in_full(file: ResultFile) -> np.ndarray:

@@ -3,9 +3,7 @@
 The same disks are drawn at every value; `statistics.threshold` says which of them are computed.
 """
 
-import time
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,20 +11,17 @@ import numpy as np
 from hpcrub.config.schema import Config
 from hpcrub.config.text import flatten
 from hpcrub.errors import InputError
-from hpcrub.response.sweep import run_sweep
-from hpcrub.results.layout import DONE, PENDING, Dataset
+from hpcrub.results.layout import PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import verdict
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Poll, Study
+from hpcrub.runs.study import Job, Poll, Study, Values
 from hpcrub.runs.verdict import USELESS, Finding
-from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.plausibility import steady_problems
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.statistics.threshold import UNKNOWN, Search
-from hpcrub.studies.contact.amplification import peak, peak_stress
-from hpcrub.studies.contact.limits import severity
+from hpcrub.studies.contact.amplification import peaks_of
+from hpcrub.studies.contact.limits import severities
 
 NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
 LOOKS = 1.5  # values that need all disks that the target asks for, for each bisection
@@ -43,85 +38,6 @@ LAYOUT = (
     Dataset("peak_stress_pa", _VN, "Pa", "largest stress of a disk over the speeds"),
     Dataset("status", _VN, "1", "0 pending, 1 done", "u1"),
 )
-
-
-class Threshold(Study):
-    """Where the probability of exceeding a limit crosses a target along the values of a key."""
-
-    name = "threshold"
-    what = "value of a key that meets a limit with a probability"
-    sections = ("threshold",)
-    of_tasks = False
-    integrates = True
-    unit = "disks"
-    datasets = LAYOUT
-
-    def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
-        n_values = len(config.threshold.values)
-        return {"value": n_values, "sample": config.mistuning.samples, "end": 2}
-
-    def constants(self, config: Config) -> dict[str, Any]:
-        """The values."""
-        return {"value": config.threshold.values, "sample": np.arange(config.mistuning.samples)}
-
-    def problems(self, config: Config) -> Iterator[str]:
-        """Keys that do not fit this study."""
-        yield from steady_problems(config)
-        yield from limit_problems(config)
-        key = config.threshold.key
-        if key is None:
-            yield "threshold.key: missing; the key whose value is searched for is needed"
-            return
-        if key.startswith(NEVER_KEYS):
-            yield f"threshold.key: {key} changes no disk"
-            return
-        for value in (config.threshold.lowest, config.threshold.highest):
-            try:
-                at_value(config, value)
-            except InputError as error:
-                yield f"threshold.key: {value:g}: {error}"
-
-    def cost(self, config: Config, until_steady: float) -> Cost:
-        """About as many disks as a few values need whose intervals must leave out the target."""
-        disks = round(LOOKS * np.log2(len(config.threshold.values)) * _needed(config))
-        return Cost(disks * config.speeds.n_values * until_steady, disks=disks)
-
-    def job(self, *arguments: Any) -> Job:
-        """A search, of which every look depends on those before."""
-        return Seeking(*arguments)
-
-    def is_enough(self, file: ResultFile) -> bool:
-        """Whether nothing is left to look at."""
-        return search_of(file).next_look() is None
-
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """The value, what is known at its sides, and how many disks that took."""
-        yield answer(file)
-        n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
-        share = 100.0 * n_done / (n_values * file.config.mistuning.samples)
-        yield (
-            f"{n_done:,} disks at {np.count_nonzero(file.read('n_disks'))} of {n_values} values, "
-            f"{share:.2g} % of all disks at all values"
-        )
-
-    def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A crossing that is not known, or of which there are several."""
-        found, config = search_of(file), file.config
-        if found.next_look() is None and (found.sides()[[0, -1]] == UNKNOWN).any():
-            yield Finding(
-                USELESS, "the ends are not certain",
-                "at an end of the range the probability is too close to the target for "
-                f"{config.mistuning.samples} disks: mistuning.samples, or another range",
-            )  # fmt: skip
-        if not found.is_monotone():
-            yield Finding(
-                USELESS, "several crossings",
-                f"the probability rises and falls again with {config.threshold.key}: one of "
-                "several crossings is told; draw the figure, and search on parts of the range",
-            )  # fmt: skip
-        amplitude = np.nan_to_num(file.read("peak_amplitude_m"))
-        yield from verdict.kinematics(config, float(amplitude.max()))
 
 
 class Seeking(Job):
@@ -174,12 +90,86 @@ class Seeking(Job):
             (),
         )
 
-    def _compute(self, task, poll):
-        (value, sample), start = task, time.perf_counter()
-        size, stress = peaks(self.config, value, sample, poll)
-        self.file.write({"peak_amplitude_m": size, "peak_stress_pa": stress}, task)
-        self.file.write({"status": DONE}, task)
-        return time.perf_counter() - start
+
+class Threshold(Study):
+    """Where the probability of exceeding a limit crosses a target along the values of a key."""
+
+    name = "threshold"
+    what = "value of a key that meets a limit with a probability"
+    sections = ("threshold",)
+    integrates = True
+    job = Seeking
+    unit = "disks"
+    datasets = LAYOUT
+
+    def sizes(self, config: Config) -> dict[str, int]:
+        """Length of every dimension of its own."""
+        return {"value": len(config.threshold.values), "end": 2}
+
+    def constants(self, config: Config) -> dict[str, Any]:
+        """The values."""
+        return {"value": config.threshold.values}
+
+    def problems(self, config: Config) -> Iterator[str]:
+        """Keys that do not fit this study."""
+        yield from limit_problems(config)
+        key = config.threshold.key
+        if key is None:
+            yield "threshold.key: missing; the key whose value is searched for is needed"
+            return
+        if key.startswith(NEVER_KEYS):
+            yield f"threshold.key: {key} changes no disk"
+            return
+        for value in (config.threshold.lowest, config.threshold.highest):
+            try:
+                at_value(config, value)
+            except InputError as error:
+                yield f"threshold.key: {value:g}: {error}"
+
+    def cost(self, config: Config) -> Cost:
+        """About as many disks as a few values need whose intervals must leave out the target."""
+        # so many disks, none of them beyond the limit, leave out the target
+        needed = min(4.6 / config.threshold.probability, config.mistuning.samples)
+        disks = round(LOOKS * np.log2(len(config.threshold.values)) * needed)
+        return Cost(disks, disks=disks)
+
+    def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
+        """The largest amplitude and stress of a disk; task: indices of the value and the disk."""
+        here = at_value(config, float(config.threshold.values[task[0]]))
+        size, stress = peaks_of(here, deviation(here, 0, task[1]), poll)
+        yield "peak_amplitude_m", task, size
+        yield "peak_stress_pa", task, stress
+
+    def is_enough(self, file: ResultFile) -> bool:
+        """Whether nothing is left to look at."""
+        return search_of(file).next_look() is None
+
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """The value, what is known at its sides, and how many disks that took."""
+        yield answer(file)
+        n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
+        share = 100.0 * n_done / (n_values * file.config.mistuning.samples)
+        yield (
+            f"{n_done:,} disks at {np.count_nonzero(file.read('n_disks'))} of {n_values} values, "
+            f"{share:.2g} % of all disks at all values"
+        )
+
+    def findings(self, file: ResultFile) -> Iterator[Finding]:
+        """A crossing that is not known, or of which there are several."""
+        found, config = search_of(file), file.config
+        if found.next_look() is None and (found.sides()[[0, -1]] == UNKNOWN).any():
+            yield Finding(
+                USELESS, "the ends are not certain",
+                "at an end of the range the probability is too close to the target for "
+                f"{config.mistuning.samples} disks: mistuning.samples, or another range",
+            )  # fmt: skip
+        if not found.is_monotone():
+            yield Finding(
+                USELESS, "several crossings",
+                f"the probability rises and falls again with {config.threshold.key}: one of "
+                "several crossings is told; draw the figure, and search on parts of the range",
+            )  # fmt: skip
+        yield from verdict.kinematics(config, file.read("peak_amplitude_m"))
 
 
 def limit_problems(config: Config) -> Iterator[str]:
@@ -201,27 +191,9 @@ def at_value(config: Config, value: float) -> Config:
     return config.replace({key: [number] if isinstance(before, list) else number})
 
 
-@lru_cache(maxsize=4)
-def _problem_at(text, value):
-    """Configuration and Problem of a value, kept because every disk of a look asks for them."""
-    config = at_value(Config.from_yaml(text), value)
-    return config, build_problem(config)
-
-
-def peaks(config: Config, value: int, sample: int, poll: Poll) -> tuple[float, float]:
-    """Largest amplitude [m] and stress [Pa] of a disk at the value of an index; NaN: none."""
-    here, problem = _problem_at(config.to_yaml(), float(config.threshold.values[value]))
-    modes = modes_of(here, problem, deviation(here, 0, sample))
-    speeds = here.speeds.values_hz
-    result = run_sweep(modes, problem.scene, speeds, poll)
-    return peak(result, speeds)[0], peak_stress(result)
-
-
 def exceeds(file: ResultFile) -> np.ndarray:
     """Whether disks exceed a limit, or have no result (V, n) of bool."""
-    return ~(
-        severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa")) <= 1.0
-    )
+    return ~(severities(file) <= 1.0)
 
 
 def search_of(file: ResultFile) -> Search:
@@ -247,11 +219,6 @@ def answer(file: ResultFile) -> str:
     words = "below" if sides[0] < 0 else "above"
     ends = f"{asked.lowest:g} and {asked.highest:g}"
     return f"{what} nowhere: it is {words} that at {asked.key} = {ends}, and where it was looked at"
-
-
-def _needed(config):
-    """Disks without one beyond the limit that leave out the target."""
-    return min(4.6 / config.threshold.probability, config.mistuning.samples)
 
 
 STUDY = Threshold()

@@ -60,22 +60,14 @@ _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
 )
-SCALES = {"time": "time_s", "check": "check_s", "block": "block_s", **worn.SCALES}
 
 
-def _grid(config):
-    return cut_revolution(config.speeds.from_hz, time_grid(config))
-
-
-def _block_ends(config):
-    """Times at which the blocks of the history end [s]."""
-    speed, grid = config.speeds.from_hz, _grid(config)
-    n = history.n_blocks(speed, config.history.duration_s, grid)
-    return np.arange(1, n + 1) / (speed * grid.blocks_per_revolution)
-
-
-def _checks(config):
-    return history.checks(config.speeds.from_hz, config.history.duration_s, time_grid(config))
+def _times(config):
+    """Times of the checks, and those at which the blocks of the history end [s]."""
+    span, grid = (config.speeds.from_hz, config.history.duration_s), time_grid(config)
+    turn = cut_revolution(span[0], grid)
+    blocks = np.array(history.checks(*span, grid)), np.arange(1, history.n_blocks(*span, turn) + 1)
+    return [number / (span[0] * turn.blocks_per_revolution) for number in blocks]
 
 
 def _judged(followed, task):
@@ -106,14 +98,12 @@ def _casing_angles():
     return np.arange(N_ANGLES) * (2.0 * np.pi / N_ANGLES)
 
 
-def _tests(config, task, tangential, per_block):
+def _tests(followed, task, tangential, per_block):
     """The steady-state test at every check."""
-    checks = _checks(config)
-    tips = np.zeros(len(checks), dtype=int)
-    correlated, change = np.zeros((2, len(checks)))
-    window_blocks = config.steady_state.window_revolutions * _grid(config).blocks_per_revolution
-    window = window_blocks * per_block
-    for check, block in enumerate(checks):
+    tips = np.zeros(len(followed.checks), dtype=int)
+    correlated, change = np.zeros((2, len(tips)))
+    window = followed.window * per_block
+    for check, block in enumerate(followed.checks):
         end = block * per_block
         before, last = (tangential[end - k * window :][:window] for k in (2, 1))
         tip = tips[check] = np.abs(last).max(axis=0).argmax()
@@ -139,7 +129,7 @@ class TimeResponse(StudyInTime):
     what = "one simulation in full"
     figures = "5"
     sections = ("history",)
-    scales = SCALES
+    scales = {"time": "time_s", "check": "check_s", "block": "block_s"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets; where blades have several contact points, motions are of every point."""
@@ -159,33 +149,36 @@ class TimeResponse(StudyInTime):
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         speed, duration = config.speeds.from_hz, config.history.duration_s
-        return worn.SIZES | {
+        checks, block_ends = _times(config)
+        return {
             "disk": len(disks(config)),
             "time": history.n_records(speed, duration, time_grid(config)),
             "point": config.disk.n_points,
             "stress": config.disk.n_stresses or 2 * config.disk.n_blades,
             "casing_angle": N_ANGLES,
-            "check": len(_checks(config)),
-            "block": len(_block_ends(config)),
+            "check": len(checks),
+            "block": len(block_ends),
         }
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The disks and the times of the checks."""
-        speed = config.speeds.from_hz
+        checks, block_ends = _times(config)
         return {
             "deviation": disks(config),
-            "check_s": np.array(_checks(config)) / (speed * _grid(config).blocks_per_revolution),
-            "window_s": config.steady_state.window_revolutions / speed,
-            "block_s": _block_ends(config),
+            "check_s": checks,
+            "window_s": config.steady_state.window_revolutions / config.speeds.from_hz,
+            "block_s": block_ends,
             "casing_angle_deg": np.degrees(_casing_angles()),
-        } | worn.CONSTANTS
+        }
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
         if config.speeds.n_values != 1:
             first, last = config.speeds.from_hz, config.speeds.to_hz
-            text = f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of"
-            yield f"{text} one speed"
+            yield (
+                f"speeds.to_hz: {last} is not speeds.from_hz, {first}; a time_response is of one "
+                "speed"
+            )
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
         """Integrate one disk in time and test its steady state; of one that diverges, say why."""
@@ -211,18 +204,20 @@ class TimeResponse(StudyInTime):
         yield "point_status", task, DIVERGED
         if status.are_fatal(pieces[-1].reason[0]):
             return
-        moved = {"radial_m": radial, "tangential_m": tangential, "force_n": force}
-        moved |= {"stress_pa": position @ modes.stress.T} if scene.observes_stress else {}
         wall = casing_motion.radial(modes.pairs, casing, scene.interface.angle)
-        moved["gap_m"] = gap(scene, speed, time, radial) + wall
+        yield "radial_m", task, radial
+        yield "tangential_m", task, tangential
+        yield "gap_m", task, gap(scene, speed, time, radial) + wall
+        yield "force_n", task, force
+        if scene.observes_stress:
+            yield "stress_pa", task, position @ modes.stress.T
         if config.casing.vibrates:
             turned = _casing_angles() - 2.0 * np.pi * speed * time[:, None]
-            moved["casing_radial_m"] = casing_motion.radial(modes.pairs, casing, turned)
-        yield from ((name, task, values) for name, values in moved.items())
+            yield "casing_radial_m", task, casing_motion.radial(modes.pairs, casing, turned)
         if scene.coating:
             yield "worn_depth_m", task, np.array(worn_depth)
             yield from worn.of_speed(followed.wear, task)
-        yield from _tests(config, task, tangential, len(time) // len(pieces))
+        yield from _tests(followed, task, tangential, len(time) // len(pieces))
         if not status.are_fatal(reason):
             yield from _judged(followed, task)
 
@@ -233,12 +228,10 @@ class TimeResponse(StudyInTime):
             if found[disk] == DIVERGED:
                 yield f"{name}: {status.words(reason[disk])}"
                 continue
-            check = first_known(file, disk)
-            word = "averaged" if found[disk] == AVERAGED else "steady"
-            known = (
-                "not steady" if check is None else f"{word} at {file.read('check_s')[check]:.3f} s"
-            )
+            check, known = first_known(file, disk), "not steady"
             if check is not None:
+                word = "averaged" if found[disk] == AVERAGED else "steady"
+                known = f"{word} at {file.read('check_s')[check]:.3f} s"
                 known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
             if found[disk] == AVERAGED:
                 error = Z_95 * file.read("amplitude_error_m", disk)
@@ -261,10 +254,9 @@ class TimeResponse(StudyInTime):
     def findings(self, file: ResultFile) -> Iterator[Finding]:
         """What speaks against the motions of all disks."""
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
-        states, reasons = (file.read(name) for name in ("point_status", "point_reason"))
-        points = (values[:, None] for values in (moved, states, reasons))
-        yield from verdict.of_points(file.config, *points)
-        yield from verdict.kinematics(file.config, float(moved.max()))
+        points = moved, file.read("point_status"), file.read("point_reason")
+        yield from verdict.of_points(file.config, *(values[:, None] for values in points))
+        yield from verdict.kinematics(file.config, moved)
 
 
 STUDY = TimeResponse()

@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hpcrub.config.schema import Config
 from hpcrub.response.sweep import run_sweep
 from hpcrub.runs import verdict
 from hpcrub.setup.disks import deviation, modes_of
@@ -41,6 +42,14 @@ def test_a_disk_with_a_change_is_that_of_the_changed_input(found, what, keys):
         modes = modes_of(config, problem, own)
         result = run_sweep(modes, problem.scene, config.speeds.values_hz)
         assert size[NUMBER[what], disk] == result.amplitude.max()
+
+
+@pytest.mark.parametrize("key", ["clearance_mm: 0.25", "clearance_hz_mm: [[30, 0.3], [40, 0.2]]"])
+def test_a_smaller_clearance_is_smaller_at_all_speeds(key):
+    config = Config.from_yaml(f"{TEXT}casing: {{{key}}}\n")
+    changed = config.replace(CHANGES[NUMBER["clearance 10 % smaller"]].values(config))
+    before, after = (c.casing.clearances(c.speeds.values_hz) for c in (config, changed))
+    np.testing.assert_allclose(after, 0.9 * before, rtol=1e-12)
 
 
 def test_what_the_scene_has_not_is_left_out_and_all_else_is_there(found):

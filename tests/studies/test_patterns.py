@@ -13,7 +13,7 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
 
 N = 256
 TEXT = (
@@ -34,12 +34,7 @@ REFUSED = {
 
 def contents(path):
     with h5py.File(path, "r") as file:
-        names = [n for n, line in file.items() if isinstance(line, h5py.Dataset) and n != "trust"]
-        return {name: file[name][()] for name in names}
-
-
-def bits(path):
-    return {name: values.tobytes() for name, values in contents(path).items()}
+        return {n: line[()] for n, line in file.items() if isinstance(line, h5py.Dataset)}
 
 
 @pytest.fixture(scope="module")

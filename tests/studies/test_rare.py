@@ -10,7 +10,7 @@ from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import rare
-from tests.program import TINY, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
 
 N = 200
 STUDY = (
@@ -28,11 +28,6 @@ REFUSED = {
     "mistuning.half_range_percent=[1, 2]": "a rare study is of one level",
     "part.samples=[0, 10]": "only a contact study can be computed in parts, not rare",
 }
-
-
-def bits(path):
-    with h5py.File(path, "r") as file:
-        return {n: line[()].tobytes() for n, line in file.items() if isinstance(line, h5py.Dataset)}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from hpcrub.response.sweep import run_sweep
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import probability_interval
-from tests.program import TINY, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
 
 N = 60
 STUDY = (
@@ -27,12 +27,6 @@ REFUSED = {
     "mistuning.half_range_percent=[1, 2]": "a threshold study is of one level",
     "threshold.lowest=-1": "casing.clearance_mm",
 }
-
-
-def bits(path):
-    with h5py.File(path, "r") as file:
-        names = [n for n, line in file.items() if isinstance(line, h5py.Dataset) and n != "trust"]
-        return {name: file[name][()].tobytes() for name in names}
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """What a contact study says of one disk, and the tuned one that all others are relative to."""
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,10 +11,11 @@ from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
 from hpcrub.errors import HpcrubError
 from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.response.linear import linear_peak
-from hpcrub.response.sweep import SweepResult
+from hpcrub.response.sweep import SweepResult, run_sweep
 from hpcrub.results.storage import ResultFile
-from hpcrub.setup.disks import APART
-from hpcrub.setup.problem import Problem
+from hpcrub.runs.study import Poll
+from hpcrub.setup.disks import APART, modes_of
+from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
 
@@ -40,11 +42,14 @@ def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     NaN when all points diverged. On a coating it is that of any time: what is left when the motion
     has worn itself free does not say what a blade had to bear.
     """
-    amplitude = amplitudes(result)
-    if not np.isfinite(amplitude).any():
+    return _largest(amplitudes(result), speeds_hz)
+
+
+def _largest(values, speeds_hz):
+    if not np.isfinite(values).any():
         return np.nan, np.nan
-    best = np.nanargmax(amplitude)
-    return float(amplitude[best]), float(speeds_hz[best])
+    best = np.nanargmax(values)
+    return float(values[best]), float(speeds_hz[best])
 
 
 def amplitudes(result: SweepResult) -> np.ndarray:
@@ -56,8 +61,24 @@ def amplitudes(result: SweepResult) -> np.ndarray:
 
 def peak_stress(result: SweepResult) -> float:
     """Largest stress of a frequency response [Pa]; NaN where none is known."""
-    known = np.isfinite(result.stress)
-    return float(result.stress[known].max()) if known.any() else np.nan
+    return _largest(result.stress, result.stress)[0]
+
+
+def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, float]:
+    """Largest amplitude [m] and stress [Pa] of one disk in contact; NaN where there is none.
+
+    blades: stiffness deviations (N,) [-]. Raises InputError as `build_problem`.
+    """
+    problem = _problem_of(config.to_yaml())
+    speeds = config.speeds.values_hz
+    result = run_sweep(modes_of(config, problem, blades), problem.scene, speeds, poll)
+    return peak(result, speeds)[0], peak_stress(result)
+
+
+@lru_cache(maxsize=4)
+def _problem_of(text):
+    """The Problem of an input, kept for the other disks of it."""
+    return build_problem(Config.from_yaml(text))
 
 
 def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
@@ -75,19 +96,14 @@ def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, fl
 
 def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     """Largest worn depth of a coating at any speed [m], and that speed [Hz]; NaN without."""
-    depth = result.wear.depth
-    if not np.isfinite(depth).any():
-        return np.nan, np.nan
-    best = np.nanargmax(depth)
-    return float(depth[best]), float(speeds_hz[best])
+    return _largest(result.wear.depth, speeds_hz)
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
     assert config.engine_order is not None  # `contact.problems` sees to it
-    order = config.forcing.sense * config.engine_order
-    load = config.forcing.amplitude, order, scene.interface
+    load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 
 
@@ -166,10 +182,10 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 
     problem: None where parts are merged.
     """
-    found = contact_file.read_tuned(file)
-    if found is None:
+    names = "tuned/reference_amplitude_m", "tuned/linear_amplitude_m"
+    contact, linear = (float(file.read(name)) for name in names)
+    if np.isnan(linear):
         return None
-    contact, linear = (float(found[f"{name}_amplitude_m"]) for name in ("reference", "linear"))
     return Reference(contact, linear, ROUNDING * problem.scene.lift if problem else 0.0)
 
 

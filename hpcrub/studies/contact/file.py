@@ -24,8 +24,7 @@ def read_tuned(file: ResultFile) -> dict[str, Any] | None:
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
     """Write the results of the tuned disk, by their names in its group; one rank."""
-    there = {f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}
-    file.write(there, ())
+    file.write({f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}, ())
 
 
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:

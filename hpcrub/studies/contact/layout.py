@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from hpcrub.config.schema import Config
 from hpcrub.results.layout import POINT_REASON, POINT_STATUS, SPEEDS, Dataset
-from hpcrub.studies.shared import casing_motion, worn
+from hpcrub.runs.study import ANGLE
+from hpcrub.studies.shared import casing_motion, in_group, worn
 
 
 class Kind(NamedTuple):
@@ -32,52 +33,41 @@ KINDS = (
     Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
 )
 AMPLIFICATION = KINDS[0]
-_SWEEPS = "most sweeps of the contact force solver in one step; 0: no contact"
+_S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
 _BY = ", by order statistics, level by convergence.z; NaN: too few samples"
-_AMPLITUDE = (
-    "largest tangential displacement of any tip over the last revolutions; rule ensemble: its mean "
-    "over several windows"
-)
-_ERROR = "standard error of amplitude_m by the scatter of its windows; NaN: not known"
-_SCATTER = "standard deviation of the windows' amplitudes; NaN: not known"
-_PEAK_TO_PEAK = (
-    "half of peak to peak, the largest of any tip in the last window, without its offset"
-)
-_STRESS = "largest stress of any blade in the last window; on a coating of any time"
-_LOCALISATION = "localisation factor of the blade-tip amplitudes"
 _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
-_HALF_STEP_PEAK = "largest amplitude over the speeds with half the time step; NaN: not checked"
-_HALF_STEP_DIFFERS = "share of the speeds at which half the step changes the amplitude by over 10 %"
-_S, _V, _VN, _VNS = ("speed",), ("level",), ("level", "sample"), ("level", "sample", "speed")
+# of every point of a frequency response: {name: (units, description, type)}
+_POINT = {
+    "amplitude_m": ("m",
+        "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
+        "mean over several windows"),
+    "amplitude_error_m": ("m",
+        "standard error of amplitude_m by the scatter of its windows; NaN: not known"),
+    "amplitude_scatter_m": ("m", "standard deviation of the windows' amplitudes; NaN: not known"),
+    "half_peak_to_peak_m": ("m",
+        "half of peak to peak, the largest of any tip in the last window, without its offset"),
+    "stress_pa": ("Pa", "largest stress of any blade in the last window; on a coating of any time"),
+    "time_s": ("s", "simulated time until steady or given up"),
+    "localisation": ("1", "localisation factor of the blade-tip amplitudes"),
+    "point_status": ("1", POINT_STATUS, "u1"),
+    "point_reason": ("1", POINT_REASON, "u1"),
+    "max_sweeps": ("1", "most sweeps of the contact force solver in one step; 0: no contact", "u1"),
+}  # fmt: skip
+# what half the time step changes, of the disks that are checked
+_HALF_STEP = {
+    "half_step_peak_m": ("m",
+        "largest amplitude over the speeds with half the time step; NaN: not checked"),
+    "half_step_differs": ("1",
+        "share of the speeds at which half the step changes the amplitude by over 10 %"),
+}  # fmt: skip
 
 
 def _points(group, dimensions):
     """What is known of every point of a frequency response; group: of the file."""
-    return (
-        Dataset(f"{group}/amplitude_m", dimensions, "m", _AMPLITUDE),
-        Dataset(f"{group}/amplitude_error_m", dimensions, "m", _ERROR),
-        Dataset(f"{group}/amplitude_scatter_m", dimensions, "m", _SCATTER),
-        Dataset(f"{group}/half_peak_to_peak_m", dimensions, "m", _PEAK_TO_PEAK),
-        Dataset(f"{group}/stress_pa", dimensions, "Pa", _STRESS),
-        Dataset(f"{group}/time_s", dimensions, "s", "simulated time until steady or given up"),
-        Dataset(f"{group}/localisation", dimensions, "1", _LOCALISATION),
-        Dataset(f"{group}/point_status", dimensions, "1", POINT_STATUS, "u1"),
-        Dataset(f"{group}/point_reason", dimensions, "1", POINT_REASON, "u1"),
-        Dataset(f"{group}/max_sweeps", dimensions, "1", _SWEEPS, "u1"),
-        *casing_motion.numbers(group, dimensions),
-        *worn.numbers(group, dimensions),
-    )
-
-
-def _half_step(group, dimensions):
-    """What half the time step changes, of the disks that are checked; group: of the file."""
-    return (
-        Dataset(f"{group}/half_step_peak_m", dimensions, "m", _HALF_STEP_PEAK),
-        Dataset(f"{group}/half_step_differs", dimensions, "1", _HALF_STEP_DIFFERS),
-    )
+    return in_group(group, dimensions, _POINT | casing_motion.NUMBERS | worn.NUMBERS)
 
 
 # Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
@@ -92,19 +82,19 @@ LAYOUT = (
     Dataset("tuned/peak_amplitude_m", (), "m", "largest amplitude over the speeds"),
     Dataset("tuned/run_peaks_m", ("run",), "m", f"peak {_RUNS}"),
     Dataset("tuned/reference_amplitude_m", (), "m", _REFERENCE),
-    *_half_step("tuned", ()),
+    *in_group("tuned", (), _HALF_STEP),
     Dataset("tuned/peak_stress_pa", (), "Pa", "largest stress over the speeds"),
     Dataset("tuned/peak_speed_hz", (), "Hz", "speed of the largest amplitude"),
     Dataset("tuned/run_deepest_m", ("run",), "m", f"largest worn depth of any speed: {_DEEPEST}"),
     worn.around("tuned", _S),
-    worn.ANGLE,
+    ANGLE,
     Dataset("tuned/linear_amplitude_m", (), "m", _LINEAR),
     Dataset("samples/deviation", (*_VN, "blade"), "1", "relative stiffness deviation of a blade"),
     *_points("samples", _VNS),
     Dataset("samples/peak_amplitude_m", _VN, "m", "largest amplitude over the speeds"),
     Dataset("samples/peak_stress_pa", _VN, "Pa", "largest stress over the speeds"),
     Dataset("samples/peak_speed_hz", _VN, "Hz", "speed of the largest amplitude"),
-    *_half_step("samples", _VN),
+    *in_group("samples", _VN, _HALF_STEP),
     Dataset("samples/amplification", _VN, "1", "peak amplitude over the tuned disk's reference"),
     Dataset("samples/linear_amplitude_m", _VN, "m", _LINEAR),
     Dataset("samples/linear_amplification", _VN, "1", "linear amplitude over the tuned disk's"),
@@ -131,25 +121,18 @@ AMPLITUDES = {
     "largest_amplitude_m": "largest amplitude at any time",
 }
 MOST_LINES = 6  # of the verdict
-SCALES = {
-    "level": "half_range", "block": SAMPLES_SEEN, "mode": "tuned/mode", "run": "tuned/run",
-    **worn.SCALES,
-}  # fmt: skip
-_OF_COATING = {*worn.NAMES, worn.ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
+_OF_COATING = {*worn.NAMES, ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
-_OF_STRESS = {"stress_pa", "peak_stress_pa", "stress"}
-_OF_CHECKS = {"half_step_peak_m", "half_step_differs"}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
     """Datasets of a study, those of a coating, of stress, of checks, of a casing where it is so."""
-    left_out = set() if config.contact.wears else set(_OF_COATING)
-    if not config.observes_stress:
-        left_out |= _OF_STRESS
-    if not config.mistuning.checked_samples:
-        left_out |= _OF_CHECKS
-    if not config.casing.vibrates:
-        left_out |= {*casing_motion.NAMES, casing_motion.PERMANENT.name.split("/")[1]}
+    left_out = set[str]().union(
+        () if config.contact.wears else _OF_COATING,
+        () if config.observes_stress else ("stress_pa", "peak_stress_pa", "stress"),
+        () if config.mistuning.checked_samples else _HALF_STEP,
+        () if config.casing.vibrates else (*casing_motion.NUMBERS, "permanent_growth_per_s"),
+    )
     return tuple(line for line in LAYOUT if left_out.isdisjoint(line.name.split("/")))
 
 

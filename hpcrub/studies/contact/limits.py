@@ -27,14 +27,19 @@ def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.nd
     return found
 
 
+def severities(file: ResultFile) -> np.ndarray:
+    """Severity of every disk of a file; NaN where it was not computed, or has no result."""
+    return severity(file.config, file.read("peak_amplitude_m"), file.read("peak_stress_pa"))
+
+
 def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
     """The largest amplitude of all disks, and the largest stress where it is limited."""
     size = 1e3 * found.largest
     if not size > 0.0:
         return
     text = f"largest amplitude of all disks: {size:.3g} mm"
-    stresses = [_stresses(file, v) for v in range(len(file.config.levels))]
-    stress = max((values.max(initial=0.0) for values in stresses if values is not None), default=0)
+    levels = range(len(file.config.levels))
+    stress = max(_stresses(file, level).max(initial=0.0) for level in levels)
     if stress > 0.0:
         text += f"; largest stress: {1e-6 * stress:,.0f} MPa{_condition(file.config)}"
     yield text
@@ -60,11 +65,11 @@ def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
 
 
 def _stresses(file, level):
-    """Largest stress of every finished disk of a level [Pa]; None: neither computed nor given."""
+    """Largest stress of every finished disk of a level [Pa]; none where it is not known."""
     if file.config.observes_stress:
         return finished(file, level, "peak_stress_pa")
     if file.config.limits.stress_mpa_per_mm is None:
-        return None
+        return np.zeros(0)
     return file.config.limits.stress_per_metre * finished(file, level, "peak_amplitude_m")
 
 

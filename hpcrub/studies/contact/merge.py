@@ -13,11 +13,10 @@ import os
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from hpcrub.config.schema import Config, differences
+from hpcrub.config.schema import differences
 from hpcrub.errors import HpcrubError, InputError, reason
 from hpcrub.ranks.parallel import Team
 from hpcrub.results import ownership, storage
@@ -54,22 +53,22 @@ def merge(
             raise InputError(f"{out} exists: --overwrite replaces it")
         if str(unfinished) in [os.path.realpath(Path(path).expanduser()) for path in paths]:
             raise InputError(f"{unfinished} is what a killed merge has left: rename it to use it")
-        found = _survey(out, paths, samples)
-        if ", " in found.origin["program_text"] and not allow_mixed:
+        config, tuned, origin = _survey(out, paths, samples)
+        if ", " in origin["program_text"] and not allow_mixed:
             raise InputError(
                 "the parts were computed by different programs, of the revisions "
-                f"{found.origin['git_revision']}: --allow-mixed merges them and names all"
+                f"{origin['git_revision']}: --allow-mixed merges them and names all"
             )
         storage.refuse_foreign(out)
         if _is_part(out):
             raise InputError(
                 f"{out} is a part of a study and is not replaced: the file of the whole comes first"
             )
-        run = Run(STUDY, found.config)
+        run = Run(STUDY, config)
         memory.check(run)
-        result_files.lay_out(unfinished, run, found.origin)
+        result_files.lay_out(unfinished, run, origin)
         try:
-            status = _fill(unfinished, paths, found)
+            status = _fill(unfinished, paths, run, tuned)
             ownership.move(unfinished, os.path.realpath(out))
         finally:
             unfinished.unlink(missing_ok=True)
@@ -86,16 +85,12 @@ def _is_part(path):
     return False
 
 
-class Survey(NamedTuple):
-    """What all parts agree on."""
-
-    config: Config  # of the whole
-    tuned: dict[str, Any] | None  # results of the tuned disk
-    origin: dict[str, str]  # attributes: by which program and libraries, and what is not resolved
-
-
 def _survey(out, paths, samples):
-    """Survey of the parts. Raises InputError for parts that do not belong together."""
+    """What all parts agree on: the Config of the whole, results of the tuned disk, attributes.
+
+    These name programs and libraries, and what is not resolved. Raises InputError for parts that do
+    not belong together.
+    """
     config = tuned = tuned_path = None
     origin, warned = defaultdict(set), {}
     for path in paths:
@@ -115,7 +110,7 @@ def _survey(out, paths, samples):
     attributes = {name: ", ".join(sorted(values)) for name, values in origin.items()}
     if warned:
         attributes["warnings"] = "\n".join(warned)
-    return Survey(config, tuned, attributes)
+    return config, tuned, attributes
 
 
 def _whole_config(part, out, samples):
@@ -137,15 +132,15 @@ def _same_tuned(tuned, path, found, other):
         )
 
 
-def _fill(path, parts_paths, found):
+def _fill(path, parts_paths, run, tuned):
     """Write what the parts have into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
-        if found.tuned:
-            contact_file.write_tuned(whole, found.tuned)
+        if tuned:
+            contact_file.write_tuned(whole, tuned)
         for part_path in parts_paths:
             with open_contact(part_path) as part:
                 _copy(part, whole)
-        MonteCarlo(Run(STUDY, found.config), Team(), None, whole).update_statistics()
+        MonteCarlo(run, Team(), None, whole).update_statistics()
         return whole.status
 
 

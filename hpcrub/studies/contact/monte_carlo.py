@@ -12,20 +12,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hpcrub.config.text import counted
 from hpcrub.errors import HpcrubError, Interrupted
-from hpcrub.ranks.parallel import PAUSE, Team
+from hpcrub.ranks.parallel import PAUSE
+from hpcrub.ranks.progress import console, duration
 from hpcrub.ranks.runlog import Work
 from hpcrub.response import sweep
 from hpcrub.results.layout import DONE, FAILED, PENDING
-from hpcrub.runs.study import Job, Run
+from hpcrub.runs.study import Job
 from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.problem import Problem
 from hpcrub.statistics import percentiles
 from hpcrub.studies.contact import amplification as disk
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.layout import kinds
-from hpcrub.studies.contact.summary import print_summary
+from hpcrub.studies.contact.summary import print_results
 from hpcrub.studies.contact.tasks import ContactTasks, TunedPart, most_parts, n_parts
 
 LOOK_AGAIN = 1.01  # growth of the finished samples after which convergence is checked again
@@ -37,26 +38,22 @@ class Outcome(NamedTuple):
 
     status: int
     numbers: tuple[float, ...]  # of all kinds
-    n_steps: int
-    seconds: float
-    writing: float  # of these seconds
+    work: Work
     message: str = ""
 
 
 class MonteCarlo(Job):
     """The job of a contact study."""
 
-    def __init__(self, run: Run, team: Team, prepared: Problem | None, *others: Any) -> None:
+    def __init__(self, *arguments: Any) -> None:
         """A job that has not begun; arguments as for `Job`, no Problem where parts are merged."""
-        super().__init__(run, team, prepared, *others)
-        config, self.problem = run.config, prepared
+        super().__init__(*arguments)
+        config = self.config
         self.speeds_hz = config.speeds.values_hz
-        self.shape = len(config.levels), len(config.samples)
         self.reference: Any = None  # Reference, once known to this rank
         # Integrated of every part of the runs of the tuned disk (rank 0)
         self.runs: list[dict[int, Any]] = [{} for _ in range(config.mistuning.tuned_runs)]
-        self.finished = 0  # samples 0 ... finished - 1 are finished on all levels (rank 0)
-        self.looked_at = 0  # so many of them when convergence was checked last
+        self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
         self.numbers: Any = None  # of all kinds, (kinds, V, n) on rank 0
         self.tasks: Any = ()  # on rank 0
@@ -86,7 +83,7 @@ class MonteCarlo(Job):
         self._write_statistics()
 
     def n_done(self) -> tuple[int, int]:
-        """Finished samples and all (rank 0)."""
+        """Finished samples in the file, which rank 0 may not know of yet, and all (rank 0)."""
         status = self.file.status
         return int(np.count_nonzero(status != PENDING)), status.size
 
@@ -98,7 +95,12 @@ class MonteCarlo(Job):
 
     def summary(self, seconds: float) -> None:
         """Print what was found (rank 0); seconds: wall time of this run."""
-        print_summary(self.file, self, seconds)
+        print_results(self.file)
+        text = f"wall time {duration(seconds)} on {counted(self.team.size, 'rank')}"
+        if self.work.seconds > 0.0:
+            rate = self.work.n_steps / self.work.seconds
+            text += f", {rate / 1e6:.3g} million steps per second and core"
+        console().print(text)
 
     def _take_stock(self):
         """Take up the results that are there (rank 0).
@@ -106,11 +108,10 @@ class MonteCarlo(Job):
         Returns the Reference, None when missing, and the number of tasks.
         """
         self.status = self.file.status
-        self.reference = disk.reference_of(self.file, self.problem)
+        self.reference = disk.reference_of(self.file, self.prepared)
         self.numbers = np.stack([self.file.read(f"samples/{kind.of}") for kind in self.kinds])
         self.numbers[:, self.status != DONE] = np.nan
         n_pending = np.count_nonzero(self.status == PENDING)
-        self.finished = _leading((self.status != PENDING).all(axis=0))
         if self._is_useless() or self._is_enough():
             n_pending = 0
         n_runs, most = 0 if self.reference else len(self.runs), most_parts(len(self.speeds_hz))
@@ -127,7 +128,7 @@ class MonteCarlo(Job):
 
     def _pending(self):
         """Pairs (level, sample) of the samples to compute."""
-        for sample in range(self.shape[1]):
+        for sample in range(self.status.shape[1]):
             for level in np.flatnonzero(self.status[:, sample] == PENDING):
                 yield int(level), sample
 
@@ -139,12 +140,12 @@ class MonteCarlo(Job):
         None for a sample when there is no usable reference.
         """
         if isinstance(task, TunedPart):
-            modes = disk.modes_of_tuned(self.config, self.problem, task.run)
+            modes = disk.modes_of_tuned(self.config, self.prepared, task.run)
             return self._integrate(modes, task, poll, is_checked=task.run == 0)
         blades, modes = deviation(self.config, task.level, task.sample), None
         response = task.response
         try:
-            modes = modes_of(self.config, self.problem, blades)
+            modes = modes_of(self.config, self.prepared, blades)
             checked = disk.is_checked(self.config, task.level, task.sample)
             response = response or self._integrate(modes, task, poll, checked)
         except BAD_NUMBERS as error:
@@ -158,7 +159,7 @@ class MonteCarlo(Job):
 
     def _integrate(self, modes, task, poll, is_checked):
         start, half = time.perf_counter(), None
-        scene = self.problem.scene
+        scene = self.prepared.scene
         part = range(task.part, len(self.speeds_hz), task.n_parts)
         result = sweep.run_sweep(modes, scene, self.speeds_hz, poll, selection=part)
         if is_checked and self.config.mistuning.checked_samples:
@@ -181,20 +182,15 @@ class MonteCarlo(Job):
         began = time.perf_counter()
         contact_file.write_sample(self.file, task.level, task.sample, values)
         ended = time.perf_counter()
-        return Outcome(
-            status=values["status"],
-            numbers=tuple(values.get(kind.of, np.nan) for kind in self.kinds),
-            n_steps=response.n_steps,
-            seconds=response.seconds + ended - start,
-            writing=ended - began,
-            message=message,
-        )
+        work = Work(1, response.n_steps, response.seconds + ended - start, ended - began)
+        numbers = tuple(values.get(kind.of, np.nan) for kind in self.kinds)
+        return Outcome(values["status"], numbers, work, message)
 
     def _amplifications(self, modes, result):
         """Peaks of one sample beside the tuned disk's, and its status."""
         amplitude, speed = disk.peak(result, self.speeds_hz)
         depth, at = disk.deepest(result, self.speeds_hz)
-        linear = disk.linear_amplitude(self.config, self.problem, modes)
+        linear = disk.linear_amplitude(self.config, self.prepared, modes)
         stable = np.isfinite(linear) and np.isfinite(self.reference.linear)  # else in flutter
         return {
             "peak_amplitude_m": amplitude,
@@ -218,32 +214,29 @@ class MonteCarlo(Job):
             return self._collect_tuned(task, result)
         if task.n_parts > 1:
             return self._collect_part(task, result)
-        self.work += Work(1, result.n_steps, result.seconds, result.writing)
+        self.work += result.work
         where = task.level, task.sample
         self.status[where] = result.status
         self.failure = result.message or self.failure
         if result.status == DONE:
             self.numbers[:, *where] = result.numbers
-        if self.progress:
-            self.progress.sample(*where, result, self.numbers[0])
+        self.progress.sample(*where, result, self.numbers[0])
         return self._is_enough()
 
     def _collect_tuned(self, task, response):
         self.work += Work(0, response.n_steps, response.seconds)
         self.runs[task.run][task.part] = response
-        if self.progress:
-            done = [p.result.point_status for parts in self.runs for p in parts.values()]
-            n_done = sum(map(np.count_nonzero, done))
-            n_all = len(self.runs) * len(self.speeds_hz)
-            self.progress.part("speeds of the tuned disk", n_done, n_all)
+        done = [p.result.point_status for parts in self.runs for p in parts.values()]
+        n_done = sum(map(np.count_nonzero, done))
+        n_all = len(self.runs) * len(self.speeds_hz)
+        self.progress.part("speeds of the tuned disk", n_done, n_all)
         if all(len(parts) == task.n_parts for parts in self.runs):
             wholes = [disk.join(parts) for parts in self.runs]
-            disk.write_tuned(self.config, self.problem, self.file, wholes)
-            self.reference = disk.reference_of(self.file, self.problem)
+            disk.write_tuned(self.config, self.prepared, self.file, wholes)
+            self.reference = disk.reference_of(self.file, self.prepared)
             self.team.share(self.reference)
             self.phase("samples")
-            if self.progress:
-                self.progress.start(self.status)
+            self.progress.start(self.status)
         return self._is_useless()
 
     def _collect_part(self, task, response):
@@ -260,23 +253,21 @@ class MonteCarlo(Job):
     def _is_enough(self):
         """Whether every level and percentile has converged, if that ends the study (rank 0)."""
         convergence = self.config.convergence
-        while self.finished < self.shape[1] and (self.status[:, self.finished] != PENDING).all():
-            self.finished += 1
-        due = max(self.looked_at + convergence.step, self.looked_at * LOOK_AGAIN)
-        if not convergence.stop_when_converged or self.finished < due:
+        if not convergence.stop_when_converged:
             return False
-        self.looked_at = self.finished
+        finished = _leading((self.status != PENDING).all(axis=0))
+        if finished < max(self.looked_at + convergence.step, self.looked_at * LOOK_AGAIN):
+            return False
+        self.looked_at = finished
         return self._converged_at() is not None
 
     def _running(self, values):
         """RunningPercentiles of numbers (V, n) for every level over its leading samples."""
         c = self.config.convergence
-        leading = [
-            numbers[: _leading(status != PENDING)]
-            for numbers, status in zip(values, self.status, strict=True)
-        ]
+        how = c.percentiles, c.step, c.z
         return [
-            percentiles.running_percentiles(found, c.percentiles, c.step, c.z) for found in leading
+            percentiles.running_percentiles(numbers[: _leading(status != PENDING)], *how)
+            for numbers, status in zip(values, self.status, strict=True)
         ]
 
     def _converged_at(self):
@@ -296,9 +287,8 @@ class MonteCarlo(Job):
         its statistics end where it converged.
         """
         self.phase("statistics")
-        length = None
-        if self.config.convergence.stop_when_converged:
-            length = self._converged_at()
+        stops = self.config.convergence.stop_when_converged
+        length = self._converged_at() if stops else None
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
             for level, found in enumerate(self._running(numbers)):
                 cut = percentiles.RunningPercentiles(*(values[..., :length] for values in found))
@@ -313,4 +303,4 @@ def _words(error):
 
 def _leading(flags):
     """Number of true values before the first false one."""
-    return len(flags) if flags.all() else int(np.argmin(flags))
+    return int(np.argmin(np.append(flags, False)))

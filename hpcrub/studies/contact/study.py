@@ -12,23 +12,13 @@ from hpcrub.results.layout import DONE, PENDING, Dataset
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs import result_files
 from hpcrub.runs.cost import Cost
-from hpcrub.runs.study import Job, Run, Study
+from hpcrub.runs.study import Run, Study
 from hpcrub.runs.verdict import is_usable
 from hpcrub.setup.disks import sigma_of
-from hpcrub.setup.plausibility import steady_problems
 from hpcrub.statistics.percentiles import first_converged, judged_error
-from hpcrub.studies.contact import trust
+from hpcrub.studies.contact import layout, trust
 from hpcrub.studies.contact.file import read_trust
-from hpcrub.studies.contact.layout import (
-    AMPLIFICATION,
-    MOST_LINES,
-    SAMPLES_SEEN,
-    SCALES,
-    amplitude_in_words,
-    layout,
-)
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
-from hpcrub.studies.shared import worn
 
 # keys and sections in which a study that goes on from a contact study may differ from that
 APART = (
@@ -44,56 +34,49 @@ class Contact(Study):
     what = "frequency response in contact, Monte-Carlo percentiles"
     figures = "7 to 13"
     sections = ("part",)
-    scales = SCALES
+    scales = {
+        "level": "half_range",
+        "block": layout.SAMPLES_SEEN,
+        "mode": "tuned/mode",
+        "run": "tuned/run",
+    }
     unit = "samples"
-    of_tasks = False
     integrates = True
+    job = MonteCarlo
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
         """Datasets."""
-        return layout(config)
-
-    def job(self, *arguments: Any) -> Job:
-        """A Monte-Carlo simulation, whose parts are no independent tasks."""
-        return MonteCarlo(*arguments)
-
-    def report(self, file: ResultFile) -> Iterator[str]:
-        """One line: peaks, amplifications and the verdict."""
-        yield self.headline(file)
+        return layout.layout(config)
 
     def sizes(self, config: Config) -> dict[str, int]:
         """Length of every dimension of its own."""
         return {
-            "level": len(config.levels),
-            "sample": len(config.samples),
             "percentile": len(config.convergence.percentiles),
             "run": config.mistuning.tuned_runs,
-            "line": MOST_LINES,
+            "line": layout.MOST_LINES,
             "friction": 2,
             "block": len(config.samples) // config.convergence.step,
-        } | worn.SIZES
+        }
 
     def constants(self, config: Config) -> dict[str, Any]:
         """What is known before any computation."""
         n_blocks = self.sizes(config)["block"]
-        seen = config.convergence.step * np.arange(1, n_blocks + 1)
-        return worn.CONSTANTS | {
+        return {
             "half_range": config.mistuning.half_range[list(config.levels)],
             "sigma": sigma_of(config),
             "sample": np.array(config.samples),
-            SAMPLES_SEEN: seen,
+            layout.SAMPLES_SEEN: config.convergence.step * np.arange(1, n_blocks + 1),
         }
 
-    def cost(self, config: Config, until_steady: float) -> Cost:
+    def cost(self, config: Config) -> Cost:
         """Every disk at every speed."""
         n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
         most = config.mistuning.checked_samples
         half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
-        return Cost((n_disks + half_steps) * config.speeds.n_values * until_steady, disks=n_disks)
+        return Cost(n_disks + half_steps, disks=n_disks)
 
     def problems(self, config: Config) -> Iterator[str]:
         """Keys that do not fit this study."""
-        yield from steady_problems(config)
         if config.engine_order is None:
             yield (
                 "forcing.engine_order: a casing without equal bumps does not say how many periods "
@@ -106,7 +89,7 @@ class Contact(Study):
         if not convergence.stop_when_converged:
             return False
         names = "convergence_error", "percentile_low", "percentile_high"
-        known = {name: file.read(AMPLIFICATION.dataset(name)) for name in names}
+        known = {name: file.read(layout.AMPLIFICATION.dataset(name)) for name in names}
         error = judged_error(convergence.criterion, known)
         return first_converged(error, convergence.target_error) is not None
 
@@ -114,13 +97,14 @@ class Contact(Study):
         """The verdict on all disks, and below it what a user must know and do."""
         return trust.lines(file)
 
-    def headline(self, file: ResultFile) -> str:
-        """Peaks of the tuned disk and at the widest level [mm], amplifications, verdict."""
-        quantity = amplitude_in_words(file.config)
+    def report(self, file: ResultFile) -> Iterator[str]:
+        """One line: peaks of the tuned disk and at the widest level, amplifications, verdict."""
+        quantity = layout.amplitude_in_words(file.config)
         text = f"{quantity}: tuned {1e3 * file.read('tuned/reference_amplitude_m'):.2f} mm"
         done = file.status[-1] == DONE
         if not done.any():
-            return f"{text}, no sample has a result"
+            yield f"{text}, no sample has a result"
+            return
         at = file.config.convergence.percentiles if np.count_nonzero(done) > 1 else (50.0,)
         peaks, amplifications = (
             " / ".join(form.format(value) for value in np.percentile(values[done], at))
@@ -135,7 +119,7 @@ class Contact(Study):
         lines = read_trust(file)
         if is_usable(lines):
             text += f", A_nl {amplifications}"
-        return f"{text}; {lines[0]}" if lines else text
+        yield f"{text}; {lines[0]}" if lines else text
 
 
 STUDY = Contact()

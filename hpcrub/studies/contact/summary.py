@@ -2,16 +2,14 @@
 
 from collections.abc import Iterator
 from math import nan
-from typing import Any
 
 import numpy as np
 from rich.table import Table
 
-from hpcrub.config.text import counted
 from hpcrub.contact import status as point_status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.ranks import progress
-from hpcrub.ranks.progress import WIDTH, console, duration, print_line
+from hpcrub.ranks.progress import WIDTH, console, print_line
 from hpcrub.results.layout import DONE, FAILED
 from hpcrub.results.storage import ResultFile
 from hpcrub.runs.verdict import is_usable
@@ -25,19 +23,6 @@ from hpcrub.statistics.percentiles import (
 from hpcrub.studies.contact import limits, measured, survey, trust
 from hpcrub.studies.contact.layout import AMPLIFICATION
 from hpcrub.studies.shared import casing_motion
-
-
-def print_summary(file: ResultFile, job: Any, seconds: float) -> None:
-    """Print what a finished or interrupted study has found.
-
-    job: the `MonteCarlo` of rank 0; seconds: wall time of this run [s].
-    """
-    print_results(file)
-    text = f"wall time {duration(seconds)} on {counted(job.team.size, 'rank')}"
-    if job.work.seconds > 0.0:
-        rate = job.work.n_steps / job.work.seconds
-        text += f", {rate / 1e6:.3g} million steps per second and core"
-    console().print(text)
 
 
 def print_results(file: ResultFile) -> None:

@@ -1,6 +1,6 @@
 """What the points and peaks of a contact study are like, over all samples that count."""
 
-from collections.abc import Iterator
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -34,50 +34,34 @@ class Survey(NamedTuple):
 
 def survey(file: ResultFile) -> Survey:
     """Look at all points of a file, a few samples at a time."""
+    last, wears = file.config.speeds.n_values - 1, file.config.contact.wears
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
-    peaks, averaged = np.zeros(5, dtype=np.int64), [np.zeros((4, 0))]
-    lowest = highest = alone = 0
     reasons = status.count(file.read("tuned/point_reason"))
-    sweeps, largest = int(file.read("tuned/max_sweeps").max()), 0.0
-    wears = file.config.contact.wears
-    name = layout.amplitude(file.config)
-    for level, part in pieces(file):
-        where = level, part
+    sweeps = int(file.read("tuned/max_sweeps").max())
+    found = [np.zeros((4 + len(OF_MEANS), 0))]  # of the peaks
+    n = n_counted(file)
+    for level, first in product(range(len(points)), range(0, n, ROWS)):
+        where = level, slice(first, min(n, first + ROWS))
         states = file.read("samples/point_status", where)
         points[level] += np.bincount(states.ravel(), minlength=5)[:5]
         reasons = reasons + status.count(file.read("samples/point_reason", where))
         sweeps = max(sweeps, int(file.read("samples/max_sweeps", where).max(initial=0)))
         done = file.read("samples/status", where) == DONE
-        amplitude = np.nan_to_num(file.read(f"samples/{name}", where)[done])
-        if not len(amplitude):
-            continue
-        row, best = np.arange(len(amplitude)), amplitude.argmax(axis=1)
-        peak = amplitude[row, best]
-        state, last = states[done][row, best], amplitude.shape[1] - 1
-        peaks += np.bincount(state, minlength=5)[:5]
-        inner = (best > 0) & (best < last)
-        beside = np.maximum(amplitude[row, best - 1], amplitude[row, np.minimum(best + 1, last)])
-        if last:
-            lowest += int(np.count_nonzero(best == 0))
-            highest += int(np.count_nonzero(best == last))
-            alone += int(np.count_nonzero(inner & (beside < ALONE * peak)))
-        if not wears:
-            found = [file.read(f"samples/{one}", where)[done][row, best] for one in OF_MEANS]
-            averaged.append(np.array([*found, peak])[:, state == AVERAGED])
-        largest = max(largest, float(peak.max()))
-    error, scatter, time, peak = np.concatenate(averaged, axis=1)
+        size = np.nan_to_num(file.read(f"samples/{layout.amplitude(file.config)}", where)[done])
+        row, best = np.arange(len(size)), size.argmax(axis=1)
+        beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
+        values = [file.read(f"samples/{name}", where)[done][row, best] for name in OF_MEANS]
+        found.append(np.array([best, size[row, best], beside, states[done][row, best], *values]))
+    best, peak, beside, state, error, scatter, time = np.concatenate(found, axis=1)
+    lowest, highest = (int(np.count_nonzero(best == end)) if last else 0 for end in (0, last))
+    alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
+    peaks, largest = np.bincount(state.astype(int), minlength=5)[:5], float(peak.max(initial=0.0))
+    averaged = (state == AVERAGED) & (not wears)
+    error, scatter, time, peak = np.array([error, scatter, time, peak])[:, averaged]
     known = np.array([error / peak, scatter / peak, time])
     means = np.median(known, axis=1) if len(peak) else np.full(3, np.nan)
     n_points = int(points[:, 1:].sum() + np.count_nonzero(file.read("tuned/point_status")))
     return Survey(points, peaks, lowest, highest, alone, means, largest, n_points, reasons, sweeps)
-
-
-def pieces(file: ResultFile) -> Iterator[tuple[int, slice]]:
-    """Places of all samples that count, level by level, a few at a time."""
-    n = n_counted(file)
-    for level in range(len(file.config.levels)):
-        for first in range(0, n, ROWS):
-            yield level, slice(first, min(n, first + ROWS))
 
 
 def n_counted(file: ResultFile) -> int:

@@ -9,20 +9,8 @@ from hpcrub.config.text import counted
 from hpcrub.contact.status import AVERAGED, DIVERGED, NOT_STEADY
 from hpcrub.results.layout import FAILED
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.verdict import (
-    FEW,
-    REMARK,
-    SINGLE,
-    USELESS,
-    Finding,
-    at_the_edge,
-    block,
-    few,
-    kinematics,
-    lost,
-    not_resolved,
-    unsettled,
-)
+from hpcrub.runs import verdict
+from hpcrub.runs.verdict import FEW, REMARK, SINGLE, USELESS, Finding
 from hpcrub.studies.contact.limits import cut_through, percent
 from hpcrub.studies.contact.survey import Survey, shared_uncertainty, survey
 
@@ -31,7 +19,8 @@ FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is
 
 def lines(file: ResultFile, found: Survey | None = None) -> list[str]:
     """The verdict on a study, and below it what a user must know and do."""
-    return block(_findings(file, found or survey(file)), of_many=len(file.config.samples) > 1)
+    findings = _findings(file, found or survey(file))
+    return verdict.block(findings, of_many=len(file.config.samples) > 1)
 
 
 def short(file: ResultFile) -> list[str]:
@@ -41,16 +30,16 @@ def short(file: ResultFile) -> list[str]:
 
 def _findings(file, found):
     config, n_peaks = file.config, max(1, int(found.peaks.sum()))
-    yield from lost(found.reasons, int(found.points[:, DIVERGED].sum()), found.n_points)
+    yield from verdict.lost(found.reasons, int(found.points[:, DIVERGED].sum()), found.n_points)
     yield from _failed(file)
     yield from _worn_through(file)
-    yield from kinematics(config, found.largest)
-    yield from unsettled(config, int(found.peaks[NOT_STEADY]), n_peaks, "peaks")
+    yield from verdict.kinematics(config, found.largest)
+    yield from verdict.unsettled(config, int(found.peaks[NOT_STEADY]), n_peaks, "peaks")
     yield from _speeds(file, found)
-    yield from not_resolved(file.warnings)
+    yield from verdict.not_resolved(file.warnings)
     yield from _half_step(file)
     yield from _errors(file, found)
-    yield from few(config.convergence.percentiles, len(config.samples))
+    yield from verdict.few(config.convergence.percentiles, len(config.samples))
     yield from _reference(file)
 
 
@@ -81,11 +70,7 @@ def _worn_through(file):
 def _speeds(file, found):
     """Peaks at the edge of the speeds, and peaks between them."""
     n, speeds = max(1, int(found.peaks.sum())), file.config.speeds
-    for count, word, key in (
-        (found.lowest, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
-        (found.highest, "highest", f"speeds.to_hz above {speeds.to_hz:g}"),
-    ):
-        yield from at_the_edge(count, n, word, key, USELESS if count > FEW * n else SINGLE)
+    yield from verdict.at_the_ends(file.config, found.lowest, found.highest, n, most=FEW)
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in (speeds.from_hz, speeds.to_hz):
         yield Finding(
             USELESS,
@@ -124,10 +109,10 @@ def _half_step(file):
 
 def half_step_moves(file: ResultFile) -> np.ndarray:
     """Relative change of the checked disks' peaks with half the step, the tuned one first (n,)."""
-    name = "half_step_peak_m"
-    half = np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", -1).ravel())
-    peaks = "tuned/peak_amplitude_m", "samples/peak_amplitude_m"
-    whole = np.append(file.read(peaks[0]), file.read(peaks[1], -1).ravel())
+    half, whole = (
+        np.append(file.read(f"tuned/{name}"), file.read(f"samples/{name}", -1))
+        for name in ("half_step_peak_m", "peak_amplitude_m")
+    )
     moved = half / whole - 1.0
     return moved[np.isfinite(moved)]
 

@@ -89,8 +89,10 @@ def report_of_tuned(file: ResultFile) -> Iterator[str]:
         return
     ratio, diameters = file.read("aero/tuned_damping_ratio"), file.read("aero/diameters")
     least = int(np.argmin(ratio))
+    n = diameters[least]
+    way = "" if 2 * n % len(ratio) == 0 else " forward" if n > 0 else " backward"
     yield (
-        f"air: the tuned disk's least stable wave has {wave_in_words(diameters[least], ratio)} and "
+        f"air: the tuned disk's least stable wave has {abs(n)} nodal diameters{way} and "
         f"a damping ratio of {ratio[least]:.3g}; the mean of all is {ratio.mean():.3g}"
         + (", and below 0 no mistuning helps" if ratio.mean() < 0.0 else "")
     )
@@ -100,10 +102,18 @@ def report_of_mistuned(file: ResultFile) -> Iterator[str]:
     """Least stable mode of the mistuned disks of every level; nothing without air."""
     if not file.config.aero.exists:
         return
-    for sigma, found in zip(file.read("sigma"), file.read("aero/least_damping_ratio"), strict=True):
-        known = found[np.isfinite(found)]
-        if len(known):
-            yield f"air, sigma = {100 * sigma:.2f} %: {spread_in_words(known)}"
+    for sigma, least in zip(file.read("sigma"), file.read("aero/least_damping_ratio"), strict=True):
+        least = least[np.isfinite(least)]
+        if not len(least):
+            continue
+        low, middle, high = np.percentile(least, [1, 50, 99])
+        n_flutter = int(np.count_nonzero(least <= 0.0))
+        ends = [100.0 * end for end in probability_interval(n_flutter, len(least), Z_95)]
+        yield (
+            f"air, sigma = {100 * sigma:.2f} %: least stable mode {low:.3g} / {middle:.3g} / "
+            f"{high:.3g} (percentiles 1/50/99 of the damping ratio); {n_flutter} of {len(least)} "
+            f"disks flutter without contact ({ends[0]:.3g} to {ends[1]:.3g} %)"
+        )
 
 
 def left_out(file: ResultFile, level: int) -> str:
@@ -112,21 +122,3 @@ def left_out(file: ResultFile, level: int) -> str:
         return ""
     lost = int(np.count_nonzero(file.read("aero/least_damping_ratio", level) <= 0.0))
     return f", without {counted(lost, 'disk')} that flutter" if lost else ""
-
-
-def wave_in_words(diameters: int, ratio: np.ndarray) -> str:
-    """Nodal diameters of a wave and the way it travels; ratio: as many as waves."""
-    way = "" if 2 * diameters % len(ratio) == 0 else " forward" if diameters > 0 else " backward"
-    return f"{abs(diameters)} nodal diameters{way}"
-
-
-def spread_in_words(least: np.ndarray) -> str:
-    """Damping ratio of the least stable mode of some disks (n,), and which share flutters."""
-    low, middle, high = np.percentile(least, [1, 50, 99])
-    n_flutter = int(np.count_nonzero(least <= 0.0))
-    ends = [100.0 * end for end in probability_interval(n_flutter, len(least), Z_95)]
-    return (
-        f"least stable mode {low:.3g} / {middle:.3g} / {high:.3g} (percentiles 1/50/99 of the "
-        f"damping ratio); {n_flutter} of {len(least)} disks flutter without contact "
-        f"({ends[0]:.3g} to {ends[1]:.3g} %)"
-    )

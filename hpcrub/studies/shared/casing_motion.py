@@ -13,13 +13,12 @@ from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 
 # of every speed: {name: (units, description)}, in the order of `CasingMotion`
-_NUMBERS = {
+NUMBERS = {
     "casing_motion_m": ("m", "largest radial motion of the casing, angle and time, last window"),
     "casing_waves": ("1", "waves around the casing that move most, or that run away"),
     "casing_energy_share": ("1", "energy of the casing over that of disk and casing, at the end"),
     "casing_growth_per_s": ("1/s", "rate at which a casing runs away; NaN: it does not"),
 }
-NAMES = tuple(_NUMBERS)
 PERMANENT = Dataset(
     "tuned/permanent_growth_per_s", ("friction", "speed"), "1/s",
     "fastest growth of the linear disk and casing with all tips in permanent contact, without "
@@ -27,14 +26,9 @@ PERMANENT = Dataset(
 )  # fmt: skip
 
 
-def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
-    """Datasets of the numbers of every speed; group: of the file."""
-    return (Dataset(f"{group}/{n}", dimensions, *what) for n, what in _NUMBERS.items())
-
-
 def values(casing: CasingMotion) -> dict[str, np.ndarray]:
     """Arrays of some speeds by their names in a group of the file."""
-    return dict(zip(NAMES, casing, strict=True))
+    return dict(zip(NUMBERS, casing, strict=True))
 
 
 def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
@@ -57,7 +51,7 @@ def lines(file: ResultFile) -> Iterator[str]:
     if not file.config.casing.vibrates:
         return
     reason, n = file.read("tuned/point_reason"), len(file.config.speeds.values_hz)
-    moved, waves = (file.read(f"tuned/{name}") for name in NAMES[:2])
+    moved, waves = map(file.read, ("tuned/casing_motion_m", "tuned/casing_waves"))
     if np.isfinite(moved).any():
         at = int(np.nanargmax(moved))
         speed = file.config.speeds.values_hz[at]

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config.schema import Config
-from hpcrub.response.wear import ENDED, N_ANGLES, Wear
+from hpcrub.response.wear import ENDED, Wear
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
-from hpcrub.runs.study import Values
+from hpcrub.runs.study import ANGLE, Values
+from hpcrub.studies.shared import in_group
 
 # of every speed: {name: (units, description)}, in the order of `Wear`
-_NUMBERS = {
+NUMBERS = {
     "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
     "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
     "worn_depth_m": ("m", "largest worn depth of the coating in the end"),
@@ -21,16 +22,8 @@ _NUMBERS = {
     "wear_energy_j": ("J", "energy that has gone into the wear of this volume"),
     "lobes": ("1", "lobes of the worn depth beyond what blades at rest cut; 0: none"),
 }
-NAMES = (*_NUMBERS, "worn_m")
+NAMES = (*NUMBERS, "worn_m")
 _AROUND = "largest worn depth within an angle of the casing, of each strip"
-ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
-SCALES, SIZES = {"angle": ANGLE.name}, {"angle": N_ANGLES}
-CONSTANTS = {ANGLE.name: np.arange(N_ANGLES) * (360.0 / N_ANGLES)}  # where there is a coating
-
-
-def numbers(group: str, dimensions: tuple[str, ...]) -> Iterator[Dataset]:
-    """Datasets of the numbers of every speed; group: of the file."""
-    return (Dataset(f"{group}/{n}", dimensions, *what) for n, what in _NUMBERS.items())
 
 
 def around(group: str, dimensions: tuple[str, ...]) -> Dataset:
@@ -42,7 +35,7 @@ def layout(config: Config, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
     """All of them, in the group `wear`; none without a coating."""
     if not config.contact.wears:
         return ()
-    return (*numbers("wear", dimensions), around("wear", dimensions), ANGLE)
+    return (*in_group("wear", dimensions, NUMBERS), around("wear", dimensions), ANGLE)
 
 
 def values(wear: Wear) -> dict[str, np.ndarray]:
@@ -62,7 +55,7 @@ def report(file: ResultFile, disk: int) -> Iterator[str]:
     """
     if "wear/worn_depth_m" not in file:
         return
-    found = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in _NUMBERS}
+    found = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in NUMBERS}
     depth, growth = found["worn_depth_m"], found["worn_growth_m"]
     if not np.isfinite(depth).any():
         return
