@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from hpcrub.config.schema import Config, key_table
-from hpcrub.config.text import schema_of
+from hpcrub.config.schema import Config
+from hpcrub.config.text import key_table, schema_of
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.schema:
         print(json.dumps(schema(), indent=1, ensure_ascii=False))
         return 0
-    for key in key_table():
+    for key in key_table(Config):
         if options.name in key.path:
             print(f"{key.path}: {key.default}\n    {key.description} ({key.allowed})")
     return 0

@@ -16,8 +16,8 @@ import numpy as np
 
 from hpcrub import __version__
 from hpcrub.commands.plot import of_study
-from hpcrub.config.schema import Config, key_table
-from hpcrub.config.text import counted, flatten, show
+from hpcrub.config.schema import Config
+from hpcrub.config.text import counted, flatten, key_table, show
 from hpcrub.errors import HpcrubError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
@@ -134,7 +134,7 @@ def _answer(file, study):
 def _asked(config: Config) -> Iterator[dict[str, str]]:
     """Keys that the user has set to another value than the default, with both and the meaning."""
     own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
-    meaning = {key.path: key.description for key in key_table()}
+    meaning = {key.path: key.description for key in key_table(Config)}
     for key, value in own.items():
         text = " ".join(meaning[key].split())
         if key not in HIDDEN and value != usual[key] and FILLED_IN not in text:

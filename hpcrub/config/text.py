@@ -106,9 +106,8 @@ def apply_override(data: dict[str, Any], override: str) -> None:
 def key_table(model: type[BaseModel]) -> list[Key]:
     """Every key of a pydantic model, sections unfolded."""
     return [
-        Key(path, show(default).strip("'"), _allowed(node), node.get("description", ""))
+        Key(path, show(node["default"]).strip("'"), _allowed(node), node["description"])
         for path, node in _leaves(model).items()
-        for default in [node.get("default")]
     ]
 
 
@@ -174,7 +173,7 @@ def _wrong_value(model, detail):
     if node is None:
         known = ", ".join(_children(model).get(".".join(names), ()))
         return f"{path}: {show(value)} is not a section with keys such as {known}"
-    about = f" ({node['description']})" if "description" in node else ""
+    about = node["description"]
     for place in reversed(loc):
         if not isinstance(place, int):
             break
@@ -184,7 +183,7 @@ def _wrong_value(model, detail):
     if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
         near = [value.replace(",", ".")]
     hint = f"; did you mean {near[0]}?" if near else ""
-    return f"{path}: {show(value)} {verb} {_allowed(node)}{about}{hint}"
+    return f"{path}: {show(value)} {verb} {_allowed(node)} ({about}){hint}"
 
 
 def _allowed(node):
@@ -192,22 +191,18 @@ def _allowed(node):
     if variants := _variants(node):
         words = [*map(_allowed, variants)]
         return (", or " if "each" in words[0] else " or ").join(words)
-    if "enum" in node or "const" in node:
-        choices = node.get("enum", [node.get("const")])
-        return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
+    if "enum" in node:
+        return f"one of {', '.join(node['enum'])}"
     kind = node["type"]
     if kind == "object":
         return f"a section with keys such as {', '.join(node['properties'])}"
     if kind == "array":
-        length = f"{node.get('minItems', 0)} or more"
-        if "maxItems" in node:
-            length = f"{node.get('minItems', 0)} to {node['maxItems']}"
-        if "minItems" in node and node["minItems"] == node.get("maxItems"):
-            length = f"{node['minItems']}"
+        least, most = node.get("minItems", 0), node["maxItems"]
+        length = most if least == most else f"{least} to {most}"
         return f"a list of {length} values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
-    text = node.get("format", "a text")
-    return names.get(kind, "null" if kind == "null" else text) + _range(node)
+    other = "null" if kind == "null" else node.get("format", "a text")
+    return names.get(kind, other) + _range(node)
 
 
 def _range(node):

@@ -1,5 +1,6 @@
 """What a study computes with: the tuned disk, full and reduced, and the scene."""
 
+import math
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -158,11 +159,12 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
 
 def time_grid(config: Config) -> Any:
     """What `cut_revolution` and `history.checks` need of a Scene, before there is a model."""
+    load_order = config.engine_order if config.forcing.in_contact else None
     return SimpleNamespace(
         steady=config.steady_state,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
-        repeats=config.repeats,
+        repeats=math.gcd(config.casing.shape.repeats, load_order or 0),
         divisor=config.disk.n_blades if config.contact.wears else 1,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
     )
