@@ -95,7 +95,7 @@ class Casing(Section):
     @property
     def is_resolved(self) -> bool:
         """Whether profile and clearance are here: not before their files have been read."""
-        return self.profile_is_known and self.clearance_is_known and self.modes_are_known
+        return not (self.profile_is_missing or isinstance(self.clearance_hz_mm, str))
 
     @property
     def vibrates(self) -> bool:
@@ -103,19 +103,9 @@ class Casing(Section):
         return self.ring.thickness_mm is not None or bool(self.modes or self.modes_csv)
 
     @property
-    def modes_are_known(self) -> bool:
-        """Whether the modes of the casing are here."""
-        return self.modes_csv is None or bool(self.modes)
-
-    @property
-    def profile_is_known(self) -> bool:
-        """Whether the profile is here."""
-        return self.profile_csv is None or self.profile_mm is not None
-
-    @property
-    def clearance_is_known(self) -> bool:
-        """Whether the clearance at every speed is here."""
-        return not isinstance(self.clearance_hz_mm, str)
+    def profile_is_missing(self) -> bool:
+        """Whether the file of the profile has not been read yet."""
+        return self.profile_csv is not None and self.profile_mm is None
 
     @property
     def running(self) -> tuple[tuple[float, float], ...] | None:
@@ -131,14 +121,13 @@ class Casing(Section):
 
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
         """Clearance [m] at speeds [Hz], of any shape."""
-        if self.running is None:
-            return np.full(np.shape(speeds_hz), self.clearance_mm / 1000)
-        return np.interp(speeds_hz, *np.array(self.running).T)
+        same_at_all = ((0.0, self.clearance_mm / 1000),)
+        return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property
     def profile(self) -> Profile:
         """What there is beside the bumps. Raises InputError before its file has been read."""
-        if not self.profile_is_known:
+        if self.profile_is_missing:
             raise InputError(f"casing.profile_csv: {self.profile_csv} has not been read yet")
         harmonics = tuple(
             (h.order, h.amplitude_mm / 1000, h.phase_deg * pi / 180)
@@ -159,8 +148,8 @@ class Casing(Section):
     @property
     def smoothing(self) -> float:
         """Cut-off wavelength of the measured points [m]."""
-        length = self.smoothing_mm
-        return (2.0 * pi * self._tip_radius_mm / SMOOTHED if length is None else length) / 1000
+        usual = 2.0 * pi * self._tip_radius_mm / SMOOTHED
+        return (usual if self.smoothing_mm is None else self.smoothing_mm) / 1000
 
     @property
     def shape(self) -> CasingShape:
@@ -177,11 +166,6 @@ class Casing(Section):
         """Engine order that the casing excites most."""
         orders = self.outline.orders if self.profile.exists else ()
         return orders[0] if orders else self.n_bumps
-
-    @property
-    def repeats(self) -> int:
-        """Times that the casing repeats itself in a turn."""
-        return self.shape.repeats
 
     @property
     def words(self) -> str:

@@ -42,11 +42,17 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     return (values * len(values) / values.sum()) ** 2 - 1
 
 
+def _changed(section):
+    """Names of the keys of a section that have not their default value."""
+    usual = type(section).model_fields
+    return [name for name, value in section if value != usual[name].default]
+
+
 def _disk_problems(c):
     d = c.disk
-    for name in () if d.model_sha256 else d.FACTS:
-        if (value := getattr(d, name)) != type(d).model_fields[name].default:
-            yield f"disk.{name}: {show(value)} is what a model file tells; leave it out"
+    for name in () if d.model_sha256 else _changed(d):
+        if name in d.FACTS:
+            yield f"disk.{name}: {show(getattr(d, name))} is what a model file tells; leave it out"
     if d.model is not None:
         return
     if d.model_sha256:
@@ -102,37 +108,35 @@ def _casing_problems(c):
 
 def _clearance_problems(c):
     table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
-    if isinstance(table, tuple):
-        yield from _table_problems(c.speeds, np.array(table))
-    if blades is not None and c.disk.is_resolved and len(blades) != c.disk.n_blades:
+    points = table if isinstance(table, tuple) else ()
+    speeds = [speed for speed, _ in points]
+    if any(a >= b for a, b in pairwise(speeds)):
+        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
+    elif points and (c.speeds.from_hz < speeds[0] or c.speeds.to_hz > speeds[-1]):
+        yield (
+            f"casing.clearance_hz_mm: points from {speeds[0]:g} to {speeds[-1]:g} Hz say nothing "
+            f"of all speeds from {c.speeds.from_hz:g} to {c.speeds.to_hz:g} Hz"
+        )
+    for speed, clearance in points:
+        if not 0.0 <= clearance <= 1e4:
+            yield (
+                f"casing.clearance_hz_mm: {clearance:g} mm at {speed:g} Hz; a clearance from 0 up "
+                "to 10,000 mm is allowed"
+            )
+    if blades is None:
+        return
+    if c.disk.is_resolved and len(blades) != c.disk.n_blades:
         yield (
             f"casing.blade_clearance_mm: {len(blades)} values given for the {c.disk.n_blades} "
             "blades of the disk"
         )
-    if c.casing.clearance_is_known and c.speeds.from_hz <= c.speeds.to_hz:
-        found = 1e3 * c.casing.clearances(c.speeds.values_hz)
-        known = np.vstack([np.transpose([c.speeds.values_hz, found]), *([table] if table else [])])
-        worst = known[known[:, 1].argmin() if known[:, 1].min() < 0.0 else known[:, 1].argmax()]
-        if not 0.0 <= worst[1] <= 1e4:
+    if c.casing.is_resolved and c.speeds.from_hz <= c.speeds.to_hz:
+        least = 1e3 * c.clearance
+        if min(blades) + least < 0.0:
             yield (
-                f"casing.clearance_hz_mm: {worst[1]:g} mm at {worst[0]:g} Hz; a clearance from 0 "
-                "up to 10,000 mm is allowed"
+                f"casing.blade_clearance_mm: {min(blades)} with {least:g} mm of the casing leaves "
+                "less than no clearance"
             )
-        elif min(blades or (0.0,)) + found.min() < 0.0:
-            yield (
-                f"casing.blade_clearance_mm: {min(blades)} with {found.min():g} mm of the casing "
-                "leaves less than no clearance"
-            )
-
-
-def _table_problems(speeds, table):
-    if (np.diff(table[:, 0]) <= 0.0).any():
-        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
-    elif speeds.from_hz < table[0, 0] or speeds.to_hz > table[-1, 0]:
-        yield (
-            f"casing.clearance_hz_mm: points from {table[0, 0]:g} to {table[-1, 0]:g} Hz say "
-            f"nothing of all speeds from {speeds.from_hz:g} to {speeds.to_hz:g} Hz"
-        )
 
 
 def _steep_problems(c):
@@ -148,9 +152,7 @@ def _ring_problems(casing):
     """Of a casing that vibrates."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
-        changed = [name for name, value in ring if value != type(ring).model_fields[name].default]
-        if changed:
-            yield f"casing.ring.{changed[0]}: needs casing.ring.thickness_mm"
+        yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))
         return
     if ring.thickness_mm is not None and (modes or casing.modes_csv):
         yield "casing.modes: cannot be combined with casing.ring; leave one out"
@@ -181,9 +183,8 @@ def _ring_problems(casing):
 
 def _contact_problems(c):
     contact, coating = c.contact, c.contact.coating
-    if not contact.wears and coating != type(coating)():
-        key = next(iter(coating.model_fields_set))
-        yield f"contact.coating.{key}: goes with contact.law: abradable, not {contact.law}"
+    for name in () if contact.wears else _changed(coating):
+        yield f"contact.coating.{name}: goes with contact.law: abradable, not {contact.law}"
     if contact.wears and coating.yield_stress >= coating.young:
         yield (
             f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."

@@ -31,19 +31,19 @@ def resolved(config: Config) -> Config:
 
 def with_tables(config: Config) -> Config:
     """The same without a look at the model file, which may be large."""
-    if not config.casing.profile_is_known:
-        config = config.replace(_profile(config.casing.profile_csv))
-    if isinstance(path := config.casing.clearance_hz_mm, str):
+    casing, aero, mistuning = config.casing, config.aero, config.mistuning
+    if casing.profile_is_missing:
+        config = config.replace(_profile(casing.profile_csv))
+    if isinstance(path := casing.clearance_hz_mm, str):
         points = _table("casing.clearance_hz_mm", path, CLEARANCE_COLUMNS)
         config = config.replace({"casing.clearance_hz_mm": points.tolist()})
-    if not config.casing.modes_are_known:
+    if casing.modes_csv and not casing.modes:
         names = tuple(CasingMode.model_fields)
-        rows = _table("casing.modes_csv", config.casing.modes_csv, names).tolist()
+        rows = _table("casing.modes_csv", casing.modes_csv, names).tolist()
         modes = [dict(zip(names, row, strict=True)) for row in rows]
         config = config.replace({"casing.modes": modes})
-    if not config.aero.is_known:
-        config = config.replace({"aero.waves": _waves(config.aero.waves_csv)})
-    mistuning = config.mistuning
+    if aero.waves_csv and not aero.waves:
+        config = config.replace({"aero.waves": _waves(aero.waves_csv)})
     if mistuning.pattern_file is not None and mistuning.pattern_sha256 is None:
         config = config.replace(_patterns(config))
     return config
