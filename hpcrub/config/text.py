@@ -233,38 +233,30 @@ def _first_variant(node):
 @cache
 def _leaves(model):
     """JSON schema of every key that holds a value, by its path."""
-    return {p: n for p, n in _walk(schema_of(model)) if "properties" not in n}
+    return {path: node for path, node in _walk(schema_of(model)) if "properties" not in node}
 
 
 @cache
 def _children(model):
     """Names of the keys of every section, by its path ("" the whole)."""
-    schema = schema_of(model)
-    found = {"": list(schema["properties"])}
-    for path, node in _walk(schema):
-        for section in (node, node.get("items", {})):
-            if "properties" in section:
-                found[path] = list(section["properties"])
-    return found
+    sections = ((path, node.get("items", node)) for path, node in _walk(schema_of(model)))
+    return {path: list(node["properties"]) for path, node in sections if "properties" in node}
 
 
 def _walk(schema):
-    """Every (path, node) below the root of a JSON schema, sections before their keys.
+    """Every (path, node) of a JSON schema, sections before their keys.
 
     The keys of a list of sections follow the list.
     """
 
     def known(node):
-        return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+        if "$ref" in node:
+            return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
+        return node | {"items": known(node["items"])} if "items" in node else node
 
-    def below(node, prefix):
-        for name, child in node["properties"].items():
-            child = known(child)
-            if "items" in child:
-                child = child | {"items": known(child["items"])}
-            yield prefix + name, child
-            for section in (child, child.get("items", {})):
-                if "properties" in section:
-                    yield from below(section, f"{prefix}{name}.")
+    def below(path, node):
+        yield path, node
+        for name, child in node.get("items", node).get("properties", {}).items():
+            yield from below(f"{path}.{name}".removeprefix("."), known(child))
 
-    return below(schema, "")
+    return below("", schema)

@@ -83,8 +83,8 @@ def parse(text: str) -> Any:
     try:
         return yaml.load(text, _Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
-        where = f"{_place(error.problem_mark)}: " if error.problem_mark else ""
-        what = error.problem or "not YAML"
+        mark, what = error.problem_mark, error.problem or "not YAML"
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         if what.startswith("but "):
             what = f"{error.context} {what}"
         raise InputError(where + what) from None
@@ -97,8 +97,3 @@ def parse(text: str) -> Any:
 def dump(data: Any) -> str:
     """Write dicts, lists and scalars as YAML that `parse` reads back to the same values."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-
-
-def _place(mark):
-    """Line and column of a YAML mark, counted from one."""
-    return f"line {mark.line + 1}, column {mark.column + 1}"
