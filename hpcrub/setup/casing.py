@@ -33,19 +33,10 @@ def _of_ring(config):
     radius = ring.radius_mm
     if radius is None:
         radius = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
-    return ring_modes(
-        Ring(
-            radius / 1000,
-            ring.thickness_mm / 1000,
-            ring.width,
-            ring.young_modulus,
-            ring.density_kg_m3,
-            ring.bed_radial_n_per_m2,
-            ring.bed_tangential_n_per_m2,
-        ),
-        np.array(sorted(ring.waves)),
-        ring.damping_ratio,
-    )
+    section = radius / 1000, ring.thickness_mm / 1000, ring.width
+    bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
+    found = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
+    return ring_modes(found, np.array(sorted(ring.waves)), ring.damping_ratio)
 
 
 def _of_table(pairs):

@@ -44,13 +44,11 @@ def build_model(config: Config) -> Model:
 
     Raises InputError for an impossible geometry or model file.
     """
-    model = _build(config)
-    return model._replace(reduced=model.reduced._replace(air=air_of(config, model.reduced)))
+    disk, reduced = imported.build(config) if config.disk.model else _planar(config)
+    return Model(disk, reduced._replace(air=air_of(config, reduced)))
 
 
-def _build(config):
-    if config.disk.model is not None:
-        return Model(*imported.build(config))
+def _planar(config):
     try:
         with np.errstate(all="ignore"):
             disk = build_disk(config.disk, config.material)
@@ -63,7 +61,7 @@ def _build(config):
             "disk: the stiffnesses of its parts are too far apart for the arithmetic of this "
             "program (lengths and thicknesses of disk, material)"
         )
-    return Model(disk, reduced)
+    return disk, reduced
 
 
 def build_problem(config: Config) -> Problem:
@@ -96,7 +94,11 @@ def build_problem(config: Config) -> Problem:
 
 def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     """Casing, contact, time step and steady-state test of a configuration."""
-    steady = config.steady_state
+    steady, contact = config.steady_state, config.contact
+    elastic_casing = None
+    if contact.casing_stiffness_n_per_m is not None:
+        spring = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
+        elastic_casing = ElasticCasing(*spring)
     return Scene(
         interface=_with_blade_clearance(config, reduced.interface),
         damping_ratio=config.damping,
@@ -104,10 +106,10 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         clearance=config.clearance,
         running=config.casing.running,
         ramp_time=config.casing.growth_time,
-        friction=config.contact.friction,
+        friction=contact.friction,
         load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
         load_order=config.engine_order or 1,
-        elastic_casing=elastic_casing_of(config),
+        elastic_casing=elastic_casing,
         coating=coating_of(config, reduced.interface),
         scheme=config.time.scheme,
         step=resolution.longest_step(config),
@@ -134,14 +136,6 @@ def _with_blade_clearance(config, interface):
         return interface
     own = np.array(config.casing.blade_clearance_mm) / 1000
     return interface._replace(clearance=interface.clearance + own[interface.blade])
-
-
-def elastic_casing_of(config: Config) -> ElasticCasing | None:
-    """The casing that gives, None for a rigid one."""
-    stiffness, damping = (
-        config.contact.casing_stiffness_n_per_m, config.contact.casing_damping_ns_per_m
-    )  # fmt: skip
-    return None if stiffness is None else ElasticCasing(stiffness, damping)
 
 
 def coating_of(config: Config, interface: Interface) -> Coating | None:
