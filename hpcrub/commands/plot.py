@@ -12,7 +12,7 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES, pictures
 from hpcrub.plot.canvas import NEEDS
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.studies import open_result
 
 
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"hpcrub: error: {found}", file=sys.stderr)
             code = max(code, found.exit_code)
         else:
-            console().print(str(found), soft_wrap=True)
+            say(str(found))
     return code
 
 

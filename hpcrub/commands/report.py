@@ -7,7 +7,6 @@ import datetime
 import io
 import tempfile
 from collections.abc import Iterator, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from hpcrub.config.text import counted, flatten, key_table, show
 from hpcrub.errors import HpcrubError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -68,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         target.write_text(page, encoding="utf-8")
     except OSError as error:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
-    console().print(f"report:  {target}", soft_wrap=True)
+    say(f"report:  {target}")
     return 0
 
 
@@ -80,12 +79,10 @@ def render(paths: Sequence[str]) -> str:
     for file, words in zip(files, what_differs, strict=True):
         file["differs"] = words
     compared = list(_figures(paths)) if len(paths) > 1 else []
-    text = resources.files("hpcrub.commands").joinpath("report.html").read_text("utf-8")
-    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
-        text
-    )
+    loader = jinja2.PackageLoader("hpcrub", "commands")
+    pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
-    return template.render(
+    return pages.get_template("report.html").render(
         title=title if len(files) == 1 else f"{len(files)} results compared",
         version=__version__,
         today=datetime.date.today().isoformat(),
@@ -104,7 +101,6 @@ def _facts(path):
         enough = n_done == status.size or study.is_enough(file)
         return {
             "name": Path(path).name,
-            "config": config,
             "study": study.name,
             "what": study.what,
             "verdict": lines,
@@ -136,12 +132,10 @@ def _asked(config: Config) -> Iterator[dict[str, str]]:
     own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
     meaning = {key.path: key.description for key in key_table(Config)}
     for key, value in own.items():
-        text = " ".join(meaning[key].split())
-        if key not in HIDDEN and value != usual[key] and FILLED_IN not in text:
+        if key not in HIDDEN and value != usual[key] and FILLED_IN not in meaning[key]:
             short = float(f"{value:.6g}") if isinstance(value, float) else value
-            yield {
-                "key": key, "value": show(short), "default": show(usual[key]), "meaning": text,
-            }  # fmt: skip
+            values = {"value": show(short), "default": show(usual[key])}
+            yield {"key": key, "meaning": meaning[key]} | values
 
 
 def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
