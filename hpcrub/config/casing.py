@@ -170,15 +170,18 @@ class Casing(Section):
     @property
     def words(self) -> str:
         """The casing in a few words, for titles."""
-        bumps, ring = [counted(self.n_bumps, "bump")], self.ring.thickness_mm
-        vibrates = [f"ring of {ring:g} mm"] if ring else ["casing modes"] if self.vibrates else []
-        orders = ", ".join(str(h.order) for h in self.harmonics)
-        harmonics = [f"harmonics {orders}"] if orders else []
+        orders, ring = ", ".join(str(h.order) for h in self.harmonics), self.ring.thickness_mm
+        words = []
         if len(self.harmonics) == 1:
-            harmonics = [f"harmonic {orders} of {self.harmonics[0].amplitude_mm:g} mm"]
-        measured = ["measured profile"] if self.profile_mm else []
+            words.append(f"harmonic {orders} of {self.harmonics[0].amplitude_mm:g} mm")
+        elif orders:
+            words.append(f"harmonics {orders}")
         if self.profile_csv:
-            measured = [f"profile {Path(self.profile_csv).stem}"]
-        plain = harmonics + measured
-        shape = bumps + plain if self.bump_height_mm > 0.0 or not plain else plain
-        return " + ".join(shape + vibrates)
+            words.append(f"profile {Path(self.profile_csv).stem}")
+        elif self.profile_mm:
+            words.append("measured profile")
+        if self.bump_height_mm > 0.0 or not words:
+            words.insert(0, counted(self.n_bumps, "bump"))
+        if self.vibrates:
+            words.append(f"ring of {ring:g} mm" if ring else "casing modes")
+        return " + ".join(words)
