@@ -30,13 +30,16 @@ from hpcrub.runs.execution import Existing, Finished, examine_all, execute
 from hpcrub.runs.study import Run
 from hpcrub.setup import input_files
 
-EXAMPLE = """\
+STUDY_LIST = "\n".join(f"  {s.name:15} {s.what}" for s in studies.STUDIES.values())
+STUDIES_AND_EXAMPLE = f"""\
+studies, as the key `study` of an input file names them:
+{STUDY_LIST}
+
 example, on two ranks:
   mpirun -n 2 hpcrub run inputs/quickstart.yaml
   hpcrub run inputs/quickstart.yaml --dry-run      what it would take
   hpcrub run inputs/quickstart.yaml --resume       go on after a stop
 """
-
 
 Draw = Callable[[list[str]], None]
 
@@ -155,11 +158,10 @@ def placed(config: Config) -> Config:
 
 
 def _parser():
-    names = "\n".join(f"  {s.name:16} {s.what}" for s in studies.STUDIES.values())
     parser = Parser(
         prog="hpcrub run",
         description="Compute the study that an input file describes, and draw its figures.",
-        epilog=f"studies, as the input's key `study` names them:\n{names}\n\n{EXAMPLE}",
+        epilog=STUDIES_AND_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("input", metavar="INPUT.yaml", help="input file (hpcrub keys: its keys)")

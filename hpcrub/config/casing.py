@@ -1,4 +1,4 @@
-"""Section `casing` of the input: bumps, harmonics, a measured profile, clearance and ramp."""
+"""Section `casing` of the input: its shape, clearance and ramp, and a casing that vibrates."""
 
 from math import pi
 from pathlib import Path
@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
-from hpcrub.config.casing_modes import CasingMode, Ring
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
@@ -16,17 +15,14 @@ from hpcrub.model.casing import BUMP_WIDTH, CasingShape, Outline, Profile, outli
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 SMOOTHED = 50  # undulations around the casing of which smoothing leaves one half, unless given
 PROFILES = "harmonics", "profile_csv", "profile_mm"
-Degrees = Annotated[
-    tuple[Annotated[Number, Field(ge=0, lt=360)], ...],
-    Field(min_length=4, max_length=MOST_POINTS),
-]
-Clearances = Annotated[
-    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...], Field(min_length=2, max_length=200)
-]
-Changes = Annotated[
-    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...],
-    Field(min_length=4, max_length=MOST_POINTS),
-]
+MOST_WAVES = 200
+Degree = Annotated[Number, Field(ge=0, lt=360)]
+Millimetres = Annotated[Number, Field(ge=-1e4, le=1e4)]
+Wave = Annotated[Whole, Field(ge=0, le=MOST_WAVES)]
+Degrees = Annotated[tuple[Degree, ...], Field(min_length=4, max_length=MOST_POINTS)]
+Changes = Annotated[tuple[Millimetres, ...], Field(min_length=4, max_length=MOST_POINTS)]
+Clearances = Annotated[tuple[Millimetres, ...], Field(min_length=2, max_length=200)]
+Waves = Annotated[tuple[Wave, ...], Field(min_length=1, max_length=50)]
 
 
 class Harmonic(Section):
@@ -38,6 +34,48 @@ class Harmonic(Section):
     """largest inward deformation by this harmonic [mm]"""
     phase_deg: Number = Field(0.0, ge=-360, le=360)
     """angle at which it is reached, in the direction of rotation [deg]"""
+
+
+class Ring(Section):
+    """The casing as an elastic ring of rectangular section, in place of a rigid casing."""
+
+    thickness_mm: Number | None = Field(None, gt=0, le=1e4)
+    """radial thickness of the ring; null: the casing is no ring [mm]"""
+    width_mm: Number = Field(100.0, gt=0, le=1e5)
+    """axial width [mm]"""
+    radius_mm: Number | None = Field(None, gt=0, le=1e5)
+    """radius of the middle of its section; null: its inner face stands at the blade tips [mm]"""
+    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5)
+    """Young's modulus [GPa]"""
+    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6)
+    """density [kg/m³]"""
+    damping_ratio: Number = Field(0.005, ge=0, lt=1)
+    """damping ratio of every mode of the ring [-]"""
+    bed_radial_n_per_m2: Number = Field(0.0, ge=0, le=1e15)
+    """stiffness of the bed that holds the ring, radial, per metre of circumference [N/m²]"""
+    bed_tangential_n_per_m2: Number = Field(0.0, ge=0, le=1e15)
+    """the same along the circumference [N/m²]"""
+    waves: Waves = (2, 3, 4, 5, 6, 7, 8)
+    """numbers of waves around the circumference that are followed; 1 needs a bed [-]"""
+
+    young_modulus: ClassVar = si("young_modulus_gpa", "Pa", times=1e9)
+    width: ClassVar = si("width_mm", "m", per=1000)
+
+
+class CasingMode(Section):
+    """A pair of modes of the casing, cos nθ and sin nθ, of one frequency."""
+
+    waves: Wave = 2
+    """waves around the circumference, n [-]"""
+    frequency_hz: Number = Field(100.0, gt=0, le=1e6)
+    """natural frequency at rest [Hz]"""
+    modal_mass_kg: Number = Field(100.0, gt=0, le=1e9)
+    """modal mass of a mode whose largest radial displacement at the contact circle is 1 [kg]"""
+    tangential_ratio: Number = Field(0.0, ge=-1e3, le=1e3)
+    """largest tangential over largest radial displacement there, v = ratio (c sin nθ − s cos nθ)
+    beside w = c cos nθ + s sin nθ; about −1/n in bending [-]"""
+    damping_ratio: Number = Field(0.005, ge=0, lt=1)
+    """damping ratio [-]"""
 
 
 class Casing(Section):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import aero, resolution
-from hpcrub.config.text import show
+from hpcrub.config.text import lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # of a revolution
@@ -40,11 +40,6 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     return (values * len(values) / values.sum()) ** 2 - 1
 
 
-def _wrong(*rules):
-    """The lines of some rules, each with whether keys do not fit together."""
-    return (line for is_wrong, line in rules if is_wrong)
-
-
 def _changed(section):
     """Names of the keys of a section that have not their default value."""
     usual = type(section).model_fields
@@ -60,7 +55,7 @@ def _disk_problems(c):
         return
     tip, hub, inner = d.tip_radius_mm, d.hub_radius_mm, d.inner_radius_mm
     most = d.n_dof - 2 * d.n_blades
-    yield from _wrong(
+    yield from lines_of(
         (d.model_sha256, "disk.model_sha256: goes with disk.model, which is not given"),
         (c.mistuning.by != "blade_stiffness", f"mistuning.by: {c.mistuning.by} needs disk.model"),
         (hub >= tip, f"disk.hub_radius_mm: {hub} is not below disk.tip_radius_mm, {tip}"),
@@ -151,7 +146,7 @@ def _ring_problems(casing):
     is_ring, waves = ring.thickness_mm is not None, ring.waves
     twice = sorted({n for n in waves if waves.count(n) > 1})
     is_held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
-    yield from _wrong(
+    yield from lines_of(
         (is_ring and (modes or casing.modes_csv),
          "casing.modes: cannot be combined with casing.ring; leave one out"),
         (casing.growth_time_s == 0.0,
@@ -177,7 +172,7 @@ def _contact_problems(c):
     for name in () if contact.wears else _changed(coating):
         yield f"contact.coating.{name}: goes with contact.law: abradable, not {contact.law}"
     stiffness = contact.casing_stiffness_n_per_m
-    yield from _wrong(
+    yield from lines_of(
         (contact.wears and coating.yield_stress >= coating.young,
          f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
          f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"),
@@ -228,7 +223,7 @@ def _limit_problems(c):
 
 def _run_problems(c):
     s, steady, percentiles = c.speeds, c.steady_state, c.convergence.percentiles
-    yield from _wrong(
+    yield from lines_of(
         (c.output.lower().endswith(BESIDE),
          f"output: {show(c.output)} ends as the figures and logs beside a result file do"),
         (s.to_hz < s.from_hz,
@@ -280,7 +275,7 @@ def _law_problems(c):
     m = c.mistuning
     is_measured, measured = m.distribution == "measured", m.measured_percent
     beneath = m.intentional_percent or ()
-    yield from _wrong(
+    yield from lines_of(
         (is_measured and measured is None,
          "mistuning.distribution: measured needs mistuning.measured_percent"),
         (measured is not None and not is_measured,
@@ -301,7 +296,7 @@ def _part_problems(c):
     samples = c.part.samples
     if samples is None:
         return
-    yield from _wrong(
+    yield from lines_of(
         (c.convergence.stop_when_converged,
          "part.samples: a part cannot know when the whole study has converged; leave out "
          "convergence.stop_when_converged"),

@@ -6,6 +6,7 @@ was meant nor its unit.
 
 import difflib
 import re
+from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -55,6 +56,11 @@ def is_table(value: Any) -> bool:
 def counted(n: int, what: str) -> str:
     """A number of things: "1 sample", "1,200 samples"."""
     return f"{n:,} {what}{'' if n == 1 else 's'}"
+
+
+def lines_of(*rules: tuple[Any, str]) -> Iterator[str]:
+    """The lines of some rules, pairs of a condition and a line, whose condition holds."""
+    return (line for holds, line in rules if holds)
 
 
 def one_line(text: str) -> str:

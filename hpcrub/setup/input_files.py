@@ -4,8 +4,7 @@ import functools
 
 import numpy as np
 
-from hpcrub.config.casing import MOST_POINTS
-from hpcrub.config.casing_modes import CasingMode
+from hpcrub.config.casing import MOST_POINTS, CasingMode
 from hpcrub.config.checks import deviation_of
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
