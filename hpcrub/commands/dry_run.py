@@ -25,10 +25,7 @@ LONGEST_WORD = 48  # in a table of runs, that is not cut: a key with its value
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
-    """Print what one run, or several, would compute and cost (rank 0).
-
-    Raises InputError for everything that the run itself would refuse.
-    """
+    """Print what runs would compute and cost (rank 0). Raises InputError for all they refuse."""
     if len(runs) == 1:
         _one(runs[0], existing, n_ranks)
         return

@@ -121,16 +121,10 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = _numbered(arrays)
     model = neutral.from_arrays(arrays)
-    if options.format == "calculix" and options.stress:
-        return _with_stress(model, options)
-    return model
-
-
-def _with_stress(model, options):
-    """The model with stress at the places that modes of its first families choose."""
-    model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
-    modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
-    say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
+    if options.format == "calculix" and options.stress:  # at places that these modes choose
+        model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
+        modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
+        say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
     return model
 
 
@@ -145,7 +139,9 @@ def _arrays(options):
     if options.format == "model":
         arrays = model_file.read(options.source)
         if options.stress:
-            arrays["stress_blade"], arrays["stress"] = _stresses(options.stress)
+            values = tables.read(options.stress)[1]
+            of = f"{options.stress}, first column, the blade from 0"
+            arrays["stress_blade"], arrays["stress"] = whole(values[:, 0], of), values[:, 1:]
         if options.static:
             arrays["stress_static"] = tables.read(options.static)[1][:, 0]
         return arrays
@@ -161,12 +157,6 @@ def _arrays(options):
         return calculix.read(options.source, lists, *others, options.stress)
     module = {"ansys": ansys, "nastran": nastran}[options.format]
     return module.read(options.source, options.mesh, lists, *others)
-
-
-def _stresses(path):
-    """Blades and stresses for each coordinate of a table."""
-    _, values = tables.read(path)
-    return whole(values[:, 0], f"{path}, first column, the blade from 0"), values[:, 1:]
 
 
 def _speed(text):

@@ -81,10 +81,7 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
 
 
 def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
-    """Several runs, one after the other; one that fails does not keep the others.
-
-    Returns the exit code of the last one that failed, 0 when none has.
-    """
+    """Several runs; one that fails does not keep the others. Returns the largest exit code."""
     team.on_root(lambda: examine_all(runs, existing))  # before the first one takes its time
     outcomes: list[Finished | HpcrubError] = []
     for number, run in enumerate(runs, 1):

@@ -120,7 +120,7 @@ class Casing(Section):
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
 
-    _tip_radius_mm: float = PrivateAttr(500.0)
+    _tip_radius_mm: float = PrivateAttr(500.0)  # of the disk, as `Config` fills it in
 
     @model_validator(mode="before")
     @classmethod
@@ -147,10 +147,7 @@ class Casing(Section):
 
     @property
     def running(self) -> tuple[tuple[float, float], ...] | None:
-        """Speeds, increasing [Hz], with a clearance [m] each; None: it is the same at all.
-
-        Raises InputError before its file has been read.
-        """
+        """Speeds [Hz] and clearances [m]; None: one at all. InputError for an unread file."""
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
         if self.clearance_hz_mm is not None:
@@ -176,12 +173,6 @@ class Casing(Section):
         measured = tuple((a * pi / 180, -r / 1000) for a, r in points)
         cut_off = self.smoothing / self._tip_radius_mm * 1000 if measured else 0.0
         return Profile(harmonics, measured, cut_off)
-
-    def at(self, tip_radius_mm: float) -> "Casing":
-        """The same around tips of a radius [mm], of which its angles and lengths are."""
-        casing = self.model_copy()
-        casing._tip_radius_mm = tip_radius_mm
-        return casing
 
     @property
     def smoothing(self) -> float:

@@ -71,7 +71,9 @@ class Config(Section):
             self._fill_in("mistuning", {"samples": 1, "half_range_percent": (width,)})
         if self.contact.law != "rigid":  # the end of a long step takes the energy that it stores
             self._fill_in("time", {"step_s": SPRING_BACK_S})
-        object.__setattr__(self, "casing", self.casing.at(self.disk.tip_radius_mm))
+        casing = self.casing.model_copy()
+        casing._tip_radius_mm = self.disk.tip_radius_mm
+        object.__setattr__(self, "casing", casing)
         return self
 
     def _fill_in(self, name, decided):

@@ -80,10 +80,7 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a key of an input, by its path (data is modified).
-
-    Raises InputError when the path leads through something that is not a section.
-    """
+    """Set a key in the data of an input. Raises InputError for a path through another key."""
     *sections, key = path.split(".")
     for name in sections:
         data = data.setdefault(name, {})
@@ -183,7 +180,9 @@ def _wrong_value(model, detail):
     for place in reversed(loc):
         if not isinstance(place, int):
             break
-        node = _first_variant(node)["items"]
+        while "items" not in node:
+            node = _variants(node)[0]
+        node = node["items"]
     verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
     near = difflib.get_close_matches(str(value), node.get("enum", ()), n=1)
     if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
@@ -231,11 +230,6 @@ def _variants(node):
     return node.get("anyOf") or node.get("oneOf") or []
 
 
-def _first_variant(node):
-    variants = _variants(node)
-    return _first_variant(variants[0]) if variants else node
-
-
 @cache
 def _leaves(model):
     """JSON schema of every key that holds a value, by its path."""
@@ -250,10 +244,7 @@ def _children(model):
 
 
 def _walk(schema):
-    """Every (path, node) of a JSON schema, sections before their keys.
-
-    The keys of a list of sections follow the list.
-    """
+    """Every (path, node) of a JSON schema, sections and lists of them before their keys."""
 
     def known(node):
         if "$ref" in node:

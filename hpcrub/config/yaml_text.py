@@ -43,13 +43,11 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 comma = "; a decimal comma? write 44.5" if isinstance(key, int | float) else ""
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"a key must be a plain name{comma}", key_node.start_mark
-                )
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key!r} is given twice", key_node.start_mark
-                )
+                what = f"a key must be a plain name{comma}"
+            else:
+                what = f"key {key!r} is given twice" if key in seen else ""
+            if what:
+                raise yaml.constructor.ConstructorError(None, None, what, key_node.start_mark)
             seen.add(key)
         return super().construct_mapping(node, deep=deep)
 

@@ -12,10 +12,7 @@ MARK = "hpcrub_model"  # array that every model file has
 
 
 def read(path: str | Path) -> dict:
-    """Arrays of a model file by name; text is a scalar of str.
-
-    Raises InputError when it cannot be read.
-    """
+    """Arrays of a model file by name; text is a scalar of str. Raises InputError for damage."""
     with reading(path):
         return read_arrays(path)
 

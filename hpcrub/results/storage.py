@@ -321,10 +321,7 @@ class ResultFile:
         return self.read("status" if "status" in self else "samples/status")
 
     def write(self, values: dict[str, Any], where: Any) -> None:
-        """Write {dataset: values} at one place, in this order; one rank.
-
-        Raises WriteError when the file cannot be written.
-        """
+        """Write {dataset: values} at one place, in this order; one rank. Raises WriteError."""
         try:
             for name, value in values.items():
                 self._dataset(name)[where] = value

@@ -10,10 +10,7 @@ STEPS_PER_WAVE = 16  # of the fastest wave that passes a blade, at least
 
 
 def casing_modes_of(config: Config) -> CasingModes | None:
-    """Modes of the casing, None for a rigid one.
-
-    Raises InputError for waves that the time steps do not resolve.
-    """
+    """Modes of the casing, None if rigid. Raises InputError for waves that steps do not resolve."""
     casing = config.casing
     if not casing.vibrates:
         return None

@@ -40,10 +40,7 @@ class Problem(NamedTuple):
 
 
 def build_model(config: Config) -> Model:
-    """Model of a configuration, with the air between its blades.
-
-    Raises InputError for an impossible geometry or model file.
-    """
+    """The tuned disk and its air. Raises InputError for an impossible geometry or model file."""
     disk, reduced = imported.build(config) if config.disk.model else _planar(config)
     return Model(disk, reduced._replace(air=air_of(config, reduced)))
 
