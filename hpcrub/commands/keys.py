@@ -1,7 +1,6 @@
 """`hpcrub keys`: the keys of an input file, as a table or as a JSON schema for editors."""
 
 import argparse
-import copy
 import json
 from collections.abc import Sequence
 from typing import Any
@@ -31,10 +30,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def schema() -> dict[str, Any]:
     """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
-    found = copy.deepcopy(schema_of(Config))
-    found["properties"]["runs"] = {
+    known = schema_of(Config)
+    runs = {
         "type": "array",
         "items": {"type": "object"},
         "description": "several runs, each with the keys that it replaces, by their whole path",
     }
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | found
+    with_runs = {"properties": known["properties"] | {"runs": runs}}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | known | with_runs
