@@ -19,6 +19,7 @@ KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+LIMIT_WORDS = dict(zip(LIMITS.values(), ("above", "from", "below", "up to"), strict=True))
 
 
 class Key(NamedTuple):
@@ -90,10 +91,7 @@ def set_key(data: dict[str, Any], path: str, value: Any) -> None:
 
 
 def apply_override(data: dict[str, Any], override: str) -> None:
-    """Set one key of an input not yet validated (data is modified).
-
-    override: "key.path=value", the value as in the file. Raises InputError for any other form.
-    """
+    """Set a key in the data of an input by "key.path=value". Raises InputError for other forms."""
     path, equals, text = override.partition("=")
     if not equals or not all(path.strip().split(".")):
         raise InputError(f"override {show(override)} is not of the form key.path=value")
@@ -130,10 +128,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
 
 @cache
 def schema_of(model: type[BaseModel]) -> Any:
-    """JSON schema of a pydantic model, limits of numbers that may be null by standard names.
-
-    Every text is on one line.
-    """
+    """JSON schema of a pydantic model, its texts on one line, all limits by standard names."""
     return _renamed(model.model_json_schema())
 
 
@@ -211,13 +206,7 @@ def _allowed(node):
 
 
 def _range(node):
-    words = {
-        "exclusiveMinimum": "above",
-        "minimum": "from",
-        "exclusiveMaximum": "below",
-        "maximum": "up to",
-    }
-    limits = [f" {word} {_plain(node[key])}" for key, word in words.items() if key in node]
+    limits = [f" {word} {_plain(node[key])}" for key, word in LIMIT_WORDS.items() if key in node]
     closed = "minimum" in node and "maximum" in node
     return "".join(limits) if closed else " and".join(limits)
 

@@ -19,10 +19,7 @@ _PLAIN = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
     "int": (r"[-+]?[0-9]+", list("-+0123456789")),
-    "float": (
-        r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?",
-        list("-+.0123456789"),
-    ),
+    "float": (r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?", list("-+.0123456789")),
 }
 
 
@@ -72,10 +69,7 @@ _Dumper.add_representer(
 
 
 def parse(text: str) -> Any:
-    """Read one YAML document: None, bool, int, float, str, or lists and dicts of them.
-
-    Raises InputError for what is no YAML, or has no use in an input file; it says where.
-    """
+    """Read a YAML document as plain values. Raises InputError, which says where it is wrong."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")
     try:

@@ -18,10 +18,7 @@ def read(path: str | Path) -> dict:
 
 
 def require_free(path: str | Path, overwrite: bool = False) -> None:
-    """Raise InputError for a name that is taken: by a model file, unless overwritten, or another.
-
-    Also for a name with no known ending.
-    """
+    """Raise InputError for a wrong ending, and a name that is taken but by a model to overwrite."""
     if Path(path).suffix not in SUFFIXES:
         raise InputError(f"{path}: a model file ends with {', '.join(SUFFIXES)}")
     if not os.path.lexists(path):

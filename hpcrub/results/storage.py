@@ -354,10 +354,7 @@ def _require_own(path, name, dataset):
 
 
 def read_arrays(path: str | Path) -> dict[str, Any]:
-    """All datasets of any HDF5 file by name; text is a scalar of str.
-
-    Raises InputError for data that the file itself does not hold, OSError for damage.
-    """
+    """All datasets by name, texts as str. Raises InputError for links, OSError for damage."""
     with h5py.File(path, "r", **SERIAL) as file:
         return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 

@@ -56,10 +56,7 @@ def patterns(config: Config) -> np.ndarray:
     mistuning, n_blades = config.mistuning, config.disk.n_blades
     path = mistuning.pattern_file
     found = _deviations(
-        path,
-        mistuning.pattern_sha256,
-        mistuning.pattern_unit,
-        config.material.young_modulus_gpa,
+        path, mistuning.pattern_sha256, mistuning.pattern_unit, config.material.young_modulus_gpa
     )
     if found.shape[1] != n_blades:
         raise InputError(
@@ -89,10 +86,7 @@ def _patterns(config):
             f"mistuning.pattern: {path}: the stiffness of a blade deviates by {largest:.6g} "
             f"%; less than 100 % is allowed (mistuning.pattern_unit: {mistuning.pattern_unit})"
         )
-    keys = {
-        "mistuning.pattern_sha256": checksum,
-        "mistuning.half_range_percent": [largest],
-    }
+    keys = {"mistuning.pattern_sha256": checksum, "mistuning.half_range_percent": [largest]}
     if "samples" not in mistuning.model_fields_set:
         keys["mistuning.samples"] = len(found)
     return keys

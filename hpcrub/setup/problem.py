@@ -91,13 +91,14 @@ def build_problem(config: Config) -> Problem:
 
 def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     """Casing, contact, time step and steady-state test of a configuration."""
-    steady, contact = config.steady_state, config.contact
+    steady, contact, interface = config.steady_state, config.contact, reduced.interface
+    own = np.array(config.casing.blade_clearance_mm or [0.0] * interface.n_blades) / 1000
     elastic_casing = None
     if contact.casing_stiffness_n_per_m is not None:
         spring = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
         elastic_casing = ElasticCasing(*spring)
     return Scene(
-        interface=_with_blade_clearance(config, reduced.interface),
+        interface=interface._replace(clearance=interface.clearance + own[interface.blade]),
         damping_ratio=config.damping,
         casing=config.casing.shape,
         clearance=config.clearance,
@@ -107,7 +108,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
         load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
         load_order=config.engine_order or 1,
         elastic_casing=elastic_casing,
-        coating=coating_of(config, reduced.interface),
+        coating=coating_of(config, interface),
         scheme=config.time.scheme,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
@@ -125,14 +126,6 @@ def _beside_rotation(config, interface):
         return interface
     left = 1.0 - static / (1e6 * strength)
     return interface._replace(stress=interface.stress / left[:, None])
-
-
-def _with_blade_clearance(config, interface):
-    """The contact points with what their blades have of clearance of their own."""
-    if config.casing.blade_clearance_mm is None:
-        return interface
-    own = np.array(config.casing.blade_clearance_mm) / 1000
-    return interface._replace(clearance=interface.clearance + own[interface.blade])
 
 
 def coating_of(config: Config, interface: Interface) -> Coating | None:
