@@ -11,9 +11,7 @@ from hpcrub.config.text import key_table, schema_of
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the keys; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="hpcrub keys", description="List the keys of an input file, each with its default."
-    )
+    parser = argparse.ArgumentParser(prog="hpcrub keys", description=__doc__)
     parser.add_argument("name", nargs="?", default="", help="only keys with this in their path")
     parser.add_argument(
         "--schema", action="store_true", help="print a JSON schema, for completion in editors"

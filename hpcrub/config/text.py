@@ -41,9 +41,9 @@ def show(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, (list, tuple)):
-        text = "[" + ", ".join(show(v) for v in value[:50]) + "]"
+        text = "[" + ", ".join(map(show, value)) + "]"
     elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{key}: {show(v)}" for key, v in list(value.items())[:50]) + "}"
+        text = "{" + ", ".join(f"{key}: {show(v)}" for key, v in value.items()) + "}"
     else:
         text = repr(value)
     return text if len(text) <= 80 else text[:77] + "..."
