@@ -147,7 +147,10 @@ class Casing(Section):
 
     @property
     def running(self) -> tuple[tuple[float, float], ...] | None:
-        """Speeds [Hz] and clearances [m]; None: one at all. InputError for an unread file."""
+        """Points of a speed [Hz] and a clearance [m]; None: it is the same at all speeds.
+
+        Raises InputError before its file has been read.
+        """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
         if self.clearance_hz_mm is not None:

@@ -65,7 +65,7 @@ class Config(Section):
 
     @model_validator(mode="after")
     def _complete(self):
-        """Keys that other keys decide, unless given; the radius of the tips for the casing."""
+        """Fill in keys that others decide, unless given, and the radius of the casing's angles."""
         if self.pattern_deviation is not None:  # one sample, one level as wide as the pattern
             width = float(np.abs(self.pattern_deviation).max()) * 100
             self._fill_in("mistuning", {"samples": 1, "half_range_percent": (width,)})
