@@ -30,6 +30,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _part_problems(config)
 
 
+@np.errstate(all="ignore")  # of a sum that is zero or infinite, which `pattern_problem` refuses
 def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     """Relative deviation of every blade's stiffness (N,) [-] of a pattern."""
     values = np.array(values, dtype=float)
@@ -38,6 +39,18 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     if unit == "percent":
         return values / 100
     return (values * len(values) / values.sum()) ** 2 - 1
+
+
+def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
+    """What is wrong with the values of patterns, and their deviations [-]; "" for nothing."""
+    largest = 100.0 * float(np.abs(deviation).max())
+    found = lines_of(
+        (unit != "percent" and np.min(values) <= 0.0, f"values above 0 are expected in {unit}"),
+        (not largest < 100.0,
+         f"the stiffness of a blade deviates by {largest:.6g} % (mistuning.pattern_unit: {unit}); "
+         "less than 100 % is allowed"),
+    )  # fmt: skip
+    return next(found, "")
 
 
 def _changed(section):
@@ -256,16 +269,10 @@ def _pattern_problems(c):
             f"mistuning.pattern: {len(m.pattern)} values given for the "
             f"{c.disk.n_blades} blades of disk.{'model' if c.disk.model else 'n_blades'}"
         )
-    if m.pattern_unit != "percent" and min(m.pattern) <= 0.0:
-        yield f"mistuning.pattern: values above 0 are expected in {m.pattern_unit}"
+    if problem := pattern_problem(m.pattern, c.pattern_deviation, m.pattern_unit):
+        yield f"mistuning.pattern: {problem}"
         return
-    largest = float(np.abs(c.pattern_deviation).max()) * 100
-    if largest >= 100:
-        yield (
-            f"mistuning.pattern: the stiffness of a blade deviates by {largest:.6g} % "
-            f"(mistuning.pattern_unit: {m.pattern_unit}); less than 100 % is allowed"
-        )
-        return
+    largest = 100.0 * float(np.abs(c.pattern_deviation).max())
     alone = "cannot be combined with mistuning.pattern, which is one sample; leave one out"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"

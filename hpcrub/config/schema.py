@@ -164,8 +164,7 @@ class Config(Section):
         values, unit = self.mistuning.pattern, self.mistuning.pattern_unit
         if values is None or isinstance(values, str):
             return None
-        with np.errstate(all="ignore"):  # of a sum that is zero, which the checks refuse
-            return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
+        return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
 
     def replace(self, keys: Mapping[str, Any]) -> "Config":
         """The same with some keys replaced, as if the input had had these, validated again.

@@ -48,7 +48,7 @@ def test_defaults_in_si_units_are_the_reference_disk():
         (c.casing, {"growth_time": scene.ramp_time}),
         (c.contact, {"friction": scene.friction}),
         (c.forcing, {"amplitude": LOAD}),
-        (c.time, {"step": 3.3e-5}),
+        (c.time, {"step_s": 3.3e-5}),
         (c.steady_state, {"first_check": 0.5, "max_time": 2.0}),
     ]
     for section, expected in sections:
