@@ -7,7 +7,8 @@ import re
 from pathlib import Path
 
 from hpcrub import plot, studies
-from hpcrub.config.schema import key_table, load_runs
+from hpcrub.config.schema import Config, load_runs
+from hpcrub.config.text import key_table
 
 ROOT = Path(__file__).parents[1]
 # studies that make figures of the paper: each has an example among the inputs
@@ -41,7 +42,7 @@ def updated(name, text):
 def keys():
     """One table for every section of the input."""
     sections = {}
-    for key in key_table():
+    for key in key_table(Config):
         section = key.path.rpartition(".")[0].partition(".")[0]
         allowed = "one of the [studies](studies.md)" if key.path == "study" else key.allowed
         row = f"`{key.path}`", key.description, f"`{key.default}`", allowed

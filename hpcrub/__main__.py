@@ -52,15 +52,12 @@ def unknown(word: str) -> NoReturn:
 
 def usage() -> str:
     """What the program can do: commands, studies, one example."""
-    from hpcrub.commands.run import EXAMPLE
-    from hpcrub.studies import STUDIES
+    from hpcrub.commands.run import STUDIES_AND_EXAMPLE
 
     commands = "\n".join(f"  hpcrub {name:8} {what}" for name, what in COMMANDS.items())
-    names = "\n".join(f"  {study.name:15} {study.what}" for study in STUDIES.values())
     return (
         f"hpcrub {__version__}: blade-tip rubbing of mistuned bladed disks\n\n"
-        f"commands (each has --help):\n{commands}\n\n"
-        f"studies, as the key `study` of an input file names them:\n{names}\n\n{EXAMPLE}"
+        f"commands (each has --help):\n{commands}\n\n{STUDIES_AND_EXAMPLE}"
     )
 
 

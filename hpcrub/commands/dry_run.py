@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from rich import box
 from rich.table import Table
 
-from hpcrub.config.schema import PROFILE, differences
+from hpcrub.config.schema import PROFILE
 from hpcrub.config.text import counted, flatten, is_table, show
 from hpcrub.contact import status
 from hpcrub.errors import HpcrubError
 from hpcrub.ranks import progress
 from hpcrub.ranks.parallel import Team
+from hpcrub.ranks.progress import say
 from hpcrub.response.scene import can_touch
 from hpcrub.runs import cost, memory, result_files
 from hpcrub.runs.execution import Existing, Finished, examine, examine_all
@@ -24,66 +25,59 @@ LONGEST_WORD = 48  # in a table of runs, that is not cut: a key with its value
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
-    """Print what one run, or several, would compute and cost (rank 0).
-
-    Raises InputError for everything that the run itself would refuse.
-    """
-    if len(runs) > 1:
-        examine_all(list(runs), existing)
+    """Print what runs would compute and cost (rank 0). Raises InputError for all they refuse."""
+    if len(runs) == 1:
+        _one(runs[0], existing, n_ranks)
+        return
+    examine_all(list(runs), existing)
     total = 0.0
     for number, run in enumerate(runs, 1):
-        if len(runs) > 1:
-            progress.console().print(f"\nrun {number} of {len(runs)}", soft_wrap=True)
+        say(f"\nrun {number} of {len(runs)}")
         total += _one(run, existing, n_ranks)
-    if len(runs) > 1:
-        out = progress.console()
-        out.print(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}", soft_wrap=True)
+    say(f"\nall {len(runs)} runs:          {_estimate(total, n_ranks)}")
 
 
 def _one(run, existing, n_ranks):
     """Print one study; returns its time on one core [s]."""
-    out, (study, config) = progress.console(), run
+    study, config = run
     prepared, warnings = examine(run, existing)
     problem = study.problem_of(prepared) if study.integrates else None
-    out.print(f"computes:             {run.amount()}", soft_wrap=True)
-    length = result_files.file_size(run) / 1e6
-    out.print(f"output:               {length:,.4g} MB in {config.output}", soft_wrap=True)
-    needed = memory.estimate(run) / 1e6
-    out.print(f"memory:               {needed:,.4g} MB of each rank, at most", soft_wrap=True)
+    say(f"computes:             {run.amount()}")
+    say(f"output:               {result_files.file_size(run) / 1e6:,.4g} MB in {config.output}")
+    say(f"memory:               {memory.estimate(run) / 1e6:,.4g} MB of each rank, at most")
     for line in warnings:
-        out.print(f"warning:              {line}", soft_wrap=True)
+        say(f"warning:              {line}")
     if study.integrates and not can_touch(problem.scene):
-        out.print("contact:              none, the bumps do not reach the blades")
+        say("contact:              none, the bumps do not reach the blades")
     if study.integrates and problem.reduced.casing is not None:
         casing = problem.reduced.casing
         found = casing_waves.interactions(config, problem.reduced, casing)
         for line in casing_waves.lines(config, casing, found):
-            out.print(line, soft_wrap=True)
+            say(line)
     if not study.cost(config).disks:
         return 0.0
-    seconds = _try(out, run, problem)
+    seconds = _try(run, problem)
     n_ranks = min(n_ranks, run.n_tasks or n_ranks)
-    out.print(f"estimated run time:   {_estimate(seconds, n_ranks)}", soft_wrap=True)
+    say(f"estimated run time:   {_estimate(seconds, n_ranks)}")
     return seconds
 
 
-def _try(out, run, problem):
+def _try(run, problem):
     """Compute a small part; returns the time of the whole study on one core [s]."""
     study, config = run
     problem = problem or build_problem(config)
     if study.integrates:
         warm_up(Team(), config, problem, study.histories, progress.Progress(config))
-    if study.integrates:
-        out.print(f"trial:                one disk, for about {cost.LONGEST:g} s at most")
+        say(f"trial:                one disk, for about {cost.LONGEST:g} s at most")
     tried = cost.trial(config, problem, study.loads(config), study.integrates, study.histories)
     if tried.result:
-        out.print(
+        say(
             f"measured:             {tried.steps_per_second / 1e6:.3g} million steps per second "
             f"and core, {tried.until_steady:.3g} s simulated per point"
         )
         counts = status.count(tried.result.point_reason)
         for line in status.lines(counts, len(tried.result.point_reason)):
-            out.print(f"tried, one disk:      {line}", soft_wrap=True)
+            say(f"tried, one disk:      {line}")
     return tried.seconds(study.cost(config), config)
 
 
@@ -112,9 +106,9 @@ def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Ta
 
 def _own_keys(runs, config):
     """Keys in which one of several runs differs from any other, with its values."""
-    others = [differences(config, other.config) for other in runs]
-    keys = {line.partition(":")[0] for lines in others for line in lines}
     values = flatten(config.model_dump(mode="json"))
+    rows = [flatten(run.config.model_dump(mode="json")) for run in runs]
+    keys = {key for row in rows for key in row if row[key] != values[key]} - {"output"}
     if not keys.isdisjoint(PROFILE):
         keys, values = keys - {*PROFILE} | {"casing"}, values | {"casing": config.casing.words}
     keys = {key for key in keys if values[key] is not None and not is_table(values[key])}

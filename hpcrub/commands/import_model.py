@@ -13,7 +13,7 @@ from hpcrub.model.imported import assembly, checks, cyclic, neutral, reduced, st
 from hpcrub.model.imported.frames import about_z
 from hpcrub.model.imported.readers import ansys, calculix, matrix_market, nastran
 from hpcrub.model.imported.readers.rows import Lists, whole
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.results import model_file, tables
 
 HALF_RANGE, DAMPING = 0.01, 0.005  # of the sentence on coupling, mistuning and damping
@@ -33,7 +33,7 @@ def main(argv: list[str] | None = None) -> int:
             model = reduce(model, options, family)
     if options.output:
         model_file.write(options.output, neutral.to_arrays(model), options.overwrite)
-        _say(f"model file: {options.output}")
+        say(f"model file: {options.output}")
     return 0
 
 
@@ -120,16 +120,10 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = assembly.blade_numbers(arrays)
     model = neutral.from_arrays(arrays)
-    if options.format == "calculix" and options.stress:
-        return _with_stress(model, options)
-    return model
-
-
-def _with_stress(model, options):
-    """The model with stress at the places that modes of its first families choose."""
-    model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
-    modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
-    _say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
+    if options.format == "calculix" and options.stress:  # at places that these modes choose
+        model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
+        modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
+        say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
     return model
 
 
@@ -144,7 +138,9 @@ def _arrays(options):
     if options.format == "model":
         arrays = model_file.read(options.source)
         if options.stress:
-            arrays["stress_blade"], arrays["stress"] = _stresses(options.stress)
+            values = tables.read(options.stress)[1]
+            of = f"{options.stress}, first column, the blade from 0"
+            arrays["stress_blade"], arrays["stress"] = whole(values[:, 0], of), values[:, 1:]
         if options.static:
             arrays["stress_static"] = tables.read(options.static)[1][:, 0]
         return arrays
@@ -162,12 +158,6 @@ def _arrays(options):
     return module.read(options.source, options.mesh, lists, *others)
 
 
-def _stresses(path):
-    """Blades and stresses for each coordinate of a table."""
-    _, values = tables.read(path)
-    return whole(values[:, 0], f"{path}, first column, the blade from 0"), values[:, 1:]
-
-
 def _speed(text):
     speed, _, name = text.partition("=")
     try:
@@ -176,31 +166,27 @@ def _speed(text):
         raise InputError(f"--stiffness: {text} is not of the form HZ=FILE") from None
 
 
-def _say(line):
-    console().print(line, soft_wrap=True, highlight=False)
-
-
 def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarray:
     """Say what a model is. Raises InputError for what cannot be right.
 
     Returns the frequencies of its first family, of every number of nodal diameters (H,) [Hz].
     """
     for line in _found(model, options):
-        _say(line)
+        say(line)
     speed = 2 * np.pi * options.speed_hz
     by_diameter = functools.partial(cyclic.frequencies_by_diameter, model)
     table = checks.at_speed("--speed-hz", by_diameter, speed)
     at = "at rest" if not options.speed_hz else f"at {options.speed_hz:g} Hz"
-    _say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
-    _say("first family, whose frequency is that at the same speed, by n_d = diameters or")
-    _say("n_d = blades - diameters (SAFE diagram):")
+    say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
+    say("first family, whose frequency is that at the same speed, by n_d = diameters or")
+    say("n_d = blades - diameters (SAFE diagram):")
     depends = len(model.stiffness) > 1 and speed > 0.0  # without a speed, on a disk at rest
     pencils = cyclic.pencils(model, [0.0, speed] if depends else [speed])
     for diameters, (row, pencil) in enumerate(zip(table, pencils, strict=True)):
         frequencies = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
         orders = sorted({n for n in (diameters, model.n_blades - diameters) if n})
         met = ", ".join(f"n_d = {n}: {_crossing(pencil, n)}" for n in orders)
-        _say(f"  {diameters:3d}: {frequencies}   {met}")
+        say(f"  {diameters:3d}: {frequencies}   {met}")
     return table[:, 0]
 
 
@@ -284,10 +270,10 @@ def reduce(
     found = reduced.reduced_model(small, speed)
     omega = np.sqrt(found.tuned_eigenvalues)
     n_modes = families.whole(options.reduce, model.n_blades)
-    _say(
+    say(
         f"reduced: {len(omega)} coordinates, of which {n_modes} modes in whole families; highest "
         f"frequency {omega[-1] / (2 * np.pi):.4g} Hz"
     )
     hz = omega[: model.n_blades] / (2 * np.pi)
-    _say(families.sentence(family, hz, families.share(found), HALF_RANGE, DAMPING))
+    say(families.sentence(family, hz, families.share(found), HALF_RANGE, DAMPING))
     return small

@@ -9,8 +9,9 @@ import numpy as np
 from hpcrub.config.schema import Config, differences
 from hpcrub.config.text import one_line
 from hpcrub.errors import InputError
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.results.layout import DONE, FAILED
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import summary
 
@@ -24,33 +25,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     code = 0
     for path in parser.parse_args(argv).files:
         try:
-            console().print("\n".join(description(path)), soft_wrap=True)
-            print_found(path)
+            with open_result(path) as file:
+                say("\n".join(description(file)))
+                if file.config.study == "contact" and (file.status == DONE).any():
+                    summary.print_results(file)
         except InputError as error:
             print(f"hpcrub: error: {error}", file=sys.stderr)
             code = error.exit_code
     return code
 
 
-def description(path: str) -> Iterator[str]:
-    """Lines about one result file. Raises InputError when it is not sound."""
-    with open_result(path) as file:
-        config, status = file.config, file.status
-        megabytes = file.path.stat().st_size / 1e6
-        yield f"{one_line(path)}: sound, study {config.study}, {megabytes:.4g} MB"
-        for name, value in sorted(file.attributes.items()):
-            if name != "config":
-                yield f"  {one_line(f'{name}: {value}'[:MOST_CHARACTERS])}"
-        yield "  keys that differ from their defaults:"
-        for line in differences(config, Config(), ("here", "by default")):
-            yield f"    {one_line(line)}"
-        n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
-        failed = f", {n_failed} failed" if n_failed else ""
-        yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"
-
-
-def print_found(path: str) -> None:
-    """Print what a contact study has found so far, whether it is complete or not."""
-    with open_result(path) as file:
-        if file.config.study == "contact" and (file.status == DONE).any():
-            summary.print_results(file)
+def description(file: ResultFile) -> Iterator[str]:
+    """Lines about one result file."""
+    config, status = file.config, file.status
+    megabytes = file.path.stat().st_size / 1e6
+    yield f"{one_line(str(file.path))}: sound, study {config.study}, {megabytes:.4g} MB"
+    for name, value in sorted(file.attributes.items()):
+        if name != "config":
+            yield f"  {one_line(f'{name}: {value}'[:MOST_CHARACTERS])}"
+    yield "  keys that differ from their defaults:"
+    for line in differences(config, Config(), ("here", "by default")):
+        yield f"    {one_line(line)}"
+    n_done, n_failed = (int(np.count_nonzero(status == s)) for s in (DONE, FAILED))
+    failed = f", {n_failed} failed" if n_failed else ""
+    yield f"  done: {n_done} of {status.size} {run_of(config).study.unit}{failed}"

@@ -1,20 +1,17 @@
 """`hpcrub keys`: the keys of an input file, as a table or as a JSON schema for editors."""
 
 import argparse
-import copy
 import json
 from collections.abc import Sequence
 from typing import Any
 
-from hpcrub.config.schema import Config, key_table
-from hpcrub.config.text import schema_of
+from hpcrub.config.schema import Config
+from hpcrub.config.text import key_table, schema_of
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the keys; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="hpcrub keys", description="List the keys of an input file, each with its default."
-    )
+    parser = argparse.ArgumentParser(prog="hpcrub keys", description=__doc__)
     parser.add_argument("name", nargs="?", default="", help="only keys with this in their path")
     parser.add_argument(
         "--schema", action="store_true", help="print a JSON schema, for completion in editors"
@@ -23,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.schema:
         print(json.dumps(schema(), indent=1, ensure_ascii=False))
         return 0
-    for key in key_table():
+    for key in key_table(Config):
         if options.name in key.path:
             print(f"{key.path}: {key.default}\n    {key.description} ({key.allowed})")
     return 0
@@ -31,10 +28,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def schema() -> dict[str, Any]:
     """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
-    found = copy.deepcopy(schema_of(Config))
-    found["properties"]["runs"] = {
+    known = schema_of(Config)
+    runs = {
         "type": "array",
         "items": {"type": "object"},
         "description": "several runs, each with the keys that it replaces, by their whole path",
     }
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | found
+    with_runs = {"properties": known["properties"] | {"runs": runs}}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | known | with_runs

@@ -12,7 +12,7 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES, pictures
 from hpcrub.plot.canvas import NEEDS
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.studies import open_result
 
 
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(f"hpcrub: error: {found}", file=sys.stderr)
             code = max(code, found.exit_code)
         else:
-            console().print(str(found), soft_wrap=True)
+            say(str(found))
     return code
 
 
@@ -55,14 +55,13 @@ def of_study(
     as for `pictures.draw`. Raises InputError when there are none.
     """
     with open_result(paths[0]) as file:
-        study, random = file.config.study, file.config.pattern_deviation is None
         config = file.config
     wanted = [
         figure
         for figure in FIGURES
-        if study in figure.about.studies
+        if config.study in figure.about.studies
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
-        if random or not figure.about.random
+        if config.pattern_deviation is None or not figure.about.random
         if NEEDS[figure.about.needs][1](config)
         if mode is None or figure.about.mode
     ]

@@ -7,7 +7,6 @@ import datetime
 import io
 import tempfile
 from collections.abc import Iterator, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,12 @@ import numpy as np
 
 from hpcrub import __version__
 from hpcrub.commands.plot import of_study
-from hpcrub.config.schema import Config, key_table
-from hpcrub.config.text import counted, flatten, show
+from hpcrub.config.schema import Config
+from hpcrub.config.text import counted, flatten, key_table, lines_of, show
 from hpcrub.errors import HpcrubError
 from hpcrub.plot import FIGURES
 from hpcrub.plot.families import labels
-from hpcrub.ranks.progress import console
+from hpcrub.ranks.progress import say
 from hpcrub.results import model_file
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -30,30 +29,7 @@ from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import summary
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
-HIDDEN = "output", "config"
 FILLED_IN = "filled in when a run begins"  # what the key table says of keys that nobody writes
-# what a model leaves out unless a key brings it: whether it is left out, and what that means
-LEFT_OUT = (
-    (lambda c: not c.casing.vibrates,
-     "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as the "
-     "disk, both ways."),
-    (lambda c: not c.aero.exists,
-     "Air couples no blades; its damping is in one ratio for all waves (aero)."),
-    (lambda c: c.contact.law == "rigid",
-     "The casing is hard: it neither gives nor wears (contact.law)."),
-    (lambda c: c.casing.clearance_hz_mm is None,
-     "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
-    (lambda c: c.limits.stress_mpa is None,
-     "No stress is looked at (limits.stress_mpa)."),
-    (lambda c: c.limits.stress_mpa is not None and c.limits.strength_mpa is None,
-     "The stress of rotation is not in the limit (limits.static_mpa)."),
-    (lambda c: c.disk.model is None,
-     "Blades are plane beams: no torsion, no motion along the axis, no stiffening by rotation."),
-    (lambda c: True, "Displacements are small: a blade that bends does not get shorter."),
-    (lambda c: True, "The hub is held: shaft, bearings and whirl are left out."),
-    (lambda c: True, "Every speed begins at rest: the time of a run-up, heat and growth in time "
-     "are not followed."),
-)  # fmt: skip
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -68,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         target.write_text(page, encoding="utf-8")
     except OSError as error:
         raise HpcrubError(f"cannot write {target}: {error.strerror or error}") from None
-    console().print(f"report:  {target}", soft_wrap=True)
+    say(f"report:  {target}")
     return 0
 
 
@@ -80,12 +56,10 @@ def render(paths: Sequence[str]) -> str:
     for file, words in zip(files, what_differs, strict=True):
         file["differs"] = words
     compared = list(_figures(paths)) if len(paths) > 1 else []
-    text = resources.files("hpcrub.commands").joinpath("report.html").read_text("utf-8")
-    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
-        text
-    )
+    loader = jinja2.PackageLoader("hpcrub", "commands")
+    pages = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
     title = f"{files[0]['study'].capitalize()} study: {files[0]['name']}"
-    return template.render(
+    return pages.get_template("report.html").render(
         title=title if len(files) == 1 else f"{len(files)} results compared",
         version=__version__,
         today=datetime.date.today().isoformat(),
@@ -104,7 +78,6 @@ def _facts(path):
         enough = n_done == status.size or study.is_enough(file)
         return {
             "name": Path(path).name,
-            "config": config,
             "study": study.name,
             "what": study.what,
             "verdict": lines,
@@ -115,9 +88,34 @@ def _facts(path):
             "answer": _answer(file, study),
             "figures": list(_figures([path])),
             "checks": [*lines[1:], *file.warnings] or ["Nothing speaks against these results."],
-            "left_out": [words for is_so, words in LEFT_OUT if is_so(config)],
+            "left_out": list(_left_out(config)),
             "provenance": list(_provenance(path, file)),
         }
+
+
+def _left_out(config):
+    """What the model leaves out, unless a key brings it, and what that means."""
+    contact, limits = config.contact, config.limits
+    return lines_of(
+        (not config.casing.vibrates,
+         "The casing does not vibrate (casing.ring). One that does decides amplitudes as much as "
+         "the disk, both ways."),
+        (not config.aero.exists,
+         "Air couples no blades; its damping is in one ratio for all waves (aero)."),
+        (contact.law == "rigid", "The casing is hard: it neither gives nor wears (contact.law)."),
+        (config.casing.clearance_hz_mm is None,
+         "The clearance is the same at all speeds (casing.clearance_hz_mm)."),
+        (limits.stress_mpa is None, "No stress is looked at (limits.stress_mpa)."),
+        (limits.stress_mpa is not None and limits.strength_mpa is None,
+         "The stress of rotation is not in the limit (limits.static_mpa)."),
+        (config.disk.model is None,
+         "Blades are plane beams: no torsion, no motion along the axis, no stiffening by "
+         "rotation."),
+        (True, "Displacements are small: a blade that bends does not get shorter."),
+        (True, "The hub is held: shaft, bearings and whirl are left out."),
+        (True, "Every speed begins at rest: the time of a run-up, heat and growth in time are not "
+         "followed."),
+    )  # fmt: skip
 
 
 def _answer(file, study):
@@ -134,14 +132,12 @@ def _answer(file, study):
 def _asked(config: Config) -> Iterator[dict[str, str]]:
     """Keys that the user has set to another value than the default, with both and the meaning."""
     own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
-    meaning = {key.path: key.description for key in key_table()}
+    meaning = {key.path: key.description for key in key_table(Config)}
     for key, value in own.items():
-        text = " ".join(meaning[key].split())
-        if key not in HIDDEN and value != usual[key] and FILLED_IN not in text:
+        if key != "output" and value != usual[key] and FILLED_IN not in meaning[key]:
             short = float(f"{value:.6g}") if isinstance(value, float) else value
-            yield {
-                "key": key, "value": show(short), "default": show(usual[key]), "meaning": text,
-            }  # fmt: skip
+            values = {"value": show(short), "default": show(usual[key])}
+            yield {"key": key, "meaning": meaning[key]} | values
 
 
 def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:

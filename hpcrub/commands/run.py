@@ -30,13 +30,16 @@ from hpcrub.runs.execution import Existing, Finished, examine_all, execute
 from hpcrub.runs.study import Run
 from hpcrub.setup import input_files
 
-EXAMPLE = """\
+STUDY_LIST = "\n".join(f"  {s.name:15} {s.what}" for s in studies.STUDIES.values())
+STUDIES_AND_EXAMPLE = f"""\
+studies, as the key `study` of an input file names them:
+{STUDY_LIST}
+
 example, on two ranks:
   mpirun -n 2 hpcrub run inputs/quickstart.yaml
   hpcrub run inputs/quickstart.yaml --dry-run      what it would take
   hpcrub run inputs/quickstart.yaml --resume       go on after a stop
 """
-
 
 Draw = Callable[[list[str]], None]
 
@@ -78,14 +81,11 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
 
 
 def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
-    """Several runs, one after the other; one that fails does not keep the others.
-
-    Returns the exit code of the last one that failed, 0 when none has.
-    """
+    """Several runs; one that fails does not keep the others. Returns the largest exit code."""
     team.on_root(lambda: examine_all(runs, existing))  # before the first one takes its time
     outcomes: list[Finished | HpcrubError] = []
     for number, run in enumerate(runs, 1):
-        team.on_root(partial(_say, f"run {number} of {len(runs)}: {run.config.output}"))
+        team.on_root(partial(progress.say, f"run {number} of {len(runs)}: {run.config.output}"))
         try:
             outcomes.append(execute(team, run, existing, draw))
         except Interrupted:
@@ -94,7 +94,7 @@ def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -
             if not getattr(error, "shared", False):  # of one rank: it ends the job
                 raise
             outcomes.append(error)
-            team.on_root(partial(_say, f"this run failed: {error}"))
+            team.on_root(partial(progress.say, f"this run failed: {error}"))
     team.on_root(lambda: progress.console().print(dry_run.table(runs, outcomes)))
     done = [r.config.output for r, o in zip(runs, outcomes, strict=True) if isinstance(o, Finished)]
     if draw and len(done) > 1 and not runs[0].config.is_part:
@@ -108,9 +108,8 @@ def draw_figures(paths: list[str]) -> None:
     The results are there: a figure that cannot be drawn is a line, and no failure of the run. One
     that does not suit these files, such as of the convergence of few samples, is left out.
     """
-    out = progress.console()
     if len(paths) == 1:
-        out.print(f"results: {paths[0]}", soft_wrap=True)
+        progress.say(f"results: {paths[0]}")
     try:
         from hpcrub.commands.plot import of_study  # matplotlib takes a second to import
 
@@ -120,13 +119,9 @@ def draw_figures(paths: list[str]) -> None:
             if not isinstance(found, InputError)
         ]
         for line in dict.fromkeys(lines):  # several figures may fail for one reason
-            out.print(line, soft_wrap=True)
+            progress.say(line)
     except Exception as error:  # whatever a foreign matplotlib set-up raises
-        out.print(f"no figure: {type(error).__name__}: {reason(error)}", soft_wrap=True)
-
-
-def _say(text):
-    progress.print_line(progress.console(), text)
+        progress.say(f"no figure: {type(error).__name__}: {reason(error)}")
 
 
 def parse(argv: Sequence[str] | None) -> tuple[argparse.Namespace, list[Config]] | None:
@@ -160,11 +155,10 @@ def placed(config: Config) -> Config:
 
 
 def _parser():
-    names = "\n".join(f"  {s.name:16} {s.what}" for s in studies.STUDIES.values())
     parser = Parser(
         prog="hpcrub run",
         description="Compute the study that an input file describes, and draw its figures.",
-        epilog=f"studies, as the input's key `study` names them:\n{names}\n\n{EXAMPLE}",
+        epilog=STUDIES_AND_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("input", metavar="INPUT.yaml", help="input file (hpcrub keys: its keys)")
@@ -194,10 +188,10 @@ def _parser():
 
 def status(runs: list[Run]) -> int:
     """Print how far every result file is; returns 0 when all are complete, 75 otherwise."""
-    out, complete = progress.console(), True
+    complete = True
     for study, cfg in runs:
         if not os.path.lexists(cfg.output):
-            out.print(f"{cfg.output}: not there yet", soft_wrap=True)
+            progress.say(f"{cfg.output}: not there yet")
             complete = False
             continue
         with studies.open_result(cfg.output, cfg) as file:
@@ -206,6 +200,6 @@ def status(runs: list[Run]) -> int:
             text = f"{cfg.output}: {np.count_nonzero(done)} of {done.size} {study.unit}"
             if not enough and study.is_enough(file):
                 enough, text = True, f"{text}, converged"
-        out.print(text, soft_wrap=True)
+        progress.say(text)
         complete = complete and enough
     return 0 if complete else Interrupted.exit_code

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from hpcrub.config.types import FileName, Number, Section, Whole
 
-Ratio = Annotated[Number, Field(gt=-0.5, lt=0.5)]
-Shift = Annotated[Number, Field(gt=-0.5, lt=0.5)]
+Share = Annotated[Number, Field(gt=-0.5, lt=0.5)]
 
 
 class AeroWave(Section):
@@ -20,9 +19,9 @@ class AeroWave(Section):
     travels: Literal["forward", "backward", "neither"] = "neither"
     """seen from the rotor: forward with the rotation, backward against it, neither with 0 diameters
     or with half as many as blades"""
-    damping_ratio: Ratio = 0.005
+    damping_ratio: Share = 0.005
     """damping ratio, of structure and air together; negative: the wave grows [-]"""
-    frequency_shift: Shift = 0.0
+    frequency_shift: Share = 0.0
     """change of its frequency by the air, relative [-]"""
 
 
@@ -31,9 +30,9 @@ class Influence(Section):
 
     blades: Annotated[int, Field(ge=-500, le=500)] = 0
     """how many blades ahead in the direction of rotation the blade is that moves [-]"""
-    damping_ratio: Ratio = 0.0
+    damping_ratio: Share = 0.0
     """part in the damping ratio; of the blade itself the mean of all waves [-]"""
-    frequency_shift: Shift = 0.0
+    frequency_shift: Share = 0.0
     """part in the relative change of frequency [-]"""
 
 
@@ -54,11 +53,6 @@ class Aero(Section):
     def exists(self) -> bool:
         """Whether air couples the blades."""
         return bool(self.waves or self.waves_csv or self.influence)
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the waves are here: not before their file has been read."""
-        return self.waves_csv is None or bool(self.waves)
 
     def table(self, n_blades: int) -> np.ndarray:
         """Damping ratio and frequency shift of wave r = 0 … N−1, with the rotation (2, N)."""

@@ -1,4 +1,4 @@
-"""Section `casing` of the input: bumps, harmonics, a measured profile, clearance and ramp."""
+"""Section `casing` of the input: its shape, clearance and ramp, and a casing that vibrates."""
 
 from math import pi
 from pathlib import Path
@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
-from hpcrub.config.casing_modes import CasingMode, Ring
 from hpcrub.config.text import counted
 from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
@@ -16,17 +15,14 @@ from hpcrub.model.casing import BUMP_WIDTH, CasingShape, Outline, Profile, outli
 MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
 SMOOTHED = 50  # undulations around the casing of which smoothing leaves one half, unless given
 PROFILES = "harmonics", "profile_csv", "profile_mm"
-Degrees = Annotated[
-    tuple[Annotated[Number, Field(ge=0, lt=360)], ...],
-    Field(min_length=4, max_length=MOST_POINTS),
-]
-Clearances = Annotated[
-    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...], Field(min_length=2, max_length=200)
-]
-Changes = Annotated[
-    tuple[Annotated[Number, Field(ge=-1e4, le=1e4)], ...],
-    Field(min_length=4, max_length=MOST_POINTS),
-]
+MOST_WAVES = 200
+Degree = Annotated[Number, Field(ge=0, lt=360)]
+Millimetres = Annotated[Number, Field(ge=-1e4, le=1e4)]
+Wave = Annotated[Whole, Field(ge=0, le=MOST_WAVES)]
+Degrees = Annotated[tuple[Degree, ...], Field(min_length=4, max_length=MOST_POINTS)]
+Changes = Annotated[tuple[Millimetres, ...], Field(min_length=4, max_length=MOST_POINTS)]
+Clearances = Annotated[tuple[Millimetres, ...], Field(min_length=2, max_length=200)]
+Waves = Annotated[tuple[Wave, ...], Field(min_length=1, max_length=50)]
 
 
 class Harmonic(Section):
@@ -38,6 +34,48 @@ class Harmonic(Section):
     """largest inward deformation by this harmonic [mm]"""
     phase_deg: Number = Field(0.0, ge=-360, le=360)
     """angle at which it is reached, in the direction of rotation [deg]"""
+
+
+class Ring(Section):
+    """The casing as an elastic ring of rectangular section, in place of a rigid casing."""
+
+    thickness_mm: Number | None = Field(None, gt=0, le=1e4)
+    """radial thickness of the ring; null: the casing is no ring [mm]"""
+    width_mm: Number = Field(100.0, gt=0, le=1e5)
+    """axial width [mm]"""
+    radius_mm: Number | None = Field(None, gt=0, le=1e5)
+    """radius of the middle of its section; null: its inner face stands at the blade tips [mm]"""
+    young_modulus_gpa: Number = Field(210.0, ge=1e-6, le=1e5)
+    """Young's modulus [GPa]"""
+    density_kg_m3: Number = Field(7800.0, ge=1e-3, le=1e6)
+    """density [kg/m³]"""
+    damping_ratio: Number = Field(0.005, ge=0, lt=1)
+    """damping ratio of every mode of the ring [-]"""
+    bed_radial_n_per_m2: Number = Field(0.0, ge=0, le=1e15)
+    """stiffness of the bed that holds the ring, radial, per metre of circumference [N/m²]"""
+    bed_tangential_n_per_m2: Number = Field(0.0, ge=0, le=1e15)
+    """the same along the circumference [N/m²]"""
+    waves: Waves = (2, 3, 4, 5, 6, 7, 8)
+    """numbers of waves around the circumference that are followed; 1 needs a bed [-]"""
+
+    young_modulus: ClassVar = si("young_modulus_gpa", "Pa", times=1e9)
+    width: ClassVar = si("width_mm", "m", per=1000)
+
+
+class CasingMode(Section):
+    """A pair of modes of the casing, cos nθ and sin nθ, of one frequency."""
+
+    waves: Wave = 2
+    """waves around the circumference, n [-]"""
+    frequency_hz: Number = Field(100.0, gt=0, le=1e6)
+    """natural frequency at rest [Hz]"""
+    modal_mass_kg: Number = Field(100.0, gt=0, le=1e9)
+    """modal mass of a mode whose largest radial displacement at the contact circle is 1 [kg]"""
+    tangential_ratio: Number = Field(0.0, ge=-1e3, le=1e3)
+    """largest tangential over largest radial displacement there, v = ratio (c sin nθ − s cos nθ)
+    beside w = c cos nθ + s sin nθ; about −1/n in bending [-]"""
+    damping_ratio: Number = Field(0.005, ge=0, lt=1)
+    """damping ratio [-]"""
 
 
 class Casing(Section):
@@ -82,7 +120,7 @@ class Casing(Section):
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
 
-    _tip_radius_mm: float = PrivateAttr(500.0)
+    _tip_radius_mm: float = PrivateAttr(500.0)  # of the disk, as `Config` fills it in
 
     @model_validator(mode="before")
     @classmethod
@@ -95,7 +133,7 @@ class Casing(Section):
     @property
     def is_resolved(self) -> bool:
         """Whether profile and clearance are here: not before their files have been read."""
-        return self.profile_is_known and self.clearance_is_known and self.modes_are_known
+        return not (self.profile_is_missing or isinstance(self.clearance_hz_mm, str))
 
     @property
     def vibrates(self) -> bool:
@@ -103,23 +141,13 @@ class Casing(Section):
         return self.ring.thickness_mm is not None or bool(self.modes or self.modes_csv)
 
     @property
-    def modes_are_known(self) -> bool:
-        """Whether the modes of the casing are here."""
-        return self.modes_csv is None or bool(self.modes)
-
-    @property
-    def profile_is_known(self) -> bool:
-        """Whether the profile is here."""
-        return self.profile_csv is None or self.profile_mm is not None
-
-    @property
-    def clearance_is_known(self) -> bool:
-        """Whether the clearance at every speed is here."""
-        return not isinstance(self.clearance_hz_mm, str)
+    def profile_is_missing(self) -> bool:
+        """Whether the file of the profile has not been read yet."""
+        return self.profile_csv is not None and self.profile_mm is None
 
     @property
     def running(self) -> tuple[tuple[float, float], ...] | None:
-        """Speeds, increasing [Hz], with a clearance [m] each; None: it is the same at all.
+        """Points of a speed [Hz] and a clearance [m]; None: it is the same at all speeds.
 
         Raises InputError before its file has been read.
         """
@@ -131,14 +159,13 @@ class Casing(Section):
 
     def clearances(self, speeds_hz: float | np.ndarray) -> Any:
         """Clearance [m] at speeds [Hz], of any shape."""
-        if self.running is None:
-            return np.full(np.shape(speeds_hz), self.clearance_mm / 1000)
-        return np.interp(speeds_hz, *np.array(self.running).T)
+        same_at_all = ((0.0, self.clearance_mm / 1000),)
+        return np.interp(speeds_hz, *np.array(self.running or same_at_all).T)
 
     @property
     def profile(self) -> Profile:
         """What there is beside the bumps. Raises InputError before its file has been read."""
-        if not self.profile_is_known:
+        if self.profile_is_missing:
             raise InputError(f"casing.profile_csv: {self.profile_csv} has not been read yet")
         harmonics = tuple(
             (h.order, h.amplitude_mm / 1000, h.phase_deg * pi / 180)
@@ -150,17 +177,11 @@ class Casing(Section):
         cut_off = self.smoothing / self._tip_radius_mm * 1000 if measured else 0.0
         return Profile(harmonics, measured, cut_off)
 
-    def at(self, tip_radius_mm: float) -> "Casing":
-        """The same around tips of a radius [mm], of which its angles and lengths are."""
-        casing = self.model_copy()
-        casing._tip_radius_mm = tip_radius_mm
-        return casing
-
     @property
     def smoothing(self) -> float:
         """Cut-off wavelength of the measured points [m]."""
-        length = self.smoothing_mm
-        return (2.0 * pi * self._tip_radius_mm / SMOOTHED if length is None else length) / 1000
+        usual = 2.0 * pi * self._tip_radius_mm / SMOOTHED
+        return (usual if self.smoothing_mm is None else self.smoothing_mm) / 1000
 
     @property
     def shape(self) -> CasingShape:
@@ -179,22 +200,20 @@ class Casing(Section):
         return orders[0] if orders else self.n_bumps
 
     @property
-    def repeats(self) -> int:
-        """Times that the casing repeats itself in a turn."""
-        return self.shape.repeats
-
-    @property
     def words(self) -> str:
         """The casing in a few words, for titles."""
-        bumps, ring = [counted(self.n_bumps, "bump")], self.ring.thickness_mm
-        vibrates = [f"ring of {ring:g} mm"] if ring else ["casing modes"] if self.vibrates else []
-        orders = ", ".join(str(h.order) for h in self.harmonics)
-        harmonics = [f"harmonics {orders}"] if orders else []
+        orders, ring = ", ".join(str(h.order) for h in self.harmonics), self.ring.thickness_mm
+        words = []
         if len(self.harmonics) == 1:
-            harmonics = [f"harmonic {orders} of {self.harmonics[0].amplitude_mm:g} mm"]
-        measured = ["measured profile"] if self.profile_mm else []
+            words.append(f"harmonic {orders} of {self.harmonics[0].amplitude_mm:g} mm")
+        elif orders:
+            words.append(f"harmonics {orders}")
         if self.profile_csv:
-            measured = [f"profile {Path(self.profile_csv).stem}"]
-        plain = harmonics + measured
-        shape = bumps + plain if self.bump_height_mm > 0.0 or not plain else plain
-        return " + ".join(shape + vibrates)
+            words.append(f"profile {Path(self.profile_csv).stem}")
+        elif self.profile_mm:
+            words.append("measured profile")
+        if self.bump_height_mm > 0.0 or not words:
+            words.insert(0, counted(self.n_bumps, "bump"))
+        if self.vibrates:
+            words.append(f"ring of {ring:g} mm" if ring else "casing modes")
+        return " + ".join(words)

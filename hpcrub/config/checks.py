@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hpcrub.config import aero, resolution
-from hpcrub.config.text import show
+from hpcrub.config.text import lines_of, show
 
 MAX_SPEEDS = 100_000
 MOST_STEPS = 1_000_000  # of a revolution
@@ -22,8 +22,6 @@ def problems(config: Any) -> Iterator[str]:
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
     yield from of_casing or _steep_problems(config)
     yield from _ring_problems(config.casing)
-    if config.threshold.lowest >= config.threshold.highest:
-        yield "threshold.highest: is not above threshold.lowest"
     if config.disk.is_resolved:
         yield from aero.problems(config.aero, config.disk.n_blades)
     yield from _contact_problems(config)
@@ -32,6 +30,7 @@ def problems(config: Any) -> Iterator[str]:
     yield from _part_problems(config)
 
 
+@np.errstate(all="ignore")  # of a sum that is zero or infinite, which `pattern_problem` refuses
 def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     """Relative deviation of every blade's stiffness (N,) [-] of a pattern."""
     values = np.array(values, dtype=float)
@@ -42,33 +41,42 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
     return (values * len(values) / values.sum()) ** 2 - 1
 
 
+def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
+    """What is wrong with the values of patterns, and their deviations [-]; "" for nothing."""
+    largest = 100.0 * float(np.abs(deviation).max())
+    found = lines_of(
+        (unit != "percent" and np.min(values) <= 0.0, f"values above 0 are expected in {unit}"),
+        (not largest < 100.0,
+         f"the stiffness of a blade deviates by {largest:.6g} % (mistuning.pattern_unit: {unit}); "
+         "less than 100 % is allowed"),
+    )  # fmt: skip
+    return next(found, "")
+
+
+def _changed(section):
+    """Names of the keys of a section that have not their default value."""
+    usual = type(section).model_fields
+    return [name for name, value in section if value != usual[name].default]
+
+
 def _disk_problems(c):
     d = c.disk
-    for name in () if d.model_sha256 else d.FACTS:
-        if (value := getattr(d, name)) != type(d).model_fields[name].default:
-            yield f"disk.{name}: {show(value)} is what a model file tells; leave it out"
+    for name in () if d.model_sha256 else _changed(d):
+        if name in d.FACTS:
+            yield f"disk.{name}: {show(getattr(d, name))} is what a model file tells; leave it out"
     if d.model is not None:
         return
-    if d.model_sha256:
-        yield "disk.model_sha256: goes with disk.model, which is not given"
-    if c.mistuning.by != "blade_stiffness":
-        yield f"mistuning.by: {c.mistuning.by} needs disk.model"
-    if d.hub_radius_mm >= d.tip_radius_mm:
-        yield (
-            f"disk.hub_radius_mm: {d.hub_radius_mm} is not below "
-            f"disk.tip_radius_mm, {d.tip_radius_mm}"
-        )
-    if d.inner_radius_mm >= d.hub_radius_mm:
-        yield (
-            f"disk.inner_radius_mm: {d.inner_radius_mm} is not below "
-            f"disk.hub_radius_mm, {d.hub_radius_mm}"
-        )
+    tip, hub, inner = d.tip_radius_mm, d.hub_radius_mm, d.inner_radius_mm
     most = d.n_dof - 2 * d.n_blades
-    if c.reduction.n_modes > most:
-        yield (
-            f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface "
-            "modes that this disk has"
-        )
+    yield from lines_of(
+        (d.model_sha256, "disk.model_sha256: goes with disk.model, which is not given"),
+        (c.mistuning.by != "blade_stiffness", f"mistuning.by: {c.mistuning.by} needs disk.model"),
+        (hub >= tip, f"disk.hub_radius_mm: {hub} is not below disk.tip_radius_mm, {tip}"),
+        (inner >= hub, f"disk.inner_radius_mm: {inner} is not below disk.hub_radius_mm, {hub}"),
+        (c.reduction.n_modes > most,
+         f"reduction.n_modes: {c.reduction.n_modes} is more than the {most} fixed-interface modes "
+         "that this disk has"),
+    )  # fmt: skip
 
 
 def _damping_problems(m):
@@ -102,37 +110,35 @@ def _casing_problems(c):
 
 def _clearance_problems(c):
     table, blades = c.casing.clearance_hz_mm, c.casing.blade_clearance_mm
-    if isinstance(table, tuple):
-        yield from _table_problems(c.speeds, np.array(table))
-    if blades is not None and c.disk.is_resolved and len(blades) != c.disk.n_blades:
+    points = table if isinstance(table, tuple) else ()
+    speeds = [speed for speed, _ in points]
+    if any(a >= b for a, b in pairwise(speeds)):
+        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
+    elif points and (c.speeds.from_hz < speeds[0] or c.speeds.to_hz > speeds[-1]):
+        yield (
+            f"casing.clearance_hz_mm: points from {speeds[0]:g} to {speeds[-1]:g} Hz say nothing "
+            f"of all speeds from {c.speeds.from_hz:g} to {c.speeds.to_hz:g} Hz"
+        )
+    for speed, clearance in points:
+        if not 0.0 <= clearance <= 1e4:
+            yield (
+                f"casing.clearance_hz_mm: {clearance:g} mm at {speed:g} Hz; a clearance from 0 up "
+                "to 10,000 mm is allowed"
+            )
+    if blades is None:
+        return
+    if c.disk.is_resolved and len(blades) != c.disk.n_blades:
         yield (
             f"casing.blade_clearance_mm: {len(blades)} values given for the {c.disk.n_blades} "
             "blades of the disk"
         )
-    if c.casing.clearance_is_known and c.speeds.from_hz <= c.speeds.to_hz:
-        found = 1e3 * c.casing.clearances(c.speeds.values_hz)
-        known = np.vstack([np.transpose([c.speeds.values_hz, found]), *([table] if table else [])])
-        worst = known[known[:, 1].argmin() if known[:, 1].min() < 0.0 else known[:, 1].argmax()]
-        if not 0.0 <= worst[1] <= 1e4:
+    if c.casing.is_resolved and c.speeds.from_hz <= c.speeds.to_hz:
+        least = 1e3 * c.clearance
+        if min(blades) + least < 0.0:
             yield (
-                f"casing.clearance_hz_mm: {worst[1]:g} mm at {worst[0]:g} Hz; a clearance from 0 "
-                "up to 10,000 mm is allowed"
+                f"casing.blade_clearance_mm: {min(blades)} with {least:g} mm of the casing leaves "
+                "less than no clearance"
             )
-        elif min(blades or (0.0,)) + found.min() < 0.0:
-            yield (
-                f"casing.blade_clearance_mm: {min(blades)} with {found.min():g} mm of the casing "
-                "leaves less than no clearance"
-            )
-
-
-def _table_problems(speeds, table):
-    if (np.diff(table[:, 0]) <= 0.0).any():
-        yield "casing.clearance_hz_mm: the speeds of the points are not increasing"
-    elif speeds.from_hz < table[0, 0] or speeds.to_hz > table[-1, 0]:
-        yield (
-            f"casing.clearance_hz_mm: points from {table[0, 0]:g} to {table[-1, 0]:g} Hz say "
-            f"nothing of all speeds from {speeds.from_hz:g} to {speeds.to_hz:g} Hz"
-        )
 
 
 def _steep_problems(c):
@@ -148,27 +154,22 @@ def _ring_problems(casing):
     """Of a casing that vibrates."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
-        changed = [name for name, value in ring if value != type(ring).model_fields[name].default]
-        if changed:
-            yield f"casing.ring.{changed[0]}: needs casing.ring.thickness_mm"
+        yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))
         return
-    if ring.thickness_mm is not None and (modes or casing.modes_csv):
-        yield "casing.modes: cannot be combined with casing.ring; leave one out"
-    if casing.growth_time_s == 0.0:
-        yield (
-            "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
-            "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"
-        )
-    if ring.thickness_mm is not None:
-        held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
-        if 1 in ring.waves and not held:
-            yield (
-                "casing.ring.waves: nothing holds the ring in n = 1; give "
-                "casing.ring.bed_radial_n_per_m2, or leave 1 out"
-            )
-        twice = [n for n, following in pairwise(sorted(ring.waves)) if n == following]
-        if twice:
-            yield f"casing.ring.waves: {twice[0]} is given twice"
+    is_ring, waves = ring.thickness_mm is not None, ring.waves
+    twice = sorted({n for n in waves if waves.count(n) > 1})
+    is_held = ring.bed_radial_n_per_m2 > 0.0 or ring.bed_tangential_n_per_m2 > 0.0
+    yield from lines_of(
+        (is_ring and (modes or casing.modes_csv),
+         "casing.modes: cannot be combined with casing.ring; leave one out"),
+        (casing.growth_time_s == 0.0,
+         "casing.growth_time_s: 0 starts with bumps that overlap the tips, and a casing that "
+         "vibrates is thrown away by a force that grows as the step shrinks; give a time > 0"),
+        (is_ring and 1 in waves and not is_held,
+         "casing.ring.waves: nothing holds the ring in n = 1; give "
+         "casing.ring.bed_radial_n_per_m2, or leave 1 out"),
+        *((is_ring, f"casing.ring.waves: {n} is given twice") for n in twice),
+    )  # fmt: skip
     for one, other in pairwise(sorted(modes, key=lambda mode: (mode.waves, mode.frequency_hz))):
         alike = other.frequency_hz <= ALIKE * one.frequency_hz
         if one.waves == other.waves and alike:
@@ -181,33 +182,27 @@ def _ring_problems(casing):
 
 def _contact_problems(c):
     contact, coating = c.contact, c.contact.coating
-    if not contact.wears and coating != type(coating)():
-        key = next(iter(coating.model_fields_set))
-        yield f"contact.coating.{key}: goes with contact.law: abradable, not {contact.law}"
-    if contact.wears and coating.yield_stress >= coating.young:
-        yield (
-            f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
-            f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"
-        )
-    if contact.wears and c.disk.model is not None and coating.tip_area_mm2 is None:
-        yield (
-            "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade "
-            "is; give its area"
-        )
-    if contact.wears and c.study == "branches":
-        yield (
-            "contact.law: abradable does not fit study: branches, in which a speed goes on from "
-            "the motion at another: a coating keeps what every speed has worn, and forgets nothing"
-        )
-    if contact.law == "elastic" and contact.casing_stiffness_n_per_m is None:
-        yield "contact.casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"
-    if contact.law == "rigid" and contact.casing_stiffness_n_per_m is not None:
-        yield (
-            "contact.casing_stiffness_n_per_m: goes with contact.law: elastic or abradable, not "
-            "rigid"
-        )
-    if contact.casing_stiffness_n_per_m is None and contact.casing_damping_ns_per_m:
-        yield "contact.casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"
+    for name in () if contact.wears else _changed(coating):
+        yield f"contact.coating.{name}: goes with contact.law: abradable, not {contact.law}"
+    stiffness = contact.casing_stiffness_n_per_m
+    yield from lines_of(
+        (contact.wears and coating.yield_stress >= coating.young,
+         f"contact.coating.yield_mpa: {coating.yield_mpa:g} is not below contact.coating."
+         f"young_gpa, {coating.young_gpa:g}: such a coating is pressed flat before it wears"),
+        (contact.wears and c.disk.model is not None and coating.tip_area_mm2 is None,
+         "contact.coating.tip_area_mm2: a model file does not say how large the tip of a blade is; "
+         "give its area"),
+        (contact.wears and c.study == "branches",
+         "contact.law: abradable does not fit study: branches, in which a speed goes on from the "
+         "motion at another: a coating keeps what every speed has worn, and forgets nothing"),
+        (contact.law == "elastic" and stiffness is None,
+         "contact.casing_stiffness_n_per_m: goes with contact.law: elastic, and is not given"),
+        (contact.law == "rigid" and stiffness is not None,
+         "contact.casing_stiffness_n_per_m: goes with contact.law: elastic or abradable, not "
+         "rigid"),
+        (stiffness is None and contact.casing_damping_ns_per_m > 0.0,
+         "contact.casing_damping_ns_per_m: goes with contact.casing_stiffness_n_per_m"),
+    )  # fmt: skip
 
 
 def _limit_problems(c):
@@ -240,26 +235,24 @@ def _limit_problems(c):
 
 
 def _run_problems(c):
-    if c.output.lower().endswith(BESIDE):
-        yield f"output: {show(c.output)} ends as the figures and logs beside a result file do"
-    s = c.speeds
-    if s.to_hz < s.from_hz:
-        yield f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"
-    elif s.n_values > MAX_SPEEDS:
-        yield (
-            f"speeds.step_hz: {s.step_hz} gives {s.n_values:,} speeds; "
-            f"at most {MAX_SPEEDS:,} are allowed"
-        )
-    steady = c.steady_state
-    if steady.max_time_s < steady.first_check_s:
-        yield (
-            f"steady_state.max_time_s: {steady.max_time_s} is below "
-            f"steady_state.first_check_s, {steady.first_check_s}"
-        )
+    s, steady, percentiles = c.speeds, c.steady_state, c.convergence.percentiles
+    yield from lines_of(
+        (c.output.lower().endswith(BESIDE),
+         f"output: {show(c.output)} ends as the figures and logs beside a result file do"),
+        (s.to_hz < s.from_hz,
+         f"speeds.to_hz: {s.to_hz} is below speeds.from_hz, {s.from_hz}: no speeds"),
+        (s.n_values > MAX_SPEEDS,
+         f"speeds.step_hz: {s.step_hz} gives {s.n_values:,} speeds; at most {MAX_SPEEDS:,} are "
+         "allowed"),
+        (steady.max_time_s < steady.first_check_s,
+         f"steady_state.max_time_s: {steady.max_time_s} is below steady_state.first_check_s, "
+         f"{steady.first_check_s}"),
+        (any(low >= high for low, high in pairwise(percentiles)),
+         f"convergence.percentiles: {show(percentiles)} are not increasing"),
+        (c.threshold.lowest >= c.threshold.highest,
+         "threshold.highest: is not above threshold.lowest"),
+    )  # fmt: skip
     yield from _limit_problems(c)
-    p = c.convergence.percentiles
-    if any(low >= high for low, high in pairwise(p)):
-        yield f"convergence.percentiles: {show(p)} are not increasing"
 
 
 def _pattern_problems(c):
@@ -276,16 +269,10 @@ def _pattern_problems(c):
             f"mistuning.pattern: {len(m.pattern)} values given for the "
             f"{c.disk.n_blades} blades of disk.{'model' if c.disk.model else 'n_blades'}"
         )
-    if m.pattern_unit != "percent" and min(m.pattern) <= 0.0:
-        yield f"mistuning.pattern: values above 0 are expected in {m.pattern_unit}"
+    if problem := pattern_problem(m.pattern, c.pattern_deviation, m.pattern_unit):
+        yield f"mistuning.pattern: {problem}"
         return
-    largest = float(np.abs(c.pattern_deviation).max()) * 100
-    if largest >= 100:
-        yield (
-            f"mistuning.pattern: the stiffness of a blade deviates by {largest:.6g} % "
-            f"(mistuning.pattern_unit: {m.pattern_unit}); less than 100 % is allowed"
-        )
-        return
+    largest = 100.0 * float(np.abs(c.pattern_deviation).max())
     alone = "cannot be combined with mistuning.pattern, which is one sample; leave one out"
     if len(m.half_range_percent) != 1 or not np.isclose(m.half_range_percent[0], largest, 1e-9):
         yield f"mistuning.half_range_percent: {show(m.half_range_percent)} {alone}"
@@ -293,39 +280,34 @@ def _pattern_problems(c):
 
 def _law_problems(c):
     m = c.mistuning
-    if m.distribution == "measured" and m.measured_percent is None:
-        yield "mistuning.distribution: measured needs mistuning.measured_percent"
-    elif m.distribution != "measured" and m.measured_percent is not None:
-        yield (
-            "mistuning.measured_percent: needs mistuning.distribution: measured; it is "
-            f"{m.distribution}"
-        )
-    elif m.measured_percent is not None and not any(m.measured_percent):
-        yield "mistuning.measured_percent: all values are 0"
-    beneath = m.intentional_percent
-    if beneath and c.disk.is_resolved and c.disk.n_blades % len(beneath):
-        yield (
-            f"mistuning.intentional_percent: {len(beneath)} values cannot be repeated around "
-            f"{c.disk.n_blades} blades"
-        )
-    if m.largest >= 1.0:
-        yield (
-            f"mistuning.intentional_percent: with the half range a blade deviates by "
-            f"{100 * m.largest:.4g} %; less than 100 % is allowed"
-        )
+    is_measured, measured = m.distribution == "measured", m.measured_percent
+    beneath = m.intentional_percent or ()
+    yield from lines_of(
+        (is_measured and measured is None,
+         "mistuning.distribution: measured needs mistuning.measured_percent"),
+        (measured is not None and not is_measured,
+         f"mistuning.measured_percent: needs mistuning.distribution: measured; it is "
+         f"{m.distribution}"),
+        (measured is not None and not any(measured),
+         "mistuning.measured_percent: all values are 0"),
+        (beneath and c.disk.is_resolved and c.disk.n_blades % len(beneath),
+         f"mistuning.intentional_percent: {len(beneath)} values cannot be repeated around "
+         f"{c.disk.n_blades} blades"),
+        (m.largest >= 1.0,
+         f"mistuning.intentional_percent: with the half range a blade deviates by "
+         f"{100 * m.largest:.4g} %; less than 100 % is allowed"),
+    )  # fmt: skip
 
 
 def _part_problems(c):
     samples = c.part.samples
     if samples is None:
         return
-    if c.convergence.stop_when_converged:
-        yield (
-            "part.samples: a part cannot know when the whole study has converged; leave out "
-            "convergence.stop_when_converged"
-        )
-    if not samples[0] < samples[1] <= c.mistuning.samples:
-        yield (
-            f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
-            "mistuning.samples"
-        )
+    yield from lines_of(
+        (c.convergence.stop_when_converged,
+         "part.samples: a part cannot know when the whole study has converged; leave out "
+         "convergence.stop_when_converged"),
+        (not samples[0] < samples[1] <= c.mistuning.samples,
+         f"part.samples: {show(samples)} is no range of the {c.mistuning.samples} of "
+         "mistuning.samples"),
+    )  # fmt: skip

@@ -89,11 +89,6 @@ def longest_step(config: Any) -> float:
     return min(config.time.step_s, blade_period(config) / config.time.steps_per_period)
 
 
-def time_step(config: Any) -> float:
-    """Longest time step at the highest speed [s], where bumps need the shortest."""
-    return min(longest_step(config), bump_time(config) / config.time.steps_per_bump_width)
-
-
 def record_interval(config: Any, usual: float) -> float:
     """Longest time between two recorded displacements [s]; `usual`: what most disks need."""
     return min(usual, blade_period(config) / RECORDS_PER_PERIOD)

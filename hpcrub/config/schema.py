@@ -1,6 +1,5 @@
 """The whole input of a study, `Config`, and how it is read from a YAML text and overrides."""
 
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -9,39 +8,13 @@ import numpy as np
 from pydantic import ValidationError, model_validator
 
 from hpcrub.config import checks as config_checks
-from hpcrub.config import resolution, yaml_text
+from hpcrub.config import resolution, sections, study_keys, yaml_text
 from hpcrub.config import runs as config_runs
 from hpcrub.config import text as config_text
 from hpcrub.config.aero import Aero
 from hpcrub.config.casing import Casing
 from hpcrub.config.disk import Disk, Material, Reduction
-from hpcrub.config.sections import (
-    Contact,
-    Convergence,
-    Forcing,
-    Limits,
-    Mistuning,
-    Speeds,
-    SteadyState,
-    Time,
-)
-from hpcrub.config.study_keys import (
-    Branches,
-    Checklist,
-    Energy,
-    History,
-    Linear,
-    Part,
-    Patterns,
-    Spectrum,
-    StudyName,
-    Threshold,
-)
-from hpcrub.config.types import (
-    FileName,
-    Files,
-    Section,
-)
+from hpcrub.config.types import FileName, Files, Section
 from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.damping import Damping
@@ -54,7 +27,7 @@ PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casin
 class Config(Section):
     """The whole input of one study."""
 
-    study: StudyName = "contact"
+    study: study_keys.StudyName = "contact"
     """what is computed"""
     output: FileName = "results/quickstart.h5"
     """result file; a file without this key gets results/(its name).h5"""
@@ -65,23 +38,23 @@ class Config(Section):
     reduction: Reduction = Reduction()
     casing: Casing = Casing()
     aero: Aero = Aero()
-    contact: Contact = Contact()
-    forcing: Forcing = Forcing()
-    speeds: Speeds = Speeds()
-    time: Time = Time()
-    steady_state: SteadyState = SteadyState()
-    mistuning: Mistuning = Mistuning()
-    convergence: Convergence = Convergence()
-    limits: Limits = Limits()
-    part: Part = Part()
-    linear: Linear = Linear()
-    history: History = History()
-    spectrum: Spectrum = Spectrum()
-    energy: Energy = Energy()
-    branches: Branches = Branches()
-    checklist: Checklist = Checklist()
-    patterns: Patterns = Patterns()
-    threshold: Threshold = Threshold()
+    contact: sections.Contact = sections.Contact()
+    forcing: sections.Forcing = sections.Forcing()
+    speeds: sections.Speeds = sections.Speeds()
+    time: sections.Time = sections.Time()
+    steady_state: sections.SteadyState = sections.SteadyState()
+    mistuning: sections.Mistuning = sections.Mistuning()
+    convergence: sections.Convergence = sections.Convergence()
+    limits: sections.Limits = sections.Limits()
+    part: study_keys.Part = study_keys.Part()
+    linear: study_keys.Linear = study_keys.Linear()
+    history: study_keys.History = study_keys.History()
+    spectrum: study_keys.Spectrum = study_keys.Spectrum()
+    energy: study_keys.Energy = study_keys.Energy()
+    branches: study_keys.Branches = study_keys.Branches()
+    checklist: study_keys.Checklist = study_keys.Checklist()
+    patterns: study_keys.Patterns = study_keys.Patterns()
+    threshold: study_keys.Threshold = study_keys.Threshold()
 
     def __init__(self, /, **keys: Any) -> None:
         """Validated configuration of sections and keys. Raises InputError as `from_yaml`."""
@@ -91,31 +64,24 @@ class Config(Section):
             raise InputError(config_text.first_error(type(self), error)) from None
 
     @model_validator(mode="after")
-    def _pattern_is_one_sample(self):
-        """With a pattern: one sample, one level as wide as the pattern, unless given."""
-        if self.pattern_deviation is not None:
+    def _complete(self):
+        """Fill in keys that others decide, unless given, and the radius of the casing's angles."""
+        if self.pattern_deviation is not None:  # one sample, one level as wide as the pattern
             width = float(np.abs(self.pattern_deviation).max()) * 100
-            given = {
-                name: getattr(self.mistuning, name) for name in self.mistuning.model_fields_set
-            }
-            filled = {"samples": 1, "half_range_percent": (width,)} | given
-            object.__setattr__(self, "mistuning", Mistuning.model_construct(**filled))
+            self._fill_in("mistuning", {"samples": 1, "half_range_percent": (width,)})
+        if self.contact.law != "rigid":  # the end of a long step takes the energy that it stores
+            self._fill_in("time", {"step_s": SPRING_BACK_S})
+        casing = self.casing.model_copy()
+        casing._tip_radius_mm = self.disk.tip_radius_mm
+        object.__setattr__(self, "casing", casing)
         return self
 
-    @model_validator(mode="after")
-    def _short_steps_where_a_tip_springs_back(self):
-        """Unless given: the end of a long step takes the energy that casing or coating stores."""
-        given = self.time.model_fields_set
-        if self.contact.law != "rigid" and "step_s" not in given:
-            values = self.time.model_dump() | {"step_s": SPRING_BACK_S}
-            object.__setattr__(self, "time", Time.model_construct(set(given), **values))
-        return self
-
-    @model_validator(mode="after")
-    def _casing_is_around_the_tips(self):
-        """Lengths along the casing become angles with the radius of the disk."""
-        object.__setattr__(self, "casing", self.casing.at(self.disk.tip_radius_mm))
-        return self
+    def _fill_in(self, name, decided):
+        """Set keys of a section that the input does not give; `replace` decides them anew."""
+        section = getattr(self, name)
+        given = section.model_fields_set
+        values = dict(section) | {key: decided[key] for key in decided.keys() - given}
+        object.__setattr__(self, name, type(section).model_construct(given, **values))
 
     @model_validator(mode="after")
     def _keys_fit_together(self):
@@ -167,25 +133,20 @@ class Config(Section):
         return orders.pop() if len(orders) == 1 and not casing.profile.measured else None
 
     @property
-    def repeats(self) -> int:
-        """Times that all that a blade meets in a turn repeats itself: casing and load."""
-        load = self.engine_order if self.forcing.in_contact else None
-        return math.gcd(self.casing.repeats, load or 0)
-
-    @property
     def clearance(self) -> float:
         """Clearance of the casing, the smallest at any speed [m]."""
         return float(self.casing.clearances(self.speeds.values_hz).min())
 
     @property
     def step(self) -> float:
-        """Longest time step at the highest speed [s]; `resolution` has that of all speeds."""
-        return resolution.time_step(self)
+        """Longest time step at the highest speed [s], where bumps need the shortest."""
+        of_bumps = resolution.bump_time(self) / self.time.steps_per_bump_width
+        return min(resolution.longest_step(self), of_bumps)
 
     @property
     def is_part(self) -> bool:
         """Whether the result file holds a part of the study only."""
-        return self.part != Part()
+        return self.part != study_keys.Part()
 
     @property
     def levels(self) -> tuple[int, ...]:
@@ -203,8 +164,7 @@ class Config(Section):
         values, unit = self.mistuning.pattern, self.mistuning.pattern_unit
         if values is None or isinstance(values, str):
             return None
-        with np.errstate(all="ignore"):  # of a sum that is zero, which the checks refuse
-            return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
+        return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
 
     def replace(self, keys: Mapping[str, Any]) -> "Config":
         """The same with some keys replaced, as if the input had had these, validated again.
@@ -265,11 +225,6 @@ def differences(
         for key in first
         if key != "output" and first[key] != second[key]
     ]
-
-
-def key_table() -> list[Any]:
-    """Every key with default, allowed values and description, as `config_text.Key` rows."""
-    return config_text.key_table(Config)
 
 
 def _mapping(text):

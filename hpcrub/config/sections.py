@@ -137,8 +137,6 @@ class Time(Section):
     """time steps per period of a clamped blade's first bending, at least; fewer than 16 per period
     of the first family, with which 95 % of amplitudes are within 5 %, are marked [-]"""
 
-    step: ClassVar = si("step_s", "s")
-
 
 class SteadyState(Section):
     """When a motion is followed no longer, and what its amplitude is."""

@@ -16,15 +16,10 @@ if TYPE_CHECKING:
     StudyName = str
 else:
     StudyName = Literal[STUDY_NAMES]
-Diameters = Annotated[
-    tuple[Annotated[Whole, Field(ge=1, le=100)], ...], Field(min_length=1, max_length=100)
-]
-
-Bounds = Annotated[
-    tuple[Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)], ...], Field(min_length=2, max_length=2)
-]
-
-
+Diameter = Annotated[Whole, Field(ge=1, le=100)]
+Bound = Annotated[Whole, Field(ge=0, le=MOST_SAMPLES)]
+Diameters = Annotated[tuple[Diameter, ...], Field(min_length=1, max_length=100)]
+Bounds = Annotated[tuple[Bound, ...], Field(min_length=2, max_length=2)]
 MOST_VALUES = 1025
 
 

@@ -6,6 +6,7 @@ was meant nor its unit.
 
 import difflib
 import re
+from collections.abc import Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+LIMIT_WORDS = dict(zip(LIMITS.values(), ("above", "from", "below", "up to"), strict=True))
 
 
 class Key(NamedTuple):
@@ -39,9 +41,9 @@ def show(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, (list, tuple)):
-        text = "[" + ", ".join(show(v) for v in value[:50]) + "]"
+        text = "[" + ", ".join(map(show, value)) + "]"
     elif isinstance(value, dict):
-        text = "{" + ", ".join(f"{key}: {show(v)}" for key, v in list(value.items())[:50]) + "}"
+        text = "{" + ", ".join(f"{key}: {show(v)}" for key, v in value.items()) + "}"
     else:
         text = repr(value)
     return text if len(text) <= 80 else text[:77] + "..."
@@ -55,6 +57,11 @@ def is_table(value: Any) -> bool:
 def counted(n: int, what: str) -> str:
     """A number of things: "1 sample", "1,200 samples"."""
     return f"{n:,} {what}{'' if n == 1 else 's'}"
+
+
+def lines_of(*rules: tuple[Any, str]) -> Iterator[str]:
+    """The lines of some rules, pairs of a condition and a line, whose condition holds."""
+    return (line for holds, line in rules if holds)
 
 
 def one_line(text: str) -> str:
@@ -74,10 +81,7 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a key of an input, by its path (data is modified).
-
-    Raises InputError when the path leads through something that is not a section.
-    """
+    """Set a key in the data of an input. Raises InputError for a path through another key."""
     *sections, key = path.split(".")
     for name in sections:
         data = data.setdefault(name, {})
@@ -87,10 +91,7 @@ def set_key(data: dict[str, Any], path: str, value: Any) -> None:
 
 
 def apply_override(data: dict[str, Any], override: str) -> None:
-    """Set one key of an input not yet validated (data is modified).
-
-    override: "key.path=value", the value as in the file. Raises InputError for any other form.
-    """
+    """Set a key in the data of an input by "key.path=value". Raises InputError for other forms."""
     path, equals, text = override.partition("=")
     if not equals or not all(path.strip().split(".")):
         raise InputError(f"override {show(override)} is not of the form key.path=value")
@@ -106,9 +107,8 @@ def apply_override(data: dict[str, Any], override: str) -> None:
 def key_table(model: type[BaseModel]) -> list[Key]:
     """Every key of a pydantic model, sections unfolded."""
     return [
-        Key(path, show(default).strip("'"), _allowed(node), node.get("description", ""))
+        Key(path, show(node["default"]).strip("'"), _allowed(node), node["description"])
         for path, node in _leaves(model).items()
-        for default in [node.get("default")]
     ]
 
 
@@ -128,10 +128,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
 
 @cache
 def schema_of(model: type[BaseModel]) -> Any:
-    """JSON schema of a pydantic model, limits of numbers that may be null by standard names.
-
-    Every text is on one line.
-    """
+    """JSON schema of a pydantic model, its texts on one line, all limits by standard names."""
     return _renamed(model.model_json_schema())
 
 
@@ -174,17 +171,19 @@ def _wrong_value(model, detail):
     if node is None:
         known = ", ".join(_children(model).get(".".join(names), ()))
         return f"{path}: {show(value)} is not a section with keys such as {known}"
-    about = f" ({node['description']})" if "description" in node else ""
+    about = node["description"]
     for place in reversed(loc):
         if not isinstance(place, int):
             break
-        node = _first_variant(node)["items"]
+        while "items" not in node:
+            node = _variants(node)[0]
+        node = node["items"]
     verb = "is out of range, allowed is" if detail["type"] in OUT_OF_RANGE else "is not"
     near = difflib.get_close_matches(str(value), node.get("enum", ()), n=1)
     if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value):
         near = [value.replace(",", ".")]
     hint = f"; did you mean {near[0]}?" if near else ""
-    return f"{path}: {show(value)} {verb} {_allowed(node)}{about}{hint}"
+    return f"{path}: {show(value)} {verb} {_allowed(node)} ({about}){hint}"
 
 
 def _allowed(node):
@@ -192,32 +191,22 @@ def _allowed(node):
     if variants := _variants(node):
         words = [*map(_allowed, variants)]
         return (", or " if "each" in words[0] else " or ").join(words)
-    if "enum" in node or "const" in node:
-        choices = node.get("enum", [node.get("const")])
-        return "one of " + ", ".join(choices) if len(choices) > 1 else choices[0]
+    if "enum" in node:
+        return f"one of {', '.join(node['enum'])}"
     kind = node["type"]
     if kind == "object":
         return f"a section with keys such as {', '.join(node['properties'])}"
     if kind == "array":
-        length = f"{node.get('minItems', 0)} or more"
-        if "maxItems" in node:
-            length = f"{node.get('minItems', 0)} to {node['maxItems']}"
-        if "minItems" in node and node["minItems"] == node.get("maxItems"):
-            length = f"{node['minItems']}"
+        least, most = node.get("minItems", 0), node["maxItems"]
+        length = most if least == most else f"{least} to {most}"
         return f"a list of {length} values, each {_allowed(node['items'])}"
     names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
-    text = node.get("format", "a text")
-    return names.get(kind, "null" if kind == "null" else text) + _range(node)
+    other = "null" if kind == "null" else node.get("format", "a text")
+    return names.get(kind, other) + _range(node)
 
 
 def _range(node):
-    words = {
-        "exclusiveMinimum": "above",
-        "minimum": "from",
-        "exclusiveMaximum": "below",
-        "maximum": "up to",
-    }
-    limits = [f" {word} {_plain(node[key])}" for key, word in words.items() if key in node]
+    limits = [f" {word} {_plain(node[key])}" for key, word in LIMIT_WORDS.items() if key in node]
     closed = "minimum" in node and "maximum" in node
     return "".join(limits) if closed else " and".join(limits)
 
@@ -230,46 +219,30 @@ def _variants(node):
     return node.get("anyOf") or node.get("oneOf") or []
 
 
-def _first_variant(node):
-    variants = _variants(node)
-    return _first_variant(variants[0]) if variants else node
-
-
 @cache
 def _leaves(model):
     """JSON schema of every key that holds a value, by its path."""
-    return {p: n for p, n in _walk(schema_of(model)) if "properties" not in n}
+    return {path: node for path, node in _walk(schema_of(model)) if "properties" not in node}
 
 
 @cache
 def _children(model):
     """Names of the keys of every section, by its path ("" the whole)."""
-    schema = schema_of(model)
-    found = {"": list(schema["properties"])}
-    for path, node in _walk(schema):
-        for section in (node, node.get("items", {})):
-            if "properties" in section:
-                found[path] = list(section["properties"])
-    return found
+    sections = ((path, node.get("items", node)) for path, node in _walk(schema_of(model)))
+    return {path: list(node["properties"]) for path, node in sections if "properties" in node}
 
 
 def _walk(schema):
-    """Every (path, node) below the root of a JSON schema, sections before their keys.
-
-    The keys of a list of sections follow the list.
-    """
+    """Every (path, node) of a JSON schema, sections and lists of them before their keys."""
 
     def known(node):
-        return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+        if "$ref" in node:
+            return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
+        return node | {"items": known(node["items"])} if "items" in node else node
 
-    def below(node, prefix):
-        for name, child in node["properties"].items():
-            child = known(child)
-            if "items" in child:
-                child = child | {"items": known(child["items"])}
-            yield prefix + name, child
-            for section in (child, child.get("items", {})):
-                if "properties" in section:
-                    yield from below(section, f"{prefix}{name}.")
+    def below(path, node):
+        yield path, node
+        for name, child in node.get("items", node).get("properties", {}).items():
+            yield from below(f"{path}.{name}".removeprefix("."), known(child))
 
-    return below(schema, "")
+    return below("", schema)

@@ -19,10 +19,7 @@ _PLAIN = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "bool": (r"true|True|TRUE|false|False|FALSE", list("tTfF")),
     "int": (r"[-+]?[0-9]+", list("-+0123456789")),
-    "float": (
-        r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?",
-        list("-+.0123456789"),
-    ),
+    "float": (r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?", list("-+.0123456789")),
 }
 
 
@@ -43,13 +40,11 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             if not isinstance(key, str):
                 comma = "; a decimal comma? write 44.5" if isinstance(key, int | float) else ""
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"a key must be a plain name{comma}", key_node.start_mark
-                )
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key {key!r} is given twice", key_node.start_mark
-                )
+                what = f"a key must be a plain name{comma}"
+            else:
+                what = f"key {key!r} is given twice" if key in seen else ""
+            if what:
+                raise yaml.constructor.ConstructorError(None, None, what, key_node.start_mark)
             seen.add(key)
         return super().construct_mapping(node, deep=deep)
 
@@ -74,17 +69,14 @@ _Dumper.add_representer(
 
 
 def parse(text: str) -> Any:
-    """Read one YAML document: None, bool, int, float, str, or lists and dicts of them.
-
-    Raises InputError for what is no YAML, or has no use in an input file; it says where.
-    """
+    """Read a YAML document as plain values. Raises InputError, which says where it is wrong."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")
     try:
         return yaml.load(text, _Loader)  # a SafeLoader
     except yaml.MarkedYAMLError as error:
-        where = f"{_place(error.problem_mark)}: " if error.problem_mark else ""
-        what = error.problem or "not YAML"
+        mark, what = error.problem_mark, error.problem or "not YAML"
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         if what.startswith("but "):
             what = f"{error.context} {what}"
         raise InputError(where + what) from None
@@ -97,8 +89,3 @@ def parse(text: str) -> Any:
 def dump(data: Any) -> str:
     """Write dicts, lists and scalars as YAML that `parse` reads back to the same values."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-
-
-def _place(mark):
-    """Line and column of a YAML mark, counted from one."""
-    return f"line {mark.line + 1}, column {mark.column + 1}"

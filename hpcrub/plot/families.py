@@ -6,8 +6,8 @@ from typing import Any
 
 from matplotlib.ticker import EngFormatter
 
-from hpcrub.config.schema import PROFILE, Config, key_table
-from hpcrub.config.text import flatten, is_table, show
+from hpcrub.config.schema import PROFILE, Config
+from hpcrub.config.text import flatten, is_table, key_table, show
 from hpcrub.config.types import without_suffix
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -114,7 +114,7 @@ def _words(key: str, values: list[Any]) -> list[str]:
 
     Empty where a file has no value of the key.
     """
-    description = next(entry.description for entry in key_table() if entry.path == key)
+    description = next(entry.description for entry in key_table(Config) if entry.path == key)
     bracket = re.search(r"\[(.+)\]$", description)
     unit = bracket.group(1) if bracket else "-"
     slug = {"%": "percent"}.get(unit, unit.lower().replace("³", "3").replace(" ", ""))

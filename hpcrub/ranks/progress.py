@@ -45,6 +45,11 @@ def table(title: str, headings: Iterable[str], **how: Any) -> Table:
     return found
 
 
+def say(line: str) -> None:
+    """Print a line whole, which a terminal may break anywhere, so that names can be copied."""
+    console().print(line, soft_wrap=True)
+
+
 def print_line(out: Console, text: str) -> None:
     """Print a line: whole into a log, wrapped at words on a terminal."""
     out.print(text, soft_wrap=not out.is_terminal)

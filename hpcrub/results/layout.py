@@ -4,6 +4,7 @@ Every axis of every dataset has a dimension scale, so that xarray and netCDF kno
 dataset with the values along it where the study names one, else numbers from 0 (`index_scale`).
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -42,12 +43,10 @@ class Plan(NamedTuple):
 
 def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
     """Bytes that a result file of these datasets takes."""
-    items = (
-        int(np.prod([lengths[d] for d in line.dimensions], dtype=object))
-        * np.dtype(line.dtype).itemsize
+    return sum(
+        math.prod(lengths[d] for d in line.dimensions) * np.dtype(line.dtype).itemsize + OVERHEAD
         for line in lines
     )
-    return sum(items) + OVERHEAD * len(lines)
 
 
 SPEEDS = Dataset("speeds_hz", ("speed",), "Hz", "speeds of rotation")

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 from hpcrub.errors import InputError, reading, reason
+from hpcrub.results.ownership import move
 from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5"
@@ -12,19 +13,13 @@ MARK = "hpcrub_model"  # array that every model file has
 
 
 def read(path: str | Path) -> dict:
-    """Arrays of a model file by name; text is a scalar of str.
-
-    Raises InputError when it cannot be read.
-    """
+    """Arrays of a model file by name; text is a scalar of str. Raises InputError for damage."""
     with reading(path):
         return read_arrays(path)
 
 
 def require_free(path: str | Path, overwrite: bool = False) -> None:
-    """Raise InputError for a name that is taken: by a model file, unless overwritten, or another.
-
-    Also for a name with no known ending.
-    """
+    """Raise InputError for a name that ends wrongly or is taken, unless by a model to replace."""
     if Path(path).suffix not in SUFFIXES:
         raise InputError(f"{path}: a model file ends with {', '.join(SUFFIXES)}")
     if not os.path.lexists(path):
@@ -46,7 +41,7 @@ def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         write_arrays(part, arrays)
-        os.replace(part, path)
+        move(part, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({reason(error)})") from None
 

@@ -321,10 +321,7 @@ class ResultFile:
         return self.read("status" if "status" in self else "samples/status")
 
     def write(self, values: dict[str, Any], where: Any) -> None:
-        """Write {dataset: values} at one place, in this order; one rank.
-
-        Raises WriteError when the file cannot be written.
-        """
+        """Write {dataset: values} at one place, in this order; one rank. Raises WriteError."""
         try:
             for name, value in values.items():
                 self._dataset(name)[where] = value
@@ -357,10 +354,7 @@ def _require_own(path, name, dataset):
 
 
 def read_arrays(path: str | Path) -> dict[str, Any]:
-    """All datasets of any HDF5 file by name; text is a scalar of str.
-
-    Raises InputError for data that the file itself does not hold, OSError for damage.
-    """
+    """All datasets by name, texts as str. Raises InputError for links, OSError for damage."""
     with h5py.File(path, "r", **SERIAL) as file:
         return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 

@@ -19,10 +19,7 @@ def curve_of(config: Config) -> aero.Curve:
 
 
 def air_of(config: Config, reduced: ReducedModel) -> aero.Air | None:
-    """Air forces of an input on the tuned disk, None without.
-
-    Raises InputError for a family that the model does not have.
-    """
+    """Air forces on the tuned disk, None without. Raises InputError for a family that it lacks."""
     if not config.aero.exists:
         return None
     blades, angle = cyclic.tuned_tips(reduced)

@@ -10,10 +10,7 @@ STEPS_PER_WAVE = 16  # of the fastest wave that passes a blade, at least
 
 
 def casing_modes_of(config: Config) -> CasingModes | None:
-    """Modes of the casing, None for a rigid one.
-
-    Raises InputError for waves that the time steps do not resolve.
-    """
+    """Modes of the casing, None if rigid. Raises InputError for waves that steps do not resolve."""
     casing = config.casing
     if not casing.vibrates:
         return None
@@ -33,19 +30,10 @@ def _of_ring(config):
     radius = ring.radius_mm
     if radius is None:
         radius = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
-    return ring_modes(
-        Ring(
-            radius / 1000,
-            ring.thickness_mm / 1000,
-            ring.width,
-            ring.young_modulus,
-            ring.density_kg_m3,
-            ring.bed_radial_n_per_m2,
-            ring.bed_tangential_n_per_m2,
-        ),
-        np.array(sorted(ring.waves)),
-        ring.damping_ratio,
-    )
+    section = radius / 1000, ring.thickness_mm / 1000, ring.width
+    bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
+    found = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
+    return ring_modes(found, np.array(sorted(ring.waves)), ring.damping_ratio)
 
 
 def _of_table(pairs):

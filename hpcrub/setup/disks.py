@@ -31,9 +31,9 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
     In the file of a part they have the numbers that they have in the whole study.
     level, sample: counted in the file. Returns (N,) [-].
     """
+    sample = config.samples[sample]
     if config.pattern_deviation is not None:
-        return config.pattern_deviation + APART * config.samples[sample]
-    level, sample = config.levels[level], config.samples[sample]
+        return config.pattern_deviation + APART * sample
     if config.mistuning.pattern_file is not None:
         return input_files.patterns(config)[sample]
     half_range = config.mistuning.half_range[level]
@@ -50,13 +50,10 @@ def sigma_of(config: Config) -> np.ndarray:
     """
     if config.pattern_deviation is not None:
         return np.array([np.std(config.pattern_deviation)])
-    half_range = config.mistuning.half_range[list(config.levels)]
+    half_range, law = config.mistuning.half_range, config.mistuning.law
     if config.mistuning.pattern_file is not None:
         return np.full(len(half_range), np.std(input_files.patterns(config)))
-    law = config.mistuning.law
-    if law.distribution == "uniform":
-        return half_range / np.sqrt(3)
-    return half_range * law.sigma
+    return half_range / np.sqrt(3) if law.distribution == "uniform" else half_range * law.sigma
 
 
 def disks(config: Config) -> np.ndarray:

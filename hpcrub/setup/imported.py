@@ -100,10 +100,7 @@ class Scenery(NamedTuple):
 
 
 def scenery(config: Config) -> Scenery:
-    """The nodes of its model file that figures show: all of its surface, and those of contact.
-
-    Without a surface, all nodes.
-    """
+    """Nodes that figures show of a model file: of surface and contact; all without a surface."""
     model = _read(str(config.disk.model), str(config.disk.model_sha256))
     disk = assembly.assemble(model)
     shown = np.isfinite(disk.nodes).all(axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 
 from hpcrub.config import resolution
 from hpcrub.config.schema import Config
+from hpcrub.config.text import lines_of
 from hpcrub.model.damping import ratios
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.ensemble import SETTLED
@@ -28,8 +29,6 @@ NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may ta
 TRANSIENT = 0.05  # of a transient that may be left when the rule last_window first judges
 LOOKED_AT = 100  # mistuned disks of which flutter without contact is told before a run
 FAST = 1.5  # times as fast as the first family vibrates
-# harmonics of the bump-passing frequency that bumps excite: the seventh has 1 % of the first
-HARMONICS = 7
 
 
 def steady_problems(config: Config) -> Iterator[str]:
@@ -55,13 +54,6 @@ def steady_problems(config: Config) -> Iterator[str]:
         )
 
 
-def orders(config: Config) -> tuple[int, ...]:
-    """Engine orders that the casing excites, the strongest first; see `model.casing.outline`."""
-    if config.casing.profile.exists:
-        return config.casing.outline.orders
-    return tuple(config.casing.n_bumps * k for k in range(1, HARMONICS + 1))
-
-
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
     """Lines on what is not resolved; they go into the result file and under its figures."""
     yield from _unit_warnings(config)
@@ -69,27 +61,37 @@ def warnings(config: Config, problem: Problem) -> Iterator[str]:
     yield from _noise_warnings(config)
     if not can_touch(problem.scene):
         return
-    # while a tip passes the width of a bump at the highest speed; inf: no contact
-    found = resolution.bump_time(config) / config.step
-    if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
-        yield (
-            f"not resolved: {found:.3g} time steps per bump width, fewer than "
-            f"{STEPS_PER_BUMP_WIDTH:g} (time.steps_per_bump_width)"
-        )
-    else:
-        yield from _graze_warnings(config)
-    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
-    found = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
-    if found < STEPS_PER_PERIOD * (1.0 - 1e-9):
-        yield (
-            f"not resolved: {found:.3g} time steps per period of the first family, fewer than "
-            f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"
-        )
+    yield from _step_warnings(config, problem)
     yield from _mode_warnings(config, problem)
     yield from _time_warnings(config, problem)
     yield from _friction_warnings(config, problem)
     yield from _rebound_warnings(config, problem)
     yield from _wave_warnings(config, problem)
+
+
+def _are_few(steps, wanted):
+    return steps < wanted * (1.0 - 1e-9)
+
+
+def _step_warnings(config, problem):
+    """Too few time steps for bumps, at the highest speed and where the casing is grazed."""
+    in_bump = resolution.bump_time(config) / config.step  # inf: no contact
+    in_graze = resolution.bump_time(config, least=0.0) / config.step
+    family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
+    in_period = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
+    in_bump_are_few = _are_few(in_bump, STEPS_PER_BUMP_WIDTH)
+    return lines_of(
+        (in_bump_are_few,
+         f"not resolved: {in_bump:.3g} time steps per bump width, fewer than "
+         f"{STEPS_PER_BUMP_WIDTH:g} (time.steps_per_bump_width)"),
+        (_are_few(in_graze, STEPS_PER_BUMP_WIDTH) and not in_bump_are_few,
+         f"not resolved: the casing is grazed, {in_graze:.3g} time steps for what reaches beyond "
+         f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; where blades hardly vibrate, a "
+         "shorter step is needed (time.steps_per_bump_width)"),
+        (_are_few(in_period, STEPS_PER_PERIOD),
+         f"not resolved: {in_period:.3g} time steps per period of the first family, fewer than "
+         f"{STEPS_PER_PERIOD:g} (time.steps_per_period, time.step_s)"),
+    )  # fmt: skip
 
 
 def _air_warnings(config, problem):
@@ -126,29 +128,16 @@ def _wave_warnings(config, problem):
 def _unit_warnings(config):
     """Numbers that no rotor has, as units that were mistaken give."""
     speed = 2.0 * np.pi * config.speeds.to_hz * config.disk.tip_radius
-    if speed > FASTEST_TIP:
-        yield (
-            f"units: at {config.speeds.to_hz:g} Hz the blade tips run at {speed:,.0f} m/s, faster "
-            f"than any fan ({FASTEST_TIP:g} m/s); speeds are turns per second (rpm/60), "
-            "disk.tip_radius_mm is in mm"
-        )
     share = config.clearance / config.disk.tip_radius
-    if share > WIDEST_CLEARANCE:
-        yield (
-            f"units: the clearance is {100 * share:.3g} % of the tips' radius, more than any fan "
-            f"has ({100 * WIDEST_CLEARANCE:g} %); casing.clearance_mm is in mm"
-        )
-
-
-def _graze_warnings(config):
-    """Speeds at which the running clearance lets less of the casing in than its step resolves."""
-    found = resolution.bump_time(config, least=0.0) / config.step
-    if found < STEPS_PER_BUMP_WIDTH * (1.0 - 1e-9):
-        yield (
-            f"not resolved: the casing is grazed, {found:.3g} time steps for what reaches beyond "
-            f"the clearance, fewer than {STEPS_PER_BUMP_WIDTH:g}; where blades hardly "
-            "vibrate, a shorter step is needed (time.steps_per_bump_width)"
-        )
+    return lines_of(
+        (speed > FASTEST_TIP,
+         f"units: at {config.speeds.to_hz:g} Hz the blade tips run at {speed:,.0f} m/s, faster "
+         f"than any fan ({FASTEST_TIP:g} m/s); speeds are turns per second (rpm/60), "
+         "disk.tip_radius_mm is in mm"),
+        (share > WIDEST_CLEARANCE,
+         f"units: the clearance is {100 * share:.3g} % of the tips' radius, more than any fan has "
+         f"({100 * WIDEST_CLEARANCE:g} %); casing.clearance_mm is in mm"),
+    )  # fmt: skip
 
 
 def _noise_warnings(config):
@@ -177,26 +166,21 @@ def _time_warnings(config, problem):
     steady, ratio = config.steady_state, ratios(config.damping, omega)
     constant = 1.0 / float((ratio * omega).min())  # of the slowest transient
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
-    if needed > steady.window_revolutions:
-        yield (
-            f"not resolved: {steady.window_revolutions} revolutions at {config.speeds.to_hz:g} Hz "
-            "are less than a period of the slowest mode; steady_state.window_revolutions of "
-            f"{needed} are needed"
-        )
-    if steady.rule == "ensemble" and SETTLED * constant > steady.max_time:
-        yield (
-            f"not steady: transients decay within {SETTLED * constant:.2g} s, "
-            f"steady_state.max_time_s is "
-            f"{steady.max_time_s:g}; motions that do not repeat stay marked as not steady"
-        )
     left = float(np.exp(-steady.first_check / constant))
-    if steady.rule == "last_window" and left > TRANSIENT:
-        yield (
-            f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "
-            f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to "
-            f"{100 * left:.2g} %: what the rule last_window calls steady may still grow or decay; "
-            "the rule ensemble waits for it"
-        )
+    return lines_of(
+        (needed > steady.window_revolutions,
+         f"not resolved: {steady.window_revolutions} revolutions at {config.speeds.to_hz:g} Hz are "
+         "less than a period of the slowest mode; steady_state.window_revolutions of "
+         f"{needed} are needed"),
+        (steady.rule == "ensemble" and SETTLED * constant > steady.max_time,
+         f"not steady: transients decay within {SETTLED * constant:.2g} s, steady_state.max_time_s "
+         f"is {steady.max_time_s:g}; motions that do not repeat stay marked as not steady"),
+        (steady.rule == "last_window" and left > TRANSIENT,
+         f"not resolved: transients decay with a time constant of {constant:.2g} s, of which "
+         f"steady_state.first_check_s of {steady.first_check_s:g} leaves up to {100 * left:.2g} %: "
+         "what the rule last_window calls steady may still grow or decay; the rule ensemble waits "
+         "for it"),
+    )  # fmt: skip
 
 
 def _friction_warnings(config, problem):
@@ -239,7 +223,7 @@ def _rebound_warnings(config, problem):
     if scene.coating:
         spring = np.maximum(spring, scene.coating.stiffnesses(scene.coating.area * share)[0])
     time = rebound_time(problem, spring)
-    if time < STEPS_PER_REBOUND * config.step * (1.0 - 1e-9):
+    if _are_few(time / config.step, STEPS_PER_REBOUND):
         yield (
             f"not resolved: a blade springs back from the casing within {1e6 * time:.3g} µs, in "
             f"{time / config.step:.2g} time steps, fewer than {STEPS_PER_REBOUND:g}; amplitudes "
@@ -251,17 +235,15 @@ def _rebound_warnings(config, problem):
 def _mode_warnings(config, problem):
     frequencies = np.sqrt(problem.reduced.tuned_eigenvalues) / (2.0 * np.pi)
     top, family = float(frequencies[-1]), float(frequencies[config.disk.n_blades - 1])
-    passing = next(iter(orders(config)), 0) * config.speeds.to_hz
+    passing = config.casing.main_order * config.speeds.to_hz
     per_blade = MODES_PER_BLADE + (passing > FAST * family)
     all_modes = config.disk.n_dof - 2 * config.disk.n_blades
     wanted = min(per_blade * config.disk.n_blades, all_modes)
-    if config.disk.model is None and config.reduction.n_modes < wanted:
-        yield (
-            f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than "
-            f"{per_blade} for each blade, {wanted}"
-        )
-    if top < passing:
-        yield (
-            f"not resolved: the bumps pass at {passing:.4g} Hz, above all modes of the model (up "
-            f"to {top:.4g} Hz; reduction.n_modes)"
-        )
+    return lines_of(
+        (config.disk.model is None and config.reduction.n_modes < wanted,
+         f"not resolved: reduction.n_modes is {config.reduction.n_modes}, fewer than {per_blade} "
+         f"for each blade, {wanted}"),
+        (top < passing,
+         f"not resolved: the bumps pass at {passing:.4g} Hz, above all modes of the model (up to "
+         f"{top:.4g} Hz; reduction.n_modes)"),
+    )  # fmt: skip

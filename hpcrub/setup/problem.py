@@ -1,5 +1,6 @@
 """What a study computes with: the tuned disk, full and reduced, and the scene."""
 
+import math
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -39,17 +40,12 @@ class Problem(NamedTuple):
 
 
 def build_model(config: Config) -> Model:
-    """Model of a configuration, with the air between its blades.
-
-    Raises InputError for an impossible geometry or model file.
-    """
-    model = _build(config)
-    return model._replace(reduced=model.reduced._replace(air=air_of(config, model.reduced)))
+    """The tuned disk and its air. Raises InputError for an impossible geometry or model file."""
+    disk, reduced = imported.build(config) if config.disk.model else _planar(config)
+    return Model(disk, reduced._replace(air=air_of(config, reduced)))
 
 
-def _build(config):
-    if config.disk.model is not None:
-        return Model(*imported.build(config))
+def _planar(config):
     try:
         with np.errstate(all="ignore"):
             disk = build_disk(config.disk, config.material)
@@ -62,7 +58,7 @@ def _build(config):
             "disk: the stiffnesses of its parts are too far apart for the arithmetic of this "
             "program (lengths and thicknesses of disk, material)"
         )
-    return Model(disk, reduced)
+    return disk, reduced
 
 
 def build_problem(config: Config) -> Problem:
@@ -95,19 +91,24 @@ def build_problem(config: Config) -> Problem:
 
 def scene_of(config: Config, reduced: ReducedModel) -> Scene:
     """Casing, contact, time step and steady-state test of a configuration."""
-    steady = config.steady_state
+    steady, contact, interface = config.steady_state, config.contact, reduced.interface
+    own = np.array(config.casing.blade_clearance_mm or [0.0] * interface.n_blades) / 1000
+    elastic_casing = None
+    if contact.casing_stiffness_n_per_m is not None:
+        spring = contact.casing_stiffness_n_per_m, contact.casing_damping_ns_per_m
+        elastic_casing = ElasticCasing(*spring)
     return Scene(
-        interface=_with_blade_clearance(config, reduced.interface),
+        interface=interface._replace(clearance=interface.clearance + own[interface.blade]),
         damping_ratio=config.damping,
         casing=config.casing.shape,
         clearance=config.clearance,
         running=config.casing.running,
         ramp_time=config.casing.growth_time,
-        friction=config.contact.friction,
+        friction=contact.friction,
         load=config.forcing.amplitude if config.forcing.in_contact else 0.0,
         load_order=config.engine_order or 1,
-        elastic_casing=elastic_casing_of(config),
-        coating=coating_of(config, reduced.interface),
+        elastic_casing=elastic_casing,
+        coating=coating_of(config, interface),
         scheme=config.time.scheme,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
@@ -127,22 +128,6 @@ def _beside_rotation(config, interface):
     return interface._replace(stress=interface.stress / left[:, None])
 
 
-def _with_blade_clearance(config, interface):
-    """The contact points with what their blades have of clearance of their own."""
-    if config.casing.blade_clearance_mm is None:
-        return interface
-    own = np.array(config.casing.blade_clearance_mm) / 1000
-    return interface._replace(clearance=interface.clearance + own[interface.blade])
-
-
-def elastic_casing_of(config: Config) -> ElasticCasing | None:
-    """The casing that gives, None for a rigid one."""
-    stiffness, damping = (
-        config.contact.casing_stiffness_n_per_m, config.contact.casing_damping_ns_per_m
-    )  # fmt: skip
-    return None if stiffness is None else ElasticCasing(stiffness, damping)
-
-
 def coating_of(config: Config, interface: Interface) -> Coating | None:
     """The coating that wears, None without."""
     if not config.contact.wears:
@@ -158,11 +143,12 @@ def coating_of(config: Config, interface: Interface) -> Coating | None:
 
 def time_grid(config: Config) -> Any:
     """What `cut_revolution` and `history.checks` need of a Scene, before there is a model."""
+    load_order = config.engine_order if config.forcing.in_contact else None
     return SimpleNamespace(
         steady=config.steady_state,
         step=resolution.longest_step(config),
         least_steps=resolution.least_steps(config),
-        repeats=config.repeats,
+        repeats=math.gcd(config.casing.shape.repeats, load_order or 0),
         divisor=config.disk.n_blades if config.contact.wears else 1,
         record_interval=resolution.record_interval(config, RECORD_INTERVAL),
     )

@@ -7,7 +7,8 @@ import pytest
 
 import hpcrub
 from hpcrub.commands import keys
-from hpcrub.config.schema import key_table
+from hpcrub.config.schema import Config
+from hpcrub.config.text import key_table
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.studies import STUDIES
 from tests.program import ENVIRONMENT, ROOT
@@ -57,6 +58,7 @@ def test_a_configuration_is_replaced_and_never_changed():
     again = config.replace({"casing": {"n_bumps": 3}, "mistuning.pattern": [1.0] * 6 + [0.0] * 6})
     assert (again.casing.n_bumps, again.casing.clearance_mm) == (3, 0.3)
     assert again.mistuning.half_range_percent == (1.0,)  # as an input file with this pattern
+    assert again.replace({"mistuning.pattern": [2.0] * 12}).mistuning.half_range_percent == (2.0,)
     assert config == hpcrub.Config(casing={"clearance_mm": 0.3})
     with pytest.raises(ValueError, match="frozen"):
         config.study = "modal"
@@ -94,5 +96,5 @@ def test_the_schema_of_editors_is_in_step_with_the_program():
 def test_keys_are_printed(capsys):
     assert keys.main(["casing"]) == 0
     printed = capsys.readouterr().out
-    wanted = [key.path for key in key_table() if "casing" in key.path]
+    wanted = [key.path for key in key_table(Config) if "casing" in key.path]
     assert [line.partition(":")[0] for line in printed.splitlines()[::2]] == wanted

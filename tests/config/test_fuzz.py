@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from hpcrub import studies
 from hpcrub.config import schema as config
-from hpcrub.config.text import set_key
+from hpcrub.config.text import key_table, set_key
 from hpcrub.errors import InputError
 from hpcrub.runs import memory
 
@@ -14,7 +14,7 @@ VALUES = st.recursive(
     lambda v: st.lists(v, max_size=4) | st.dictionaries(st.text(max_size=4), v, max_size=3),
     max_leaves=6,
 )
-KEYS = {key.path for key in config.key_table()}
+KEYS = {key.path for key in key_table(config.Config)}
 PATHS = st.sampled_from(
     sorted(p for p in KEYS if p.rpartition(".")[0] not in KEYS)
 )  # none of a list's

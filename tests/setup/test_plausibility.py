@@ -142,7 +142,7 @@ def test_bumps_as_a_measured_profile_need_about_the_step_of_bumps():
     height = 1.25 * np.exp(-((((angle + 45) % 90 - 45) / 9) ** 2))
     config = Config(casing={"profile_deg": angle.tolist(), "profile_mm": (-height).tolist()})
     assert resolution.bump_time(config) == pytest.approx(resolution.bump_time(Config()), rel=0.15)
-    assert plausibility.orders(config) == (4, 8, 12, 16, 20, 24)
+    assert config.casing.outline.orders == (4, 8, 12, 16, 20, 24)
     assert config.casing.main_order == 4
 
 
