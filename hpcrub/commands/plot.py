@@ -55,14 +55,12 @@ def of_study(
     as for `pictures.draw`. Raises InputError when there are none.
     """
     with open_result(paths[0]) as file:
-        study, random = file.config.study, file.config.pattern_deviation is None
         config = file.config
     wanted = [
         figure
         for figure in FIGURES
-        if study in figure.about.studies
+        if config.study in figure.about.studies
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
-        if random or not figure.about.random
         if NEEDS[figure.about.needs][1](config)
         if mode is None or figure.about.mode
     ]

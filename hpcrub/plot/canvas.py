@@ -20,6 +20,7 @@ from matplotlib.legend import Legend
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.plot.families import ordered
 from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
 from hpcrub.results.storage import ResultFile
@@ -36,6 +37,10 @@ NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
     "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
     "air": ("a disk in air (aero.waves)", lambda c: c.aero.exists),
+    "random": (
+        "random samples, and this is one explicit pattern (mistuning.pattern)",
+        lambda c: c.pattern_deviation is None,
+    ),
 }
 
 
@@ -47,7 +52,6 @@ class About(NamedTuple):
     paper: str = ""  # number of the figure in the paper
     alone: bool = True  # whether it is drawn when a study ends
     several: bool = False  # whether it compares several files; one will do
-    random: bool = False  # whether it needs random samples instead of one explicit pattern
     mode: bool = False  # whether it can show one chosen mode
     main: bool = False  # whether its picture has the name of the result file alone
     needs: str = ""  # what a study must have beside, one of NEEDS
@@ -64,20 +68,14 @@ class Drawing(Protocol):
 
 
 class Canvas:
-    """Open files and panels of one drawing."""
+    """The panels of one drawing, and the words around them."""
 
-    def __init__(self, files: list[ResultFile], where: Where) -> None:
-        self.files = files
+    def __init__(self, where: Where) -> None:
         self.axes: list[Axes] = []  # drawn into
         # whether the figure is this drawing's alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
         self._where = where
         self._notes: list[str] = []
-
-    @property
-    def file(self) -> ResultFile:
-        """The only file of a drawing that shows one."""
-        return self.files[0]
 
     @property
     def figure(self) -> Any:
@@ -142,11 +140,11 @@ class Canvas:
         """Words that belong below the figure, once."""
         self._notes += [text for text in texts if text not in self._notes]
 
-    def finish(self) -> None:
+    def finish(self, files: list[ResultFile]) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""
-        for file in self.files:
+        for file in files:
             for warning in file.warnings:
-                self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
+                self.note(warning if len(files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return
         legend = self._legend()
@@ -191,10 +189,10 @@ class Canvas:
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
-    """Decorator that makes a function of a `Canvas` a figure of a result file.
+    """Decorator that makes a function of a `Canvas` and a file a figure of a result file.
 
-    The function draws; what it returns, if anything, is returned instead of the axes.
-    how: as of `About`.
+    The function draws; what it returns, if anything, is returned instead of the axes. One that
+    compares several files gets a list of them, in their order. how: as of `About`.
     """
     about = About(studies, **how)
 
@@ -208,9 +206,9 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
                 pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(style):
                 _check(draw.__name__, about, files)
-                canvas = Canvas(files, ax)
-                found = draw(canvas, **options)
-                canvas.finish()
+                canvas = Canvas(ax)
+                found = draw(canvas, ordered(files) if about.several else files[0], **options)
+                canvas.finish(files)
             return canvas.drawn() if found is None else found
 
         functools.update_wrapper(drawn, draw)
@@ -248,8 +246,3 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
         words, has_it = NEEDS[about.needs]
         if not has_it(file.config):
             raise InputError(f"{file.path}: figure {name} is for {words}")
-        if about.random and file.config.pattern_deviation is not None:
-            raise InputError(
-                f"{file.path}: figure {name} is for random samples, and this is one explicit "
-                "pattern (mistuning.pattern)"
-            )

@@ -13,13 +13,12 @@ MOST = 3000  # disks that are drawn
 
 
 @figure("rare", what="a small probability of exceeding a limit", main=True)
-def rare(canvas: Canvas) -> None:
+def rare(canvas: Canvas, file: ResultFile) -> None:
     """Full results over first looks, and the probability of exceeding parts of the limit.
 
     Bars are 95 % intervals. Two distributions are fitted to all results and extrapolated, with the
     95 % scatter of their bootstrap: these are no results, and are drawn beside.
     """
-    file = canvas.file
     looks, tail = canvas.panels(1, 2, (13.0, 5.2))[0]
     n = last_estimate(file)[0]
     _draw_looks(looks, file, n)
