@@ -144,10 +144,8 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     tangential, gap, force = (file.read(n, disk)[at] for n in ("tangential_m", "gap_m", "force_n"))
     waves = np.zeros((len(at), len(AROUND)))  # of a casing that vibrates
     if "casing_radial_m" in file:
-        places, moved = (
-            np.radians(file.read("casing_angle_deg")),
-            file.read("casing_radial_m", disk),
-        )
+        places = np.radians(file.read("casing_angle_deg"))
+        moved = file.read("casing_radial_m", disk)
         waves = np.array([np.interp(AROUND, places, w, period=2.0 * np.pi) for w in moved[at]])
     bent = BENT / max(np.abs(tangential).max(), TINY)
     outward = GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY)

@@ -29,10 +29,8 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
 
 def _draw_looks(axes: Axes, file: ResultFile, n: int) -> None:
     """Severity over the first look, with the chance of a disk to be computed in full."""
-    look, size, inclusion = (
-        values[:n][in_full(file)[:n]][:MOST]
-        for values in (file.read("look"), severities(file), file.read("inclusion"))
-    )
+    every = file.read("look"), severities(file), file.read("inclusion")
+    look, size, inclusion = (values[:n][in_full(file)[:n]][:MOST] for values in every)
     for chosen, color, words in (
         (inclusion == 1.0, BLUE, "computed in any case"),
         (inclusion < 1.0, ORANGE, "drawn, each stands for several"),

@@ -59,12 +59,11 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     image, n = None, len(linear)
     look: dict[str, Any] = {"color": BLACK, "ms": 6} if n <= FEW else {"color": "0.55", "ms": 2}
     axes.plot(linear, contact, ".", zorder=0.5, rasterized=n > FEW, label="samples", **look)
-    grid_linear, grid_contact, density = pairs.density(linear, contact) if n > FEW else (None,) * 3
-    if density is not None:
-        image = axes.contourf(
-            grid_linear, grid_contact, cumulative(density).T, levels=[0, *SHARES], cmap="viridis",
-        )  # fmt: skip
     if n > FEW:
+        *grid, density = pairs.density(linear, contact)
+        if density is not None:
+            share = cumulative(density).T
+            image = axes.contourf(*grid, share, levels=[0, *SHARES], cmap="viridis")
         for values, line, colour, name in (
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
         ):  # fmt: skip
