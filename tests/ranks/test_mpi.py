@@ -1,6 +1,5 @@
 """The same bits on any number of ranks, after any interruption; one error line; no hang."""
 
-import json
 import os
 import signal
 import sys
@@ -10,12 +9,14 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.faults.job import children, is_alive
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.results import model_file
 from tests.program import (
     BLISK,
     TINY,
     datasets,
+    end_of_log,
     error_lines,
     lay_out,
     load,
@@ -217,20 +218,6 @@ def wait_for_samples(process, path, n_wanted):
     pytest.fail("".join(process.communicate()))
 
 
-def children(pid):
-    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-        return [int(child) for child in file.read().split()]
-
-
-def alive(pid):
-    """Whether a process is there and not only waits for its parent to take note of its end."""
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
-
-
 @pytest.mark.parametrize(
     ("ranks", "number", "resumed_on"),
     [(2, signal.SIGINT, 1), (3, signal.SIGUSR1, 1), (0, signal.SIGTERM, 2)],
@@ -261,8 +248,7 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, capfd, ranks, numb
         n_blocks = np.isfinite(file["statistics/contact/amplification"][:, 0]).sum()
         assert leading - ranks <= n_blocks <= leading  # without mpirun: exactly
     if not ended:  # after that mpirun leaves little time
-        log = path.with_suffix(".runs.jsonl").read_text().splitlines()
-        summary = json.loads(log[-1])
+        summary = end_of_log(path)
         assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
         assert 0 < summary["done_in_this_run"] <= n_done
     resume(folder, resumed_on, arguments, capfd)
@@ -294,7 +280,7 @@ def test_killed_and_resumed_gives_the_same_bits(study, held, capfd, victim, resu
     process.communicate(timeout=WAIT)
     assert process.returncode != 0
     until = time.monotonic() + WAIT
-    while any(map(alive, of_mpirun)) and time.monotonic() < until:
+    while any(map(is_alive, of_mpirun)) and time.monotonic() < until:
         time.sleep(0.02)
     resume(folder, resumed_on, arguments, capfd)
     assert datasets(path) == expected
