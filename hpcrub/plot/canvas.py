@@ -200,13 +200,11 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
             if mode is not None and not about.mode:
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
-            options = {} if mode is None else {"mode": mode}
-            style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
+            canvas, options = Canvas(ax), {} if mode is None else {"mode": mode}
             if ax is None:  # what the user's way to show figures sets is to outlive `rc_context`
                 pyplot.draw_if_interactive()
-            with _opened(file) as files, rc_context(style):
+            with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)
-                canvas = Canvas(ax)
                 found = draw(canvas, ordered(files) if about.several else files[0], **options)
                 canvas.finish(files)
             return canvas.drawn() if found is None else found

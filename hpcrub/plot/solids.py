@@ -82,8 +82,9 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
     file = neutral.from_arrays(model_file.read(Path(path)))
     disk: Any = file if file.kind == "reduced" else assembly.assemble(file)
     solid = Solid(*(getattr(disk, name) for name in Solid._fields))
-    with rc_context(STYLE if ax is None else {}):
-        axes: Axes = Canvas(ax).panels(1, 1, (8, 6), subplot_kw=THREE)[0, 0]
+    canvas = Canvas(ax)
+    with rc_context(STYLE if canvas.own else {}):
+        axes: Axes = canvas.panels(1, 1, (8, 6), subplot_kw=THREE)[0, 0]
         draw(axes, solid)
         axes.set_title(solid.words(Path(path)))
         axes.legend(loc="lower right")
