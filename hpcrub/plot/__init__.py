@@ -47,3 +47,4 @@ FIGURES: list[Drawing] = [
 ]  # fmt: skip
 
 __all__ = ["FIGURES", "model", *(figure.__name__ for figure in FIGURES)]
+__all__.sort()  # as the page of the API lists them
