@@ -56,6 +56,13 @@ class About(NamedTuple):
     main: bool = False  # whether its picture has the name of the result file alone
     needs: str = ""  # what a study must have beside, one of NEEDS
 
+    def lacking(self, config: Config) -> str:
+        """What the figure needs and a study lacks, in words; empty when it lacks nothing."""
+        words, has_it = NEEDS[self.needs]
+        if config.study not in self.studies:
+            return f"the study {' or '.join(self.studies)}"
+        return "" if has_it(config) else words
+
 
 class Drawing(Protocol):
     """A figure: a function of a result file, with `about` for the lists of figures."""
@@ -238,9 +245,5 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
     if not files or (len(files) > 1 and not about.several):
         raise InputError(f"figure {name} shows one result file, {len(files)} are given")
     for file in files:
-        if file.config.study not in about.studies:
-            allowed = " or ".join(about.studies)
-            raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
-        words, has_it = NEEDS[about.needs]
-        if not has_it(file.config):
+        if words := about.lacking(file.config):
             raise InputError(f"{file.path}: figure {name} is for {words}")
