@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from hpcrub.model.casing_lines import KINDS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_range, draw_response
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
@@ -122,10 +122,8 @@ def _draw_runaway(axes: Axes, file: ResultFile) -> None:
         return
     share = 100.0 * np.isfinite(file.read(f"samples/{away}", -1)[done]).mean(axis=0)
     right = axes.twinx()
-    right.bar(
-        speeds, share, width=0.8 * np.diff(speeds, append=2 * speeds[-1] - speeds[-2])[0],
-        color="0.6", alpha=0.4, lw=0,
-    )  # fmt: skip
+    width = 0.8 * np.diff(edges(speeds))[0]
+    right.bar(speeds, share, width=width, color="0.6", alpha=0.4, lw=0)
     right.set(ylabel="disks that run away [%]", ylim=(0.0, 100.0))
     axes.fill_between(
         [], [], color="0.6", alpha=0.4, lw=0, label="share of the mistuned disks that run away"
