@@ -23,6 +23,7 @@ from hpcrub.errors import InputError
 from hpcrub.plot.families import ordered
 from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
+from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result
 
@@ -55,6 +56,7 @@ class About(NamedTuple):
     mode: bool = False  # whether it can show one chosen mode
     main: bool = False  # whether its picture has the name of the result file alone
     needs: str = ""  # what a study must have beside, one of NEEDS
+    computed: bool = True  # whether it shows results, not the input alone
 
     def lacking(self, config: Config) -> str:
         """What the figure needs and a study lacks, in words; empty when it lacks nothing."""
@@ -247,3 +249,6 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
     for file in files:
         if words := about.lacking(file.config):
             raise InputError(f"{file.path}: figure {name} is for {words}")
+        # samples of a contact study are drawn as far as there are any
+        if about.computed and "status" in file and not (file.status == DONE).any():
+            raise InputError(f"{file.path}: figure {name} has nothing to show: nothing is computed")

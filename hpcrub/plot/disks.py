@@ -205,7 +205,8 @@ def _draw_shape(axes: Axes, file: ResultFile, k: int) -> None:
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
-@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False)
+@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False,
+        computed=False)  # fmt: skip
 def casing(canvas: Canvas, file: ResultFile) -> None:
     """The casing to an exaggerated scale, its gap around the circumference, and how it grows.
 
