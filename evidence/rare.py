@@ -76,10 +76,8 @@ def study(look, severity, costs, goal, rng):
         if rule != Rule() or n == PILOT:
             rule = plan(look[:n], known, inclusion, costs, goal).rule
         more = rule.inclusion(look[n : int(np.ceil(GROWTH * n))])
-        inclusion, n_looks = (
-            np.concatenate([inclusion, more]),
-            n_looks + len(more) * (rule != Rule()),
-        )
+        inclusion = np.concatenate([inclusion, more])
+        n_looks += len(more) * (rule != Rule())
     half = (found[2] - found[1]) / 2.0 / found[0]
     plain = n_needed(Goal(half, None), found[0], found[0], 1.0) * costs[1]
     cost = n_looks * costs[0] + np.isfinite(known).sum() * costs[1]

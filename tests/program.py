@@ -15,8 +15,10 @@ from hpcrub.commands import run as cli
 from hpcrub.config import schema as config
 from hpcrub.errors import InputError
 from hpcrub.response import history
+from hpcrub.response.sweep import run_sweep
 from hpcrub.runs import result_files
-from hpcrub.studies.contact.layout import LAYOUT
+from hpcrub.setup.disks import modes_of
+from hpcrub.setup.problem import build_problem
 
 BLISK = """\
 disk: {model: sector.h5}
@@ -53,6 +55,13 @@ def run(ranks, *arguments, folder, script=ROOT / "main.py", timeout=600):
     return process.returncode, out, err
 
 
+def run_on(ranks, *arguments, folder):
+    """Run the program to its end on ranks, without figures and errors; returns what it prints."""
+    code, out, err = run(ranks, *arguments, "--no-figures", folder=folder)
+    assert (code, error_lines(err)) == (0, []), out + err
+    return out
+
+
 def run_here(*arguments, folder="."):
     """Exit code of the program on one rank, in this process and without figures."""
     with pytest.MonkeyPatch.context() as patch:
@@ -68,6 +77,14 @@ def refusal(function, *arguments):
     assert message
     assert message.isprintable()
     return message
+
+
+def swept(config, own=None, speeds=None):
+    """Sweep of one disk of a configuration: the tuned one, or that with deviations (N,)."""
+    problem = build_problem(config)
+    own = np.zeros(config.disk.n_blades) if own is None else own
+    speeds = config.speeds.values_hz if speeds is None else speeds
+    return run_sweep(modes_of(config, problem, own), problem.scene, speeds)
 
 
 def whole(modes, scene, speeds, duration, *names, motion=None):
@@ -92,10 +109,22 @@ def end_of_log(path):
     return json.loads(path.with_suffix(".runs.jsonl").read_text("utf-8").splitlines()[-1])
 
 
-def datasets(path):
-    """Bytes of every dataset of a result file."""
+def names_in(file):
+    """Names of all datasets of an open HDF5 file."""
+    found = []
+    file.visititems(lambda name, item: found.append(name))
+    return [name for name in found if isinstance(file[name], h5py.Dataset)]
+
+
+def contents(path):
+    """Values of every dataset of a result file but its texts."""
     with h5py.File(path, "r", locking=False) as file:
-        return {line.name: file[line.name][()].tobytes() for line in LAYOUT if line.name in file}
+        return {name: file[name][()] for name in names_in(file) if file[name].dtype.kind != "O"}
+
+
+def datasets(path):
+    """Bytes of the same."""
+    return {name: values.tobytes() for name, values in contents(path).items()}
 
 
 def bits(path):

@@ -29,9 +29,8 @@ def write_decks(folder: Path) -> None:
         steps = bore + _about(speed) + ccx.frequencies_of(N_MODES)
         ccx.write(folder / f"frequencies_{speed}.inp", disk, steps)
     inner = np.setdiff1d(one.sets["bore"], one.sets["low"])  # ties its first surface: no supports
-    steps = (
-        ccx.held(inner) + ccx.CYCLIC.format(n) + ccx.STEP + ccx.frequencies_of(PER_DIAMETER, n // 2)
-    )
+    steps = ccx.held(inner) + ccx.CYCLIC.format(n) + ccx.STEP
+    steps += ccx.frequencies_of(PER_DIAMETER, n // 2)
     ccx.write(folder / "frequencies_cyclic.inp", one, steps)
 
 

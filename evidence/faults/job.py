@@ -78,10 +78,7 @@ class Job:
 
     def below(self):
         """Processes that it started, in their order: the ranks, under mpirun."""
-        pid = self.process.pid
-        with contextlib.suppress(FileNotFoundError):
-            return sorted(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
-        return []
+        return children(self.process.pid)
 
     def by_rank(self):
         """Processes of all ranks, as soon as they are there; fewer at the program's end."""
@@ -113,6 +110,13 @@ class Job:
         """Its own lines in the standard error, without the folder."""
         lines = [line for line in self.errors().splitlines() if line.startswith("hpcrub: ")]
         return " / ".join(lines).replace(f"{self.folder}/", "")
+
+
+def children(pid):
+    """Processes that a process started, in their order; none of one that is gone."""
+    with contextlib.suppress(FileNotFoundError):
+        return sorted(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
+    return []
 
 
 def send(pid, number):

@@ -66,10 +66,8 @@ def _ended(job, codes, words, expected, ranks):
     """The Trial of a program that got a signal."""
     code, problem, when = job.wait(), _orphans(ranks), "before the file was there"
     if job.result.exists():
-        problem, n_samples = (
-            problem or damage(job.result, expected),
-            expected["samples/status"].size,
-        )
+        n_samples = expected["samples/status"].size
+        problem = problem or damage(job.result, expected)
         n_found = 0 if problem else n_done(job.result)
         when = "while samples were written" if n_found else "before the first sample"
         when = "after the last sample" if n_found == n_samples else when
@@ -96,13 +94,14 @@ def killed_in_lay_out(folder):
     for when in ("before", "after"):
         place = folder / when
         run(place, "study.yaml")
-        text = (
-            "import os\nreplace = os.replace\n"
-            "def deadly(*names):\n"
-            + ("    replace(*names)\n" if when == "after" else "")
-            + "    os.kill(os.getpid(), 9)\n"
-            "os.replace = deadly\n"
-        )
+        done = "replace(*names)" if when == "after" else "pass"
+        text = f"""import os
+replace = os.replace
+def deadly(*names):
+    {done}
+    os.kill(os.getpid(), 9)
+os.replace = deadly
+"""
         other = "--set", "mistuning.seed=2021"
         job, code = run(place, "study.yaml", "--overwrite", *other, script=script(place, text))
         n_found = int((values(job.result)["samples/status"] == DONE).sum())

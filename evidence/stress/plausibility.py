@@ -18,6 +18,7 @@ import multiprocessing
 import os
 import random
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -90,12 +91,14 @@ class Outcome(NamedTuple):
         return np.concatenate(wrong)
 
 
+def log_uniform(rng: random.Random, low: float, high: float) -> float:
+    """A number whose logarithm is uniform."""
+    return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+
 def scene(rng: random.Random) -> dict[str, Any]:
     """Keys of a random disk, casing and speed."""
-
-    def log(low, high):
-        return math.exp(rng.uniform(math.log(low), math.log(high)))
-
+    log = partial(log_uniform, rng)
     n_blades, n_elements = rng.choice((2, 3, 4, 6)), rng.choice((1, 2, 3))
     most = n_blades * (3 * n_elements + 3)
     height, n_bumps = log(0.02, 5.0), rng.choice((1, 2, 3, 4, 6, 12, 50, 300))
@@ -146,13 +149,13 @@ def speeds_from(speed: float) -> dict[str, Any]:
 def small(rng: random.Random) -> dict[str, Any]:
     """Keys of a small disk at some speeds, of which many steps are cheap."""
     n_blades = rng.choice((2, 3, 4))
-    return speeds_from(math.exp(rng.uniform(math.log(20.0), math.log(150.0)))) | {
+    return speeds_from(log_uniform(rng, 20.0, 150.0)) | {
         "disk.n_blades": n_blades,
         "disk.blade.n_elements": 1,
         "disk.blade.thickness_mm": rng.uniform(8.0, 25.0),
         "disk.blade.lean_deg": rng.uniform(-50.0, 50.0),
         "reduction.n_modes": 3 * n_blades,
-        "material.damping_ratio": math.exp(rng.uniform(math.log(0.01), math.log(0.2))),
+        "material.damping_ratio": log_uniform(rng, 0.01, 0.2),
         "contact.friction": rng.choice((0.0, 0.0, 0.15)),
         "forcing.engine_order": 1,
         "mistuning.half_range_percent": [rng.choice((TUNED, 4.0))],
@@ -162,12 +165,12 @@ def small(rng: random.Random) -> dict[str, Any]:
 
 def narrow_bumps(rng: random.Random) -> dict[str, Any]:
     """Keys of bumps that are narrow, beside a harmonic that is lower or much higher than they."""
-    height, wave = (math.exp(rng.uniform(math.log(0.02), math.log(1.0))) for _ in range(2))
+    height, wave = (log_uniform(rng, 0.02, 1.0) for _ in range(2))
     order, phase = rng.choice((1, 1, 2, 3, 5)), 360.0 * rng.random()
     return small(rng) | {
         "casing.n_bumps": rng.choice((1, 2, 3, 4, 6, 12)),
         "casing.bump_height_mm": height,
-        "casing.bump_width": math.exp(rng.uniform(math.log(1.2e-3), math.log(0.03))),
+        "casing.bump_width": log_uniform(rng, 1.2e-3, 0.03),
         "casing.harmonics": [{"order": order, "amplitude_mm": wave, "phase_deg": phase}],
         "casing.clearance_mm": rng.choice((0.0, rng.random() * wave, rng.random() * height)),
     }
@@ -176,9 +179,9 @@ def narrow_bumps(rng: random.Random) -> dict[str, Any]:
 def noisy(rng: random.Random) -> dict[str, Any]:
     """Keys of a measured casing with noise of a standard deviation of 0.5 to 4 % of its shape."""
     n = rng.choice((360, 1000, 2000, 3600))
-    height, order = math.exp(rng.uniform(math.log(0.05), math.log(1.0))), rng.choice((1, 2, 3, 5))
+    height, order = log_uniform(rng, 0.05, 1.0), rng.choice((1, 2, 3, 5))
     noise = np.random.default_rng(rng.randrange(10**6)).standard_normal(n)
-    noise *= height * math.exp(rng.uniform(math.log(0.005), math.log(0.04)))
+    noise *= height * log_uniform(rng, 0.005, 0.04)
     angle = 360.0 * np.arange(n) / n
     change = np.round(-height * np.cos(order * np.radians(angle) + rng.random()) - noise, 6)
     return small(rng) | {
@@ -192,7 +195,7 @@ def measured(rng: random.Random, height: float) -> dict[str, Any]:
     """A measured casing: an oval or a bump, and spikes, a jump or noise on it."""
     n = rng.choice((12, 36, 120, 360))
     angle = 360.0 * np.arange(n) / n
-    order, rough = rng.choice((1, 2, 3)), height * math.exp(rng.uniform(math.log(1e-3), 0.0))
+    order, rough = rng.choice((1, 2, 3)), height * log_uniform(rng, 1e-3, 1.0)
     inward = height * np.cos(order * np.radians(angle) + rng.random())
     what, at = rng.choice(("spike", "jump", "noise", "smooth")), rng.randrange(n)
     if what == "spike":
@@ -223,7 +226,7 @@ def blisk(rng: random.Random) -> dict[str, Any]:
     return speeds_from(speed) | {
         "casing.growth_time_s": 1e-3,
         "disk.model": scaled_blisk(factor),
-        "material.damping_ratio": math.exp(rng.uniform(math.log(3e-3), math.log(0.05))),
+        "material.damping_ratio": log_uniform(rng, 3e-3, 0.05),
         "casing.n_bumps": n_bumps,
         "casing.bump_height_mm": height,
         "casing.clearance_mm": height * (1.0 - 0.3 * rng.random()),

@@ -99,9 +99,19 @@ def _arrays(mesh, kind):
         "fixed": (3 * mesh.sets["bore"][:, None] + np.arange(3)).ravel(),
         "contact_node": mesh.sets["tip"],
     }
-    for name, matrix in (("K", K), ("M", M), ("K_blade", K_blade)):
-        arrays |= {f"{name}/{part}": getattr(matrix, part) for part in PARTS}
-    return arrays
+    return arrays | stored(K=K, M=M, K_blade=K_blade)
 
 
 PARTS = "data", "indices", "indptr"
+
+
+def stored(**matrices):
+    """Sparse or dense matrices as the arrays of a model file."""
+    rows = {name: sp.csr_array(matrix) for name, matrix in matrices.items()}
+    return {f"{name}/{part}": getattr(rows[name], part) for name in rows for part in PARTS}
+
+
+def matrix_of(arrays, name):
+    """The sparse matrix of such arrays."""
+    n = len(arrays["dof"])
+    return sp.csr_array(tuple(arrays[f"{name}/{part}"] for part in PARTS), shape=(n, n))

@@ -1,7 +1,8 @@
 """The planar disk as a model file: tips have directions, all other dof are generalised."""
 
 import numpy as np
-import scipy.sparse as sp
+
+from evidence.truth.hexahedra import stored
 
 
 def planar_arrays(disk):
@@ -16,7 +17,7 @@ def planar_arrays(disk):
     for rows, part in zip(disk.blade_dof, disk.blade_stiffness, strict=True):
         blades[np.ix_(rows, rows)] += part
     place = disk.contact_radius * np.array([np.cos(disk.contact_angle), np.sin(disk.contact_angle)])
-    arrays = {
+    return {
         "hpcrub_model": np.array(1),
         "kind": np.array("disk"),
         "frame": np.array("cylindrical"),
@@ -24,8 +25,4 @@ def planar_arrays(disk):
         "dof": dof,
         "contact_node": np.arange(N),
         "contact_blade": np.arange(N),
-    }
-    for name, matrix in (("M", disk.mass), ("K", disk.stiffness), ("K_blade", blades)):
-        rows = sp.csr_array(matrix)
-        arrays |= {f"{name}/{part}": getattr(rows, part) for part in ("data", "indices", "indptr")}
-    return arrays
+    } | stored(M=disk.mass, K=disk.stiffness, K_blade=blades)

@@ -31,6 +31,11 @@ class Wall(NamedTuple):
     ramp_time: float = 0.01
 
 
+def wall_of(scene):
+    """The Wall of a Scene."""
+    return Wall(*scene.casing[:2], scene.clearance, scene.friction, scene.ramp_time)
+
+
 class Run(NamedTuple):
     """Motion after every step."""
 

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
+from evidence.truth.chain import assemble
 from evidence.truth.energy import audit
 from evidence.truth.motion import Structure, make_bank, trace, wall
 from evidence.validation import report
@@ -50,12 +51,8 @@ def bar(n_elements, lumped=False):
 
     lumped: sum the rows of the elements' mass matrix on its diagonal.
     """
-    m, k = frame_element(Beam(E, 1.0, RHO), LENGTH / n_elements)
-    n = n_elements + 1
-    M, K = np.zeros((n, n)), np.zeros((n, n))
-    for e in range(n_elements):
-        M[e : e + 2, e : e + 2] += m[np.ix_([0, 3], [0, 3])]
-        K[e : e + 2, e : e + 2] += k[np.ix_([0, 3], [0, 3])]
+    element = frame_element(Beam(E, 1.0, RHO), LENGTH / n_elements)
+    M, K = assemble([part[np.ix_([0, 3], [0, 3])] for part in element], n_elements)
     if lumped:
         M = np.diag(M.sum(axis=1))
     eigenvalues, shapes = eigh(K, M)

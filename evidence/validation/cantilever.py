@@ -11,6 +11,7 @@ by adding modes, the modal model's by reducing the step.
 import numpy as np
 from scipy.linalg import eigh
 
+from evidence.truth.chain import assemble
 from evidence.truth.events import Reference, fixed_wall
 from evidence.truth.motion import Structure, make_bank, start_free, trace, wall
 from evidence.validation import report
@@ -26,15 +27,9 @@ DURATION = 0.15  # [s], two periods of the first mode: 16.7 Hz
 def beam(n_modes):
     """The first modes of the cantilever: Structure, start q, q̇."""
     section = rectangular_beam(WIDTH, THICKNESS, 2.1e11, 7800.0)
-    m, k = frame_element(section, LENGTH / N_ELEMENTS)
     bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    n = 2 * N_ELEMENTS + 2
-    M, K = np.zeros((n, n)), np.zeros((n, n))
-    for e in range(N_ELEMENTS):
-        dof = slice(2 * e, 2 * e + 4)
-        M[dof, dof] += m[bending]
-        K[dof, dof] += k[bending]
-    M, K = M[2:, 2:], K[2:, 2:]
+    element = [part[bending] for part in frame_element(section, LENGTH / N_ELEMENTS)]
+    M, K = assemble(element, N_ELEMENTS)[:, 2:, 2:]
     eigenvalues, shapes = eigh(K, M, subset_by_index=[0, n_modes - 1])
     tip = shapes[-2]
     bent = np.linalg.solve(K, np.eye(len(K))[-2])

@@ -39,16 +39,12 @@ def in_both_frames(ring, deviation):
     casing = ring_modes(ring, WAVES, 0.005)
     modes = mistuned_modes(reference_reduced(60)._replace(casing=casing), deviation)
     pieces = list(history.integrate(modes, scene, [SPEED_HZ], REVOLUTIONS / SPEED_HZ))
-    q, pairs = (
-        np.concatenate([getattr(piece, name)[:, :, 0] for piece in pieces])
-        for name in ("position", "casing")
-    )
-    wall = truth.Wall(*scene.casing[:2], scene.clearance, scene.friction,
-                      scene.ramp_time)  # fmt: skip
+    q = np.concatenate([piece.position[:, :, 0] for piece in pieces])
+    pairs = np.concatenate([piece.casing[:, :, 0] for piece in pieces])
     steps = cut_revolution(SPEED_HZ, scene).steps_per_revolution
     true = truth.integrate(
         modes.omega, scene.damping_ratio, modes.normal, modes.tangential, scene.interface.angle,
-        truth.Ring(*casing), wall, SPEED_HZ, steps, len(q),
+        truth.Ring(*casing), truth.wall_of(scene), SPEED_HZ, steps, len(q),
     )  # fmt: skip
     difference = np.abs(q - true.disk).max() / np.abs(true.disk).max()
     moved, _ = casing_motion.largest(modes.pairs, pairs)

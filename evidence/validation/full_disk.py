@@ -27,6 +27,7 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 
 from evidence.truth.disk import earlier_disk, earlier_reduced, reference_scene
 from evidence.truth.motion import WIDTH
+from evidence.truth.ring import Wall
 from evidence.validation import report
 from hpcrub.model.reduction import mistuned_modes
 from hpcrub.response.steady import SteadyCriteria
@@ -35,19 +36,9 @@ from hpcrub.response.sweep import Motion, run_sweep
 SWEEPS, TOLERANCE, THETA = 200, 1e-12, 0.51
 
 
-class Casing(NamedTuple):
-    """Bumps, clearance and friction, written out once more."""
-
-    n_bumps: int = 4
-    height: float = 1.25e-3
-    clearance: float = 0.25e-3
-    ramp_time: float = 0.01
-    friction: float = 0.15
-
-
 @numba.njit
 def surface(casing, angle, t):
-    """Place of the casing over a tip at rest, at ``angle`` from bump 0 at time t [m]."""
+    """Place of a Wall over a tip at rest, at ``angle`` from bump 0 at time t [m]."""
     pitch = 2.0 * np.pi / casing.n_bumps
     phi = (angle + pitch / 2.0) % pitch - pitch / 2.0
     bump = casing.height * np.exp(-((phi / (0.1 * pitch)) ** 2))
@@ -147,7 +138,7 @@ def _integrate(operators, casing, dof, angle, speeds_hz, h, theta, n_steps, y, s
 def amplitudes(model, damping_ratio, casing, speeds_hz, h, duration, theta=THETA, start=None):
     """Largest |u_t| of any tip over three revolutions.
 
-    model: Model or hpcrub.disk.Disk, mistuned or not; casing: Casing; speeds_hz (S,);
+    model: Model or hpcrub.disk.Disk, mistuned or not; casing: Wall; speeds_hz (S,);
     h, duration [s]; start: u, v (n, S) and the time (S,) that they belong to, rest by default.
     Returns amplitudes (2, S) [m] over the three revolutions before the last three and over the
     last three.
@@ -217,7 +208,7 @@ def _damped():
     rows, verdicts = [], []
     for n_modes in (60, ALL):
         kernel, change = _pair(n_modes, DAMPED, SETTLED)
-        how = _model(n_modes), DAMPED, Casing(), SPEEDS
+        how = _model(n_modes), DAMPED, Wall(), SPEEDS
         other = np.array([amplitudes(*how, h, SETTLED)[1] for h in STEPS])
         every = other / kernel - 1.0
         off, rms = every[-1], np.sqrt(np.mean(every**2, axis=1))
@@ -239,7 +230,7 @@ def _reference():
     rows, verdicts = [], []
     for n_modes in (60, ALL):
         kernel, change = _pair(n_modes, REFERENCE, LONG)
-        how = _model(n_modes), REFERENCE, Casing(), SPEEDS[:2]
+        how = _model(n_modes), REFERENCE, Wall(), SPEEDS[:2]
         other = amplitudes(*how, LONG_STEPS[n_modes], LONG)
         for s, speed in enumerate(SPEEDS[:2]):
             off = other[1, s] / kernel[s] - 1.0
@@ -255,7 +246,7 @@ def _reference():
 
 def _half():
     kernel, start = kernel_run(60, HALF, SPEEDS, LONG, 1e-6)
-    coarse, fine = (amplitudes(_model(60), HALF, Casing(), SPEEDS, h, SETTLED, start=start)[1]
+    coarse, fine = (amplitudes(_model(60), HALF, Wall(), SPEEDS, h, SETTLED, start=start)[1]
                     for h in HALF_STEPS)  # fmt: skip
     limit = 2.0 * fine - coarse
     off, found = limit / kernel - 1.0, 1e3 * np.transpose([kernel, coarse, fine, limit])

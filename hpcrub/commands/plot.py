@@ -11,7 +11,6 @@ os.environ["MPLBACKEND"] = "Agg"  # pictures need no screen, whatever the enviro
 
 from hpcrub.errors import HpcrubError, InputError
 from hpcrub.plot import FIGURES, pictures
-from hpcrub.plot.canvas import NEEDS
 from hpcrub.ranks.progress import say
 from hpcrub.studies import open_result
 
@@ -59,10 +58,8 @@ def of_study(
     wanted = [
         figure
         for figure in FIGURES
-        if config.study in figure.about.studies
+        if not figure.about.lacking(config)
         if (figure.about.several if len(paths) > 1 else figure.about.alone)
-        if config.pattern_deviation is None or not figure.about.random
-        if NEEDS[figure.about.needs][1](config)
         if mode is None or figure.about.mode
     ]
     if mode is not None and not wanted:

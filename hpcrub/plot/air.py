@@ -1,25 +1,23 @@
 """Disks in air: damping of every wave, and what mistuning makes of it."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.model.aero import largest_amplification
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE, shades
+from hpcrub.results.storage import ResultFile
 
 SIGMA = "standard deviation of the blades' stiffness [%]"
 
 
 @figure("linear", what="damping of waves in air, and of mistuned disks", needs="air")
-def air(canvas: Canvas) -> None:
+def air(canvas: Canvas, file: ResultFile) -> None:
     """Damping of the tuned waves, root locus of mistuned disks, least stable mode over the level.
 
     Nodal diameters above zero travel with the rotation. The cross of the root locus is the centre,
     whose decay no mistuning moves.
     """
-    file = canvas.file
     waves, locus, least = canvas.panels(1, 3, (17.0, 5.2))[0]
     _draw_waves(waves, file)
     _draw_locus(locus, file)
@@ -27,12 +25,12 @@ def air(canvas: Canvas) -> None:
 
 
 @figure("modal", what="damping of waves in air, tuned disk", needs="air")
-def wave_damping(canvas: Canvas) -> None:
+def wave_damping(canvas: Canvas, file: ResultFile) -> None:
     """Damping of the tuned waves, as given and as the complex modes have them."""
-    _draw_waves(canvas.panels(1, 1, (7.5, 5.2))[0, 0], canvas.file)
+    _draw_waves(canvas.panels(1, 1, (7.5, 5.2))[0, 0], file)
 
 
-def draw_limit(axes: Axes, file: Any, diameters: int) -> None:
+def draw_limit(axes: Axes, file: ResultFile, diameters: int) -> None:
     """Limit of the linear amplification under a load of so many diameters, where nothing grows."""
     ratio = file.read("aero/tuned_damping_ratio")
     if (ratio > 0.0).all():
@@ -40,7 +38,7 @@ def draw_limit(axes: Axes, file: Any, diameters: int) -> None:
         axes.axhline(limit, color=BLACK, lw=1.2, ls=":", label="limit (Whitehead)")
 
 
-def _draw_waves(axes: Axes, file: Any) -> None:
+def _draw_waves(axes: Axes, file: ResultFile) -> None:
     """Damping ratio over the signed nodal diameter, as given and of the complex modes."""
     diameters = file.read("aero/diameters")
     order = np.argsort(diameters)
@@ -53,7 +51,7 @@ def _draw_waves(axes: Axes, file: Any) -> None:
     _zero(axes)
 
 
-def _draw_locus(axes: Axes, file: Any) -> None:
+def _draw_locus(axes: Axes, file: ResultFile) -> None:
     """Decay over frequency of tuned waves and of the complex modes of mistuned disks."""
     frequency, decay = file.read("aero/frequency_hz"), file.read("aero/decay_per_s")
     sigma = 100 * file.read("sigma")
@@ -72,7 +70,7 @@ def _draw_locus(axes: Axes, file: Any) -> None:
     _zero(axes)
 
 
-def _draw_least(axes: Axes, file: Any) -> None:
+def _draw_least(axes: Axes, file: ResultFile) -> None:
     """Percentiles of the damping ratio of the least stable mode over the mistuning level."""
     levels = [100 * found[np.isfinite(found)] for found in file.read("aero/least_damping_ratio")]
     tuned = 100 * file.read("aero/tuned_damping_ratio")

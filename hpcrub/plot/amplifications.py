@@ -16,8 +16,8 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.air import draw_limit
 from hpcrub.plot.canvas import ENTRY, Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered, reference, uncertainty
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.plot.families import finished, labels, reference, uncertainty
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import layout, measured
@@ -50,20 +50,14 @@ def draw_curves(
     from_one: begin at the tuned disk, whose amplification is 1.
     """
     known = [v for v in range(len(x)) if len(values[v])]
-    curves = np.array([np.percentile(values[v], at) for v in known]).reshape(-1, len(at)).T
-    ends = [intervals.interval(values[v], at, shared) for v in known]
-    low, high = np.transpose(ends, (1, 2, 0)) if ends else np.empty((2, len(at), 0))
+    found = [intervals.interval(values[v], at, shared) for v in known]
     x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
     zero, one = ([0.0], [1.0]) if from_one else ([], [])
-    for p, curve in enumerate(curves):
-        line = [*zero, *x], [*one, *curve]
-        axes.plot(*line, look.style, marker=_marker(p), color=look.colour, lw=1.6)
-        intervals.draw(axes, x, curve, low[p], high[p], look.colour)
+    for p, curve in enumerate(np.reshape(found, (-1, 3, len(at))).T):
+        line = [*zero, *x], [*one, *curve[0]]
+        axes.plot(*line, look.style, marker=marker(p), color=look.colour, lw=1.6)
+        intervals.draw(axes, x, curve, look.colour)
     axes.margins(y=0.1)
-
-
-def _marker(p: int) -> str:
-    return MARKERS[p % len(MARKERS)]
 
 
 def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
@@ -71,7 +65,7 @@ def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
     for look in looks:
         axes.plot([], [], look.style, color=look.colour, label=look.word)
     for p, percentile in enumerate(at):
-        axes.plot([], [], _marker(p), color="0.4", label=f"percentile {percentile:g}")
+        axes.plot([], [], marker(p), color="0.4", label=f"percentile {percentile:g}")
 
 
 def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> None:
@@ -84,13 +78,12 @@ def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> N
 
 
 @figure("contact", paper="12, 16", what="both amplifications over σ", several=True, alone=False,
-        random=True)  # fmt: skip
-def percentiles(canvas: Canvas) -> None:
+        needs="random")  # fmt: skip
+def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
     """Percentiles of both amplifications against σ, a panel for every file.
 
     Of many files, or of one level only, all lie in one panel, a row each, at the widest level.
     """
-    files = ordered(canvas.files)
     if len(files) > MOST_PANELS or all(len(f.read("sigma")) == 1 for f in files):
         _draw_rows(canvas, files)
         return
@@ -115,9 +108,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
     """A row for every file, its widest level; light lines at the percentiles of the reference."""
     axes = canvas.panels(1, 1, (10, 1.8 + 0.9 * len(files)))[0, 0]
     best = reference(files)
-    names = [
-        f"{label}\n({samples([file])})" for file, label in zip(files, labels(files), strict=True)
-    ]
+    names = [f"{label}\n({samples([f])})" for f, label in zip(files, labels(files), strict=True)]
     if len(files) > 1:
         row = files.index(best)
         names[row] = names[row].replace("(", "(lines; ")
@@ -140,11 +131,10 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
             values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
-            centre = np.percentile(values, at)
-            low, high = intervals.interval(values, at, uncertainty(file, name))
-            for p, value in enumerate(centre):
-                axes.plot(value, height[p], _marker(p), color=look.colour, ms=7)
-            intervals.draw(axes, height, centre, low, high, look.colour, sideways=True)
+            found = intervals.interval(values, at, uncertainty(file, name))
+            for p, value in enumerate(found[0]):
+                axes.plot(value, height[p], marker(p), color=look.colour, ms=7)
+            intervals.draw(axes, height, found, look.colour, sideways=True)
     axes.set_yticks(range(len(files)), names, fontsize=10)
     axes.set(ylim=(len(files) - 0.5, -0.5), xlabel=AMPLIFICATION)
 
@@ -152,11 +142,9 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
 def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
     """Both amplifications of measured disks, a row each, with the intervals of those in contact."""
     rows = np.array([disk.number for disk in found], dtype=float)
-    contact, linear = (
-        np.array([getattr(d, n) for d in found]) for n in ("amplification", "linear")
-    )
-    low, high = np.transpose([disk.interval for disk in found])
-    intervals.draw(axes, rows - ABOVE, contact, low, high, BLUE, sideways=True)
+    contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])
+    ends = np.transpose([disk.interval for disk in found])
+    intervals.draw(axes, rows - ABOVE, [contact, *ends], BLUE, sideways=True)
     axes.plot(contact, rows - ABOVE, "o", color=BLUE, ms=7, label=CONTACT.word)
     axes.plot(linear, rows + ABOVE, "s", color=ORANGE, ms=7, label=LINEAR.word)
     axes.set_yticks(rows, [f"disk {disk.number}" for disk in found])
@@ -164,13 +152,12 @@ def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
 
 
 @figure("contact", paper="13", what="largest amplitudes over n_d", several=True, alone=False,
-        random=True)  # fmt: skip
-def amplitudes(canvas: Canvas) -> None:
+        needs="random")  # fmt: skip
+def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
     """Largest amplitudes of the tuned disk and percentile 99 of the samples, a place each file.
 
     The levels stand side by side.
     """
-    files = ordered(canvas.files)
     quantity, names = _places(files)
     wide = max(len(line) for name in names for line in name.splitlines()) / ENTRY
     axes = canvas.panels(1, 1, (max(8.0, max(1.3, 0.4 + wide) * len(files)), 5.6))[0, 0]
@@ -190,14 +177,10 @@ def amplitudes(canvas: Canvas) -> None:
             if not len(values):
                 continue
             level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
-            place, top, colour = (
-                i + 0.06 * (level + 1),
-                1e3 * np.percentile(values, 99),
-                colours[level],
-            )
-            axes.plot(place, top, _marker(level), color=colour, ms=7, label=label)
-            ends = intervals.interval(1e3 * values, [99])
-            intervals.draw(axes, place, top, *ends, colour)
+            place, found = i + 0.06 * (level + 1), intervals.interval(1e3 * values, [99])
+            look: dict[str, Any] = {"color": colours[level], "label": label}
+            axes.plot(place, found[0], marker(level), ms=7, **look)
+            intervals.draw(axes, place, found, colours[level])
     axes.set_xticks(x, names)
     axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
@@ -215,9 +198,8 @@ def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
 
 
 @figure("linear", paper="4", what="linear amplification over σ and n_d", main=True)
-def linear(canvas: Canvas) -> None:
+def linear(canvas: Canvas, file: ResultFile) -> None:
     """Percentiles of the linear amplification against σ, a panel for every load."""
-    file = canvas.file
     diameters, sigma = file.read("n_diameters"), 100 * file.read("sigma")
     columns = min(3, len(diameters))
     axes = canvas.grid(len(diameters), columns, (4, 3.3), AMPLIFICATION, sharex=True, sharey=True)
@@ -236,23 +218,23 @@ def linear(canvas: Canvas) -> None:
 
 
 @figure("contact", paper="10", what="running means of the percentiles", several=True, alone=False,
-        random=True)  # fmt: skip
-def running_means(canvas: Canvas) -> None:
+        needs="random")  # fmt: skip
+def running_means(canvas: Canvas, files: list[ResultFile]) -> None:
     """Running means of the percentiles of A_nl: a row for every file, a column each percentile."""
-    for panel in _draw(canvas, "mean_of_percentile", 1.0, 1)[:, 0]:
+    for panel in _draw(canvas, files, "mean_of_percentile", 1.0, 1)[:, 0]:
         panel.set_ylabel("mean of the\npercentile of $A_{nl}$ [-]")
 
 
-@figure("contact", paper="11", what="convergence errors", several=True, alone=False, random=True)
-def convergence_errors(canvas: Canvas) -> None:
+@figure("contact", paper="11", what="convergence errors", several=True, alone=False, needs="random")
+def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
     """Convergence errors, equation (6): a row for every file, a column for each percentile.
 
     They begin where convergence is judged, with the tenth estimate.
     """
-    files = ordered(canvas.files)
     z = sorted({file.config.convergence.z for file in files})
     level = " and ".join(f"{100 * confidence(value):.1f} %" for value in z)
-    for file, row in zip(files, _draw(canvas, "convergence_error", 100.0, MIN_VALUES), strict=True):
+    axes = _draw(canvas, files, "convergence_error", 100.0, MIN_VALUES)
+    for file, row in zip(files, axes, strict=True):
         for panel in row:
             for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
@@ -266,13 +248,12 @@ def convergence_errors(canvas: Canvas) -> None:
     canvas.title(f"Convergence error by equation (6) of the paper, for {level}")
 
 
-def _draw(canvas: Canvas, name: str, scale: float, least: int) -> Any:
+def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, least: int) -> Any:
     """A statistic of the contact amplifications; colours tell σ.
 
     least: estimates from which on it is drawn.
     Raises InputError where there are not two of these.
     """
-    files = ordered(canvas.files)
     shown = sorted({p for file in files for p in file.config.convergence.percentiles})
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
     colours = dict(zip(sigmas, shades(len(sigmas)), strict=True))

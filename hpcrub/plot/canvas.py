@@ -20,8 +20,10 @@ from matplotlib.legend import Legend
 
 from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
+from hpcrub.plot.families import ordered
 from hpcrub.plot.intervals import WORDS
 from hpcrub.plot.style import STYLE
+from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result
 
@@ -36,6 +38,10 @@ NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
     "wear": ("a coating that wears (contact.law: abradable)", lambda c: c.contact.wears),
     "waves": ("a casing that vibrates (casing.ring)", lambda c: c.casing.vibrates),
     "air": ("a disk in air (aero.waves)", lambda c: c.aero.exists),
+    "random": (
+        "random samples, and this is one explicit pattern (mistuning.pattern)",
+        lambda c: c.pattern_deviation is None,
+    ),
 }
 
 
@@ -47,10 +53,17 @@ class About(NamedTuple):
     paper: str = ""  # number of the figure in the paper
     alone: bool = True  # whether it is drawn when a study ends
     several: bool = False  # whether it compares several files; one will do
-    random: bool = False  # whether it needs random samples instead of one explicit pattern
     mode: bool = False  # whether it can show one chosen mode
     main: bool = False  # whether its picture has the name of the result file alone
     needs: str = ""  # what a study must have beside, one of NEEDS
+    computed: bool = True  # whether it shows results, not the input alone
+
+    def lacking(self, config: Config) -> str:
+        """What the figure needs and a study lacks, in words; empty when it lacks nothing."""
+        words, has_it = NEEDS[self.needs]
+        if config.study not in self.studies:
+            return f"the study {' or '.join(self.studies)}"
+        return "" if has_it(config) else words
 
 
 class Drawing(Protocol):
@@ -64,20 +77,14 @@ class Drawing(Protocol):
 
 
 class Canvas:
-    """Open files and panels of one drawing."""
+    """The panels of one drawing, and the words around them."""
 
-    def __init__(self, files: list[ResultFile], where: Where) -> None:
-        self.files = files
+    def __init__(self, where: Where) -> None:
         self.axes: list[Axes] = []  # drawn into
         # whether the figure is this drawing's alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
         self._where = where
         self._notes: list[str] = []
-
-    @property
-    def file(self) -> ResultFile:
-        """The only file of a drawing that shows one."""
-        return self.files[0]
 
     @property
     def figure(self) -> Any:
@@ -142,11 +149,11 @@ class Canvas:
         """Words that belong below the figure, once."""
         self._notes += [text for text in texts if text not in self._notes]
 
-    def finish(self) -> None:
+    def finish(self, files: list[ResultFile]) -> None:
         """Write the legends, the notes, and what the files themselves warn of, below the panels."""
-        for file in self.files:
+        for file in files:
             for warning in file.warnings:
-                self.note(warning if len(self.files) == 1 else f"{file.path.stem}: {warning}")
+                self.note(warning if len(files) == 1 else f"{file.path.stem}: {warning}")
         if not self.axes:
             return
         legend = self._legend()
@@ -191,10 +198,10 @@ class Canvas:
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
-    """Decorator that makes a function of a `Canvas` a figure of a result file.
+    """Decorator that makes a function of a `Canvas` and a file a figure of a result file.
 
-    The function draws; what it returns, if anything, is returned instead of the axes.
-    how: as of `About`.
+    The function draws; what it returns, if anything, is returned instead of the axes. One that
+    compares several files gets a list of them, in their order. how: as of `About`.
     """
     about = About(studies, **how)
 
@@ -202,15 +209,13 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
         def drawn(file: Any, ax: Where = None, mode: int | None = None) -> Any:
             if mode is not None and not about.mode:
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
-            options = {} if mode is None else {"mode": mode}
-            style = STYLE if ax is None or isinstance(ax, FigureBase) else {}
+            canvas, options = Canvas(ax), {} if mode is None else {"mode": mode}
             if ax is None:  # what the user's way to show figures sets is to outlive `rc_context`
                 pyplot.draw_if_interactive()
-            with _opened(file) as files, rc_context(style):
+            with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)
-                canvas = Canvas(files, ax)
-                found = draw(canvas, **options)
-                canvas.finish()
+                found = draw(canvas, ordered(files) if about.several else files[0], **options)
+                canvas.finish(files)
             return canvas.drawn() if found is None else found
 
         functools.update_wrapper(drawn, draw)
@@ -242,14 +247,8 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
     if not files or (len(files) > 1 and not about.several):
         raise InputError(f"figure {name} shows one result file, {len(files)} are given")
     for file in files:
-        if file.config.study not in about.studies:
-            allowed = " or ".join(about.studies)
-            raise InputError(f"{file.path}: figure {name} is for the study {allowed}")
-        words, has_it = NEEDS[about.needs]
-        if not has_it(file.config):
+        if words := about.lacking(file.config):
             raise InputError(f"{file.path}: figure {name} is for {words}")
-        if about.random and file.config.pattern_deviation is not None:
-            raise InputError(
-                f"{file.path}: figure {name} is for random samples, and this is one explicit "
-                "pattern (mistuning.pattern)"
-            )
+        # samples of a contact study are drawn as far as there are any
+        if about.computed and "status" in file and not (file.status == DONE).any():
+            raise InputError(f"{file.path}: figure {name} has nothing to show: nothing is computed")

@@ -4,16 +4,17 @@ import numpy as np
 
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies.checklist import CHANGES, LEAST, moved
 
 
 @figure("checklist", what="changes of the amplitude with one thing changed", main=True)
-def checklist(canvas: Canvas) -> None:
+def checklist(canvas: Canvas, file: ResultFile) -> None:
     """Mean change of the largest amplitudes of a few disks, and every disk as a dot.
 
     Bars are 95 % intervals of the mean. Blue: of the computation; orange: of an input.
     """
-    size = canvas.file.read("peak_amplitude_m")
+    size = file.read("peak_amplitude_m")
     rows = [n for n, found in enumerate(moved(size), 1) if np.isfinite(found[0])]
     axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
     axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")

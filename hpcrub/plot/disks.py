@@ -15,7 +15,7 @@ from hpcrub.model.casing import ramp
 from hpcrub.model.crossings import folded
 from hpcrub.plot import solids
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE
+from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, polar
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import STUDIES
 
@@ -55,13 +55,12 @@ def _draw_disk(
 
 
 @figure("modal", paper="1", what="the disk and its beams", main=True)
-def disk(canvas: Canvas) -> None:
+def disk(canvas: Canvas, file: ResultFile) -> None:
     """The beams of the disk inside the casing.
 
     With the numbers of the blades and the sense of rotation. A model file is shown by its surface
     in three dimensions, with the contact nodes.
     """
-    file = canvas.file
     if file.config.disk.model is not None:
         axes = canvas.panels(1, 1, (8, 5.5), subplot_kw=solids.THREE)[0, 0]
         solid = solids.Solid.of_result(file)
@@ -74,14 +73,13 @@ def disk(canvas: Canvas) -> None:
     axes.plot(*nodes.T, "o", color=BLACK, ms=3.5, zorder=3)
     tips = nodes[file.read("blades")[:, -1]]
     axes.plot(*tips.T, "o", mfc="w", mec=BLACK, ms=8, zorder=4)
-    around = np.linspace(0, 2 * np.pi, 721)
     R = file.config.disk.tip_radius_mm
-    radius = 1.03 * R  # not to scale: the gap is a quarter of a millimetre
-    axes.plot(radius * np.cos(around), radius * np.sin(around), color="0.5", lw=3)
+    wall = polar(1.03 * R, np.linspace(0, 2 * np.pi, 721))  # the gap is a quarter of a millimetre
+    axes.plot(*wall, color="0.5", lw=3)
     for number, tip in enumerate(1.1 * tips, 1):
         axes.text(*tip, f"{number}", ha="center", va="center", fontsize="large")
     turning = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.15", "color": BLACK}
-    start, end = (1.17 * R * np.array([np.cos(a), np.sin(a)]) for a in np.radians([35, 57]))
+    start, end = polar(1.17 * R, np.radians([35, 57])).T
     axes.annotate("Ω", end, start, arrowprops=turning, fontsize="large")
     for name, colour in (
         ("blades", BLUE), ("ring", ORANGE), ("spokes, clamped inside", GREEN),
@@ -89,20 +87,18 @@ def disk(canvas: Canvas) -> None:
     ):  # fmt: skip
         axes.plot([], [], color=colour, label=name)
     axes.plot([], [], "o", mfc="w", mec=BLACK, label="contact points, boundary dof")
-    axes.set(
-        xlabel="x [mm]", ylabel="y [mm]", xlim=(-1.25 * R, 1.25 * R), ylim=(-1.25 * R, 1.25 * R)
-    )
+    room = -1.25 * R, 1.25 * R
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", xlim=room, ylim=room)
 
 
 @figure("modal", paper="2", what="SAFE diagram, full and reduced model")
-def safe_diagram(canvas: Canvas) -> None:
+def safe_diagram(canvas: Canvas, file: ResultFile) -> None:
     """Frequencies against nodal diameters: all families, and the first one closer.
 
     Black lines are what a casing at rest excites at one speed. The frequency at which it excites
     in contact lies above the first family: rubbing blades are stiffer than free ones, so that
     interactions occur at higher speeds than the crossing of the lines.
     """
-    file = canvas.file
     config = file.config
     axes = canvas.panels(1, 2, (12.5, 5.8))[0]
     full = len(file.read("full/frequencies_hz")) > 0  # there is none in a reduced model file
@@ -172,9 +168,8 @@ def families(diameters: Any, frequencies: Any) -> list[Any]:
 
 
 @figure("modal", what="deformed shapes of the first family", mode=True)
-def mode_shapes(canvas: Canvas, mode: int | None = None) -> None:
+def mode_shapes(canvas: Canvas, file: ResultFile, mode: int | None = None) -> None:
     """Deformed shapes: one mode of every nodal diameter of the first family, or one chosen."""
-    file = canvas.file
     diameters, frequencies = _modes(file, "reduced")
     n_blades = file.config.disk.n_blades
     first = [int(np.argmax(diameters[:n_blades] == d)) for d in range(n_blades // 2 + 1)]
@@ -210,15 +205,15 @@ def _draw_shape(axes: Axes, file: ResultFile, k: int) -> None:
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
-@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False)
-def casing(canvas: Canvas) -> None:
+@figure(*STUDIES, paper="1b, 3", what="casing, clearance and bumps", alone=False,
+        computed=False)  # fmt: skip
+def casing(canvas: Canvas, file: ResultFile) -> None:
     """The casing to an exaggerated scale, its gap around the circumference, and how it grows.
 
     Where the clearance changes with the speed, it is drawn where it is smallest, dotted where it is
     largest. Of the input alone: instead of a result file it takes a `hpcrub.Config`, too.
     """
-    config = canvas.file.config
-    shape = config.casing
+    config, shape = file.config, file.config.casing
     round_, gaps, growth = canvas.panels(1, 3, (15, 4.8), width_ratios=(6, 6, 4))[0]
     angle = np.linspace(0, 2 * np.pi, N_ANGLES)
     inward = 1e3 * shape.shape.height(angle)
@@ -248,10 +243,8 @@ def _draw_measured(axes: Axes, shape: Casing, clearance: float) -> None:
     angle = np.array([phi for phi, _ in profile.measured])
     lines = shape.shape._replace(profile=profile._replace(cut_off=0.0))
     gap = clearance - 1e3 * lines.height(angle)
-    smoothed = (
-        f"smoothed over {1e3 * shape.smoothing:.3g} mm" if profile.cut_off else "no smoothing"
-    )
-    words = f"measured points, {smoothed}"
+    over = f"smoothed over {1e3 * shape.smoothing:.3g} mm" if profile.cut_off else "no smoothing"
+    words = f"measured points, {over}"
     axes.plot(np.degrees(angle), gap, ".", color=ORANGE, ms=4, zorder=1, label=words)
 
 
@@ -259,15 +252,13 @@ def _draw_round(axes: Axes, config: Config, angle: np.ndarray, inward: np.ndarra
     R, clearance = config.disk.tip_radius_mm, 1e3 * config.clearance
     inner, outer = R + EXAGGERATED * (clearance - inward), R + EXAGGERATED * clearance
     tips = 2 * np.pi * np.arange(config.disk.n_blades) / config.disk.n_blades
-    c, s = np.cos(angle), np.sin(angle)
-    axes.fill(
-        np.concatenate([inner * c, 1.15 * R * c[::-1]]),
-        np.concatenate([inner * s, 1.15 * R * s[::-1]]), color="0.85", lw=0,
-    )  # fmt: skip
-    axes.plot(inner * c, inner * s, color=ORANGE, label="deformed casing")
-    axes.plot(outer * c, outer * s, color="0.5", lw=1.2, ls="--", label="undeformed casing")
-    axes.plot(R * c, R * s, color=BLUE, lw=1.2, label="circle of the tips")
-    axes.plot(R * np.cos(tips), R * np.sin(tips), "o", color=BLUE, ms=7, label="tips")
+    wall = polar(inner, angle)
+    axes.fill(*np.hstack([wall, polar(1.15 * R, angle[::-1])]), color="0.85", lw=0)
+    axes.plot(*wall, color=ORANGE, label="deformed casing")
+    wall = polar(outer, angle)
+    axes.plot(*wall, color="0.5", lw=1.2, ls="--", label="undeformed casing")
+    axes.plot(*polar(R, angle), color=BLUE, lw=1.2, label="circle of the tips")
+    axes.plot(*polar(R, tips), "o", color=BLUE, ms=7, label="tips")
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_title(f"radial distances × {EXAGGERATED}")

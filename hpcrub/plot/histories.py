@@ -7,12 +7,13 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from hpcrub.config.schema import Config
 from hpcrub.contact import status
 from hpcrub.contact.status import AVERAGED, DIVERGED
 from hpcrub.errors import InputError
 from hpcrub.model.casing import ramp
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.style import BLUE, GREEN, ORANGE, YELLOW, say
+from hpcrub.plot.style import BLUE, GREEN, ORANGE, YELLOW, polar, say
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.time_response import first_known
 
@@ -38,42 +39,38 @@ FACE, CASING = "0.82", "0.75"
 
 
 @figure("time_response", paper="5", what="displacements, gaps, forces", main=True)
-def time_response(canvas: Canvas) -> None:
+def time_response(canvas: Canvas, file: ResultFile) -> None:
     """Motion, gap and contact force of one tip, the envelope of all; worn depth of a coating.
 
     The tip is that with the largest tangential displacement in the last revolutions. Left the whole
     history with the windows of the steady-state test, right the last three revolutions. Their title
     has max |u_t|, which holds the offset of the motion, and half of peak to peak, which does not.
     """
-    file = canvas.file
     disk = len(file.read("deviation")) - 1
     t, config = file.read("time_s"), file.config
     n = len(ROWS) + config.contact.wears
     axes = canvas.panels(n, 2, (13, 2.75 * n), sharex="col", sharey="row", width_ratios=(1.6, 1))
     close = t > t[-1] - CLOSE_REVOLUTIONS / config.speeds.from_hz
-    last = 1e3 * file.read("tangential_m", disk)[close]
-    tip = int(np.nan_to_num(np.abs(last)).max(axis=0).argmax())
+    motion = 1e3 * file.read("tangential_m", disk)[close]
+    tip = int(np.nan_to_num(np.abs(motion)).max(axis=0).argmax())
     for (name, scale, label), (left, right) in zip(ROWS, axes, strict=False):
         values = scale * file.read(name, disk)
-        left.fill_between(
-            *envelope(t, values), color=ENVELOPE, lw=0, label="tips, the smallest to the largest"
-        )
-        right.fill_between(
-            t[close], values[close].min(axis=1), values[close].max(axis=1), color=ENVELOPE, lw=0
-        )
+        tips = {"color": ENVELOPE, "lw": 0, "label": "tips, the smallest to the largest"}
+        left.fill_between(*envelope(t, values), **tips)
+        last = values[close]
+        right.fill_between(t[close], last.min(axis=1), last.max(axis=1), color=ENVELOPE, lw=0)
         left.plot(t, values[:, tip], color=BLUE, lw=0.5, rasterized=True)
-        right.plot(t[close], values[close, tip], color=BLUE, lw=1.4, label=_name(file, tip))
+        right.plot(t[close], last[:, tip], color=BLUE, lw=1.4, label=_name(file, tip))
         left.set_ylabel(label)
     if file.read("point_status", disk) == DIVERGED:
         for panel in axes[:, 0]:
             say(panel, status.words(file.read("point_reason", disk)))
     else:
         _draw_windows(axes[0, 0], file, disk)
-    words = (
-        f"last {CLOSE_REVOLUTIONS} revolutions: max $|u_t|$ {np.abs(last[:, tip]).max():.3g} mm,\n"
-    )
-    words += f"half of peak to peak {np.ptp(last[:, tip]) / 2:.3g} mm"
-    axes[0, 1].set_title(words, fontsize=11)
+    axes[0, 1].set_title(
+        f"last {CLOSE_REVOLUTIONS} revolutions: max $|u_t|$ {np.abs(motion[:, tip]).max():.3g} mm,"
+        f"\nhalf of peak to peak {np.ptp(motion[:, tip]) / 2:.3g} mm", fontsize=11,
+    )  # fmt: skip
     if config.contact.wears:
         axes[-1, 0].set_ylabel("largest worn\ndepth [mm]")
     for panel, part in zip(axes[-1], (t, t[close]), strict=True):
@@ -111,9 +108,9 @@ def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
     if not len(checks):
         axes.set_title("ends before the first check of the steady state", fontsize=11)
         return
-    passed, status_of = first_known(file, disk), file.read("point_status", disk)
+    passed = first_known(file, disk)
     check = len(checks) - 1 if passed is None else passed
-    word = "averaged" if status_of == AVERAGED else "steady"
+    word = "averaged" if file.read("point_status", disk) == AVERAGED else "steady"
     end, word = checks[check], "not steady" if passed is None else word
     for k, colour, name in ((2, ORANGE, "first window compared"), (1, GREEN, "second window")):
         begin = end - k * window
@@ -129,14 +126,13 @@ def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
 
 
 @figure("time_response", what="the disk turning in its casing as a GIF", alone=False)
-def rubbing(canvas: Canvas) -> FuncAnimation:
+def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     """The disk in the last two revolutions, motions and gap enlarged, blades in contact marked.
 
     Of a study with a pattern, the mistuned disk. A blade is drawn bent as a beam from its root; all
     radial distances at the tips have one scale, so that a tip touches the casing where it rubs.
     Returned is a matplotlib `FuncAnimation` instead of axes: keep it, or it stops.
     """
-    file = canvas.file
     disk = len(file.read("deviation")) - 1
     if file.read("point_status", disk) == DIVERGED:
         raise InputError(f"{file.path}: the motion diverged, there is nothing to show")
@@ -145,29 +141,26 @@ def rubbing(canvas: Canvas) -> FuncAnimation:
     last = np.linspace(time[-1] - REVOLUTIONS / speed, time[-1], FRAMES, endpoint=False)
     at = np.searchsorted(time, last)
     time = time[at]
-    tangential, gap, force = (
-        file.read(name, disk)[at] for name in ("tangential_m", "gap_m", "force_n")
-    )
+    tangential, gap, force = (file.read(n, disk)[at] for n in ("tangential_m", "gap_m", "force_n"))
     waves = np.zeros((len(at), len(AROUND)))  # of a casing that vibrates
     if "casing_radial_m" in file:
-        places, moved = (
-            np.radians(file.read("casing_angle_deg")),
-            file.read("casing_radial_m", disk),
-        )
+        places = np.radians(file.read("casing_angle_deg"))
+        moved = file.read("casing_radial_m", disk)
         waves = np.array([np.interp(AROUND, places, w, period=2.0 * np.pi) for w in moved[at]])
     bent = BENT / max(np.abs(tangential).max(), TINY)
     outward = GAP / max(np.abs(_room(file, time[-1], AROUND) + waves).max(), TINY)
-    axes = _axes(canvas, bent, outward)
-    casing = axes.add_patch(Polygon(_circle(1.0), closed=True, fc="none", ec=CASING, lw=5))
-    bodies = [axes.add_patch(Polygon(_circle(HUB), lw=0.6)) for _ in range(blade.max() + 1)]
+    axes = _axes(canvas, file.config, bent, outward)
+    casing = axes.add_patch(Polygon(polar(1.0, AROUND).T, closed=True, fc="none", ec=CASING, lw=5))
+    hub = polar(HUB, AROUND).T
+    bodies = [axes.add_patch(Polygon(hub, lw=0.6)) for _ in range(blade.max() + 1)]
     (sparks,) = axes.plot([], [], "o", color=YELLOW, mec=ORANGE, ms=6)
-    axes.add_patch(Polygon(_circle(HUB), fc=FACE, ec=BLUE, lw=0.6))
+    axes.add_patch(Polygon(hub, fc=FACE, ec=BLUE, lw=0.6))
     (mark,) = axes.plot([], [], color=BLUE, lw=2)
 
     def draw(frame: int) -> list[Any]:
         turn = 2.0 * np.pi * speed * time[frame]
         wall = 1.0 + outward * (_room(file, time[frame], AROUND) + waves[frame])
-        casing.set_xy(_xy(wall, AROUND))
+        casing.set_xy(polar(wall, AROUND).T)
         turned, rubs = angle + turn, force[frame] > 0.0
         room = _room(file, time[frame], turned)
         room += np.interp(turned, AROUND, waves[frame], period=2.0 * np.pi)
@@ -177,16 +170,16 @@ def rubbing(canvas: Canvas) -> FuncAnimation:
             mine = blade == number
             body.set_xy(_outline(turned[mine], place[mine], tip[mine]))
             body.set(fc=ORANGE if rubs[mine].any() else FACE, ec=BLUE)
-        sparks.set_data(*_xy(tip, place)[rubs].T)
-        mark.set_data(*_xy(np.array([0.0, 0.9 * HUB]), turn).T)
+        sparks.set_data(*polar(tip, place)[:, rubs])
+        mark.set_data(*polar(np.array([0.0, 0.9 * HUB]), turn))
         return [casing, *bodies, sparks, mark]
 
     return FuncAnimation(axes.get_figure(), draw, FRAMES, interval=40)
 
 
-def _axes(canvas: Canvas, bent: float, outward: float) -> Any:
+def _axes(canvas: Canvas, config: Config, bent: float, outward: float) -> Any:
     """Axes as large as the casing, with both scales in the title."""
-    axes, config = canvas.panels(1, 1, (5, 5.4))[0, 0], canvas.file.config
+    axes = canvas.panels(1, 1, (5, 5.4))[0, 0]
     reach, radius = 1.03 + GAP, config.disk.tip_radius
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     axes.set_axis_off()
@@ -222,13 +215,5 @@ def _outline(root: Any, place: Any, tip: Any) -> Any:
     edges = []
     for end, side in zip(order[[0, -1]], (-half, half), strict=True):
         bend = SPAN**2 * (3.0 - SPAN) / 2.0 * (place[end] - root[end])  # a beam loaded at its tip
-        edges.append(_xy(HUB + (tip[end] - HUB) * SPAN, middle + side + bend))
-    return np.vstack([edges[0], _xy(tip, place)[order[1:-1]], edges[1][::-1]])
-
-
-def _circle(radius: float) -> Any:
-    return _xy(radius, AROUND)
-
-
-def _xy(radius: Any, angle: Any) -> Any:
-    return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1)
+        edges.append(polar(HUB + (tip[end] - HUB) * SPAN, middle + side + bend))
+    return np.hstack([edges[0], polar(tip, place)[:, order[1:-1]], edges[1][:, ::-1]]).T

@@ -23,34 +23,30 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 def interval(
     values: Array, percentiles: Sequence[float], shared: ArrayLike = (0.0, 0.0)
-) -> tuple[Array, Array]:
-    """Ends (P,) of the intervals of percentiles of values; NaN where an end is open.
+) -> tuple[Array, Array, Array]:
+    """Percentiles (P,) of one value at least, and the ends of their intervals, NaN where open.
 
     shared: uncertainty that all values have in common, as for `widened`.
     """
-    low, high = percentile_interval(values, percentiles, Z_95)
-    if not len(values):
-        return low, high
-    return widened(np.percentile(values, percentiles), low, high, np.asarray(shared))
+    centre = np.percentile(values, percentiles)
+    ends = percentile_interval(values, percentiles, Z_95)
+    return centre, *widened(centre, *ends, np.asarray(shared))
 
 
-def draw(
-    axes: Axes, x: ArrayLike, centre: ArrayLike, low: ArrayLike, high: ArrayLike, colour: Any,
-    sideways: bool = False,
-) -> None:  # fmt: skip
-    """Bars from low to high through points (x, centre), (n,) each; NaN ends become arrows.
+def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool = False) -> None:
+    """Bars through points at x (n,), with centres and ends (3, n); NaN ends become arrows.
 
     sideways: the values are horizontal, and x is the height. The legend says what both mean.
     """
-    x, centre = np.atleast_1d(x).astype(float), np.atleast_1d(centre).astype(float)
+    x, (centre, low, high) = np.atleast_1d(x), np.asarray(found)
     known = np.isfinite(centre)
-    ends = [np.where(np.isfinite(end), end, centre) for end in np.atleast_1d(low, high)]
+    ends = [np.where(np.isfinite(end), end, centre) for end in (low, high)]
     at, axis = ((centre, x), "xerr") if sideways else ((x, centre), "yerr")
     look: dict[str, Any] = {axis: [np.abs(end - centre) for end in ends], "ecolor": colour}
     axes.errorbar(at[0], at[1], fmt="none", elinewidth=1.2, capsize=3, **look)
     bar, arrow = ("_", r"$\rightarrow$") if sideways else ("|", r"$\uparrow$")
     axes.plot([], [], color="0.4", ls="", marker=bar, ms=14, mew=1.2, label=BARS)
-    for end, sign in ((np.atleast_1d(low), -1), (np.atleast_1d(high), 1)):
+    for end, sign in ((low, -1), (high, 1)):
         for i in np.flatnonzero(known & ~np.isfinite(end)):
             away = (sign * ARROW, 0) if sideways else (0, sign * ARROW)
             axes.annotate(

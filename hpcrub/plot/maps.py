@@ -44,7 +44,7 @@ class Interaction(NamedTuple):
 
 
 @figure("interaction_map", paper="6", what="spectra over the speeds", main=True)
-def interaction_map(canvas: Canvas) -> None:
+def interaction_map(canvas: Canvas, file: ResultFile) -> None:
     """Spectra over the speeds with engine orders and natural frequencies, a panel for every disk.
 
     The two strongest interactions are framed. Their frequency lies above the first family, because
@@ -52,7 +52,6 @@ def interaction_map(canvas: Canvas) -> None:
     the family (Δ1B of the paper), which the title of the panel has in numbers. The bar along the
     upper edge marks speeds whose motion was not steady.
     """
-    file = canvas.file
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     n_disks = len(file.read("deviation"))
     axes = canvas.panels(1, n_disks, (1.5 + 6.0 * n_disks, 6.4), sharey=True)[0]
@@ -70,7 +69,6 @@ def interaction_map(canvas: Canvas) -> None:
                 panel.axvline(speed, color=PINK, lw=2, label=status.words(reason))
         panel.margins(x=0)
         panel.set(ylim=(0, frequencies[-1]), xlabel="speed of rotation [Hz]")
-        words = DISKS[disk]
         panel.grid(False)
         _draw_orders(panel, file)
         natural = file.read("natural_frequencies_hz", disk)
@@ -80,7 +78,7 @@ def interaction_map(canvas: Canvas) -> None:
         for curve in curves[:, natural < frequencies[-1]].T:
             panel.plot(speeds, curve, color=BLUE, lw=0.7, label="natural frequencies")
         _draw_casing(panel, file)
-        strongest = interactions(speeds, frequencies, spectra[disk])
+        words, strongest = DISKS[disk], interactions(speeds, frequencies, spectra[disk])
         if strongest:
             highest = curves[:, : file.config.disk.n_blades].max(axis=1)
             family = np.interp(strongest[0].speed_hz, speeds, highest)
@@ -92,16 +90,14 @@ def interaction_map(canvas: Canvas) -> None:
                 ends[[first, end]], [1, 1], color=PINK, lw=6, clip_on=False, solid_capstyle="butt",
                 label="not steady: one draw of many", transform=panel.get_xaxis_transform(),
             )  # fmt: skip
-        _say_means(canvas, disk)
+        _say_means(canvas, file, disk)
     axes[0].set_ylabel("frequency [Hz]")
-    canvas.colorbar(
-        image, axes, label="amplitude of $u_t$ at a frequency,\nlargest of all tips [mm]"
-    )
+    words = "amplitude of $u_t$ at a frequency,\nlargest of all tips [mm]"
+    canvas.colorbar(image, axes, label=words)
 
 
-def _say_means(canvas: Canvas, disk: int) -> None:
+def _say_means(canvas: Canvas, file: ResultFile, disk: int) -> None:
     """Note how many amplitudes are means of windows, and how well these are known."""
-    file = canvas.file
     means = file.read("point_status", disk) == AVERAGED
     if means.any():
         error = file.read("mean_error_m", disk)[means] / file.read("mean_amplitude_m", disk)[means]
@@ -153,9 +149,8 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
     for order in range(1, 3 * main + 1):
         if (order > NAMED and order % main) or order * speeds[0] > frequencies[-1]:
             continue
-        axes.plot(
-            speeds, order * speeds, color=ORANGE, lw=0.9, ls=(0, (2, 5)), label="engine orders"
-        )
+        look: dict[str, Any] = {"color": ORANGE, "lw": 0.9, "ls": (0, (2, 5))}
+        axes.plot(speeds, order * speeds, label="engine orders", **look)
         above = order * speeds[-1] > frequencies[-1]
         place = (frequencies[-1] / order, 1.0) if above else (1.0, order * speeds[-1])
         along = axes.get_xaxis_transform() if above else axes.get_yaxis_transform()
@@ -186,7 +181,7 @@ def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) 
 
 
 @figure("branches", paper="17", what="stable motions, localisation", main=True)
-def branches(canvas: Canvas) -> None:
+def branches(canvas: Canvas, file: ResultFile) -> None:
     """Amplitudes over the speeds from several initial states, and the branches they belong to.
 
     A point is the mean of many windows after the steady-state test, its bar their standard
@@ -194,7 +189,6 @@ def branches(canvas: Canvas) -> None:
     of one branch. Speeds at which branches coexist are grey; where these are few, a second panel
     looks closer at the longest range of them. Points that are not steady are hollow.
     """
-    file = canvas.file
     branch_of = label_file(file)
     several, speeds = coexisting(branch_of) > 1, file.read("speeds_hz")
     near = [slice(None), *_closer(several)]

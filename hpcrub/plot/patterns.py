@@ -1,23 +1,21 @@
 """Patterns of blade types: how they rank, and what contact makes of the best."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies.patterns import Rounds, in_letters
 
 
 @figure("patterns", what="patterns of blade types, ranked", main=True)
-def patterns(canvas: Canvas) -> None:
+def patterns(canvas: Canvas, file: ResultFile) -> None:
     """Percentile of the linear amplification of all patterns, and of those left beside contact.
 
     Every pattern is drawn with the disks that it had when it was dropped; the dotted line is the
     disk without a pattern.
     """
-    file = canvas.file
     found = Rounds(file)
     in_contact = np.isfinite(file.read("contact_amplitude_m")).any()
     panels = canvas.panels(1, 3 if in_contact else 2, (17.0 if in_contact else 12.0, 5.2))[0]
@@ -34,7 +32,7 @@ def patterns(canvas: Canvas) -> None:
         _draw_contact(panels[2], file, rows)
 
 
-def _draw_all(axes: Axes, file: Any, found: Rounds) -> None:
+def _draw_all(axes: Axes, file: ResultFile, found: Rounds) -> None:
     """Percentiles of all patterns, sorted, by the number of their disks."""
     order = 1 + np.argsort(found.percentile[1:])
     place = np.arange(1, len(order) + 1)
@@ -48,7 +46,7 @@ def _draw_all(axes: Axes, file: Any, found: Rounds) -> None:
     axes.set(xlabel="rank", ylabel=f"percentile {at:g} of the linear amplification")
 
 
-def _draw_left(axes: Axes, file: Any, found: Rounds, rows: list[int]) -> None:
+def _draw_left(axes: Axes, file: ResultFile, found: Rounds, rows: list[int]) -> None:
     """Linear amplification of the patterns left: median and the percentile ranked by."""
     at = 50.0, file.config.patterns.percentile
     for place, p in enumerate(rows):
@@ -63,7 +61,7 @@ def _draw_left(axes: Axes, file: Any, found: Rounds, rows: list[int]) -> None:
     axes.set(xlabel="linear amplification", title="patterns left")
 
 
-def _draw_contact(axes: Axes, file: Any, rows: list[int]) -> None:
+def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
     """Largest amplitudes of their disks in contact."""
     for place, p in enumerate(rows):
         size = 1e3 * file.read("contact_amplitude_m", p)

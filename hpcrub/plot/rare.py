@@ -14,13 +14,12 @@ MOST = 3000  # disks that are drawn
 
 
 @figure("rare", what="a small probability of exceeding a limit", main=True)
-def rare(canvas: Canvas) -> None:
+def rare(canvas: Canvas, file: ResultFile) -> None:
     """Full results over first looks, and the probability of exceeding parts of the limit.
 
     Bars are 95 % intervals. Two distributions are fitted to all results and extrapolated, with the
     95 % scatter of their bootstrap: these are no results, and are drawn beside.
     """
-    file = canvas.file
     looks, tail = canvas.panels(1, 2, (13.0, 5.2))[0]
     n = last_estimate(file)[0]
     _draw_looks(looks, file, n)
@@ -31,10 +30,8 @@ def rare(canvas: Canvas) -> None:
 
 def _draw_looks(axes: Axes, file: ResultFile, n: int) -> None:
     """Severity over the first look, with the chance of a disk to be computed in full."""
-    look, size, inclusion = (
-        values[:n][in_full(file)[:n]][:MOST]
-        for values in (file.read("look"), severities(file), file.read("inclusion"))
-    )
+    every = file.read("look"), severities(file), file.read("inclusion")
+    look, size, inclusion = (values[:n][in_full(file)[:n]][:MOST] for values in every)
     for chosen, color, words in (
         (inclusion == 1.0, BLUE, "computed in any case"),
         (inclusion < 1.0, ORANGE, "drawn, each stands for several"),

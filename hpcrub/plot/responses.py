@@ -12,7 +12,7 @@ from hpcrub.contact import status
 from hpcrub.contact.status import DIVERGED, NOT_STEADY
 from hpcrub.plot.amplifications import AMPLIFICATION, draw_disks, draw_kinds, draw_rows, samples
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import labels, ordered, reference
+from hpcrub.plot.families import labels, reference
 from hpcrub.plot.style import BLACK, BLUE, COLOURS, ORANGE
 from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
@@ -25,28 +25,27 @@ SPEED = "speed of rotation [Hz]"
 
 
 @figure("contact", paper="7", what="responses, amplifications", main=True)
-def summary(canvas: Canvas) -> None:
+def summary(canvas: Canvas, file: ResultFile) -> None:
     """Frequency responses of one study, and its amplifications.
 
     Of random samples: the tuned disk and the range of the samples of the widest level, then
     percentiles of both amplifications against the mistuning level. Of one explicit pattern:
     amplitude and localisation over the speeds.
     """
-    file = canvas.file
     left, right = canvas.panels(1, 2, (13.5, 5.8))[0]
     if file.config.pattern_deviation is None:
         disks = list(measured.disks(file)) if measured.are_few(file) else []
         if 0 < len(disks) <= MOST_LINES:
             for disk, colour in zip(disks, COLOURS, strict=False):
                 draw_response(left, file, "samples", disk.where, colour, f"disk {disk.number}")
+            draw_response(left, file, "tuned", (), BLACK, "tuned disk")
         else:
-            draw_range(left, file)
-        draw_response(left, file, "tuned", (), BLACK, "tuned disk")
+            draw_all(left, file)
         _draw_amplifications(right, file, disks)
         canvas.note(*trust.short(file))
     else:
-        for panel, name, scale in ((left, None, 1e3), (right, "localisation", 100)):
-            draw_pattern(panel, file, name, scale)
+        draw_all(left, file)
+        draw_all(right, file, "localisation", 100)
         right.set(ylabel="localisation factor [%]", title="Localisation of the amplitudes")
     left.set(ylabel=size(file), title=f"Response in contact, {file.config.casing.words}")
 
@@ -91,9 +90,12 @@ def draw_response(
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
-def draw_pattern(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
-    """The mistuned disk of one explicit pattern beside the tuned one; arguments of a response."""
-    draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
+def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
+    """The tuned disk beside the random samples, or the disk of a pattern; as `draw_response`."""
+    if file.config.pattern_deviation is None:
+        draw_range(axes, file, name)
+    else:
+        draw_response(axes, file, "samples", (0, 0), BLUE, "mistuned disk", name, scale)
     draw_response(axes, file, "tuned", (), BLACK, "tuned disk", name, scale)
 
 
@@ -118,9 +120,8 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
     band[:, known] = np.nanpercentile(amplitude[:, known], ends, axis=0)
     words = f"range of {counted(n, 'sample')}" if few else f"percentiles {low:g} to {high:g}"
     level = f"±{100 * file.read('half_range')[-1]:.3g} %"
-    axes.fill_between(
-        speeds, band[0], band[2], color=BLUE, alpha=0.25, lw=0, label=f"{level}, {words}"
-    )
+    look: dict[str, Any] = {"color": BLUE, "alpha": 0.25, "lw": 0, "label": f"{level}, {words}"}
+    axes.fill_between(speeds, band[0], band[2], **look)
     axes.plot(speeds, band[1], ".-", ms=3, color=BLUE, lw=1.6, label=f"{level}, median")
 
 
@@ -150,7 +151,7 @@ def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk
 
 @figure("contact", paper="8, 9", what="responses, differences to the reference", several=True,
         alone=False)  # fmt: skip
-def compare(canvas: Canvas) -> None:
+def compare(canvas: Canvas, files: list[ResultFile]) -> None:
     """Frequency responses of several studies.
 
     Up to six that share their speeds lie in one panel, with the differences to a reference below,
@@ -162,7 +163,6 @@ def compare(canvas: Canvas) -> None:
     default values. Where only some have a coating that wears, steady amplitudes are compared with
     each other, and the largest amplitudes at any time of the coated ones stand beside them.
     """
-    files = ordered(canvas.files)
     best = reference(files)
     alike = all(np.array_equal(f.read("speeds_hz"), best.read("speeds_hz")) for f in files)
     if alike and 1 < len(files) <= MOST_LINES + 1:

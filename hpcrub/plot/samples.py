@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from hpcrub.plot.canvas import Canvas, figure
-from hpcrub.plot.families import finished, labels, ordered
+from hpcrub.plot.families import finished, labels
 from hpcrub.plot.intervals import LEVEL
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, marker, shades
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
 from hpcrub.studies.energy import amplification, largest
 
@@ -18,14 +19,13 @@ FEW = 100  # samples up to which there is no density, and no percentile 99
 Array = NDArray[np.float64]
 
 
-@figure("contact", paper="15", what="densities of (A_lin, A_nl)", alone=False, random=True)
-def contact_over_linear(canvas: Canvas) -> None:
+@figure("contact", paper="15", what="densities of (A_lin, A_nl)", alone=False, needs="random")
+def contact_over_linear(canvas: Canvas, file: ResultFile) -> None:
     """Samples in the plane of both amplifications, from dense to sparse, a panel for every σ.
 
     Fewer than a hundred samples are dots only. The paper's load travels over the disk the other way
     than its casing (`forcing.travels`): single disks differ for that reason, too.
     """
-    file = canvas.file
     sigma = 100 * file.read("sigma")
     columns = min(2, len(sigma))
     axes = canvas.grid(len(sigma), columns, (5.8, 5.0), sharex=True, sharey=True)
@@ -59,12 +59,11 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
     image, n = None, len(linear)
     look: dict[str, Any] = {"color": BLACK, "ms": 6} if n <= FEW else {"color": "0.55", "ms": 2}
     axes.plot(linear, contact, ".", zorder=0.5, rasterized=n > FEW, label="samples", **look)
-    grid_linear, grid_contact, density = pairs.density(linear, contact) if n > FEW else (None,) * 3
-    if density is not None:
-        image = axes.contourf(
-            grid_linear, grid_contact, cumulative(density).T, levels=[0, *SHARES], cmap="viridis",
-        )  # fmt: skip
     if n > FEW:
+        *grid, density = pairs.density(linear, contact)
+        if density is not None:
+            share = cumulative(density).T
+            image = axes.contourf(*grid, share, levels=[0, *SHARES], cmap="viridis")
         for values, line, colour, name in (
             (contact, axes.axhline, BLUE, "$A_{nl}$"), (linear, axes.axvline, ORANGE, "$A_{lin}$"),
         ):  # fmt: skip
@@ -86,14 +85,13 @@ def cumulative(density: Array) -> Array:
 
 
 @figure("energy", paper="14", what="A_nl by energy over displacement", several=True, main=True)
-def energy(canvas: Canvas) -> None:
+def energy(canvas: Canvas, files: list[ResultFile]) -> None:
     """A_nl by strain energy over A_nl by displacement of the selected samples.
 
     A colour for every mistuning level, a marker for every file. On the line the energy grows as
     the square of the displacement, as it does where a blade keeps its deflected shape. On a coating
     that wears: the energy that its wear took, too, the largest of all speeds.
     """
-    files = ordered(canvas.files)
     values = {"$A_{nl}$ by strain energy [-]": [amplification(file) for file in files]}
     if all("wear_energy_j" in file for file in files):
         values["energy that wear took [J]"] = [largest(file, "wear_energy_j")[0] for file in files]
@@ -104,12 +102,12 @@ def energy(canvas: Canvas) -> None:
     looks = list(zip(levels, shades(len(levels)), strict=True))
     for panel, (name, of_files) in zip(axes, values.items(), strict=True):
         for i, (file, y) in enumerate(zip(files, of_files, strict=True)):
-            marker, sigma = MARKERS[i % len(MARKERS)], file.read("sigma")
+            sigma = file.read("sigma")
             label = f"{words[i]}: the {len(y)} samples with the largest $A_{{nl}}$"
-            panel.plot([], [], marker, color="0.4", label=label)
+            panel.plot([], [], marker(i), color="0.4", label=label)
             for level, colour in looks:
                 mine = by_displacement[i][sigma == level], y[sigma == level]
-                panel.plot(*mine, marker, color=colour, alpha=0.7, ms=7)
+                panel.plot(*mine, marker(i), color=colour, alpha=0.7, ms=7)
         panel.set(xlabel="$A_{nl}$ by displacement [-]", ylabel=name)
     for level, colour in looks:
         axes[0].plot([], [], "s", color=colour, label=f"σ = {100 * level:.1f} %")

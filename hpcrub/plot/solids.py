@@ -11,6 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from hpcrub.errors import InputError
 from hpcrub.model.imported import assembly, neutral
+from hpcrub.plot.canvas import Canvas
 from hpcrub.plot.style import ORANGE, STYLE
 from hpcrub.results import model_file
 from hpcrub.results.storage import ResultFile
@@ -80,15 +81,13 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
     """
     disk = assembly.assemble(neutral.from_arrays(model_file.read(Path(path))))
     solid = Solid(*(getattr(disk, name) for name in Solid._fields))
-    with rc_context(STYLE if ax is None else {}):
-        if ax is None:
-            from matplotlib import pyplot
-
-            ax = pyplot.figure(figsize=(8, 6)).add_subplot(**THREE)
-        draw(ax, solid)
-        ax.set_title(solid.words(Path(path)))
-        ax.legend(loc="lower right")
-    return ax
+    canvas = Canvas(ax)
+    with rc_context(STYLE if canvas.own else {}):
+        axes: Axes = canvas.panels(1, 1, (8, 6), subplot_kw=THREE)[0, 0]
+        draw(axes, solid)
+        axes.set_title(solid.words(Path(path)))
+        axes.legend(loc="lower right")
+    return axes
 
 
 def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:

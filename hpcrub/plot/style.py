@@ -29,6 +29,16 @@ def shades(n: int) -> list[tuple[float, float, float, float]]:
     return [tuple(c) for c in colormaps["viridis"](np.linspace(DARKEST, PALEST, n))]
 
 
+def marker(case: int) -> str:
+    """Marker of one of several cases, again the first after the last."""
+    return MARKERS[case % len(MARKERS)]
+
+
+def polar(radius: Any, angle: Any) -> Any:
+    """Points (2, ...) at radii and angles [rad], which are broadcast."""
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+
+
 def say(axes: Axes, text: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", wrap=True)

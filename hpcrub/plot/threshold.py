@@ -1,12 +1,11 @@
 """The value of a key that meets a limit: probability and largest amplitudes over the values."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.style import BLACK, BLUE, ORANGE
+from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import percentile_interval
 from hpcrub.studies.threshold import answer
 
@@ -14,13 +13,12 @@ LEAST = 1e-4  # probability at the foot of the figure
 
 
 @figure("threshold", what="probability of exceeding a limit over a key", main=True)
-def threshold(canvas: Canvas) -> None:
+def threshold(canvas: Canvas, file: ResultFile) -> None:
     """Probability of exceeding the limit at the values looked at, and the amplitudes there.
 
     Bars are 95 % intervals, numbers the disks computed. Between the two values of the band the
     probability crosses the target.
     """
-    file = canvas.file
     chance, size = canvas.panels(1, 2, (13.0, 5.2))[0]
     _draw_probability(chance, file)
     _draw_amplitudes(size, file)
@@ -32,7 +30,7 @@ def threshold(canvas: Canvas) -> None:
     canvas.note(answer(file))
 
 
-def _draw_probability(axes: Axes, file: Any) -> None:
+def _draw_probability(axes: Axes, file: ResultFile) -> None:
     """Share of disks beyond the limit with its interval, at every value that was looked at."""
     n, above = file.read("n_disks"), file.read("n_above")
     low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
@@ -49,7 +47,7 @@ def _draw_probability(axes: Axes, file: Any) -> None:
     axes.set(yscale="log", ylim=(foot, 1.8), ylabel="probability of exceeding the limit")
 
 
-def _draw_amplitudes(axes: Axes, file: Any) -> None:
+def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
     """Percentiles of the largest amplitudes of the disks computed at every value."""
     peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
     at = file.config.convergence.percentiles

@@ -1,22 +1,21 @@
 """A casing that vibrates: its waves beside the blades' families, its motion over the speeds."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 
 from hpcrub.model.crossings import KINDS
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.responses import SPEED, draw_range, draw_response
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, shades
+from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, edges, shades
 from hpcrub.results.layout import DONE
+from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
 from hpcrub.studies.shared.casing_motion import PERMANENT
 from hpcrub.studies.shared.casing_waves import SHOWN
 
 
 @figure("modal", what="waves of the casing and blades over the speed", needs="waves")
-def casing_waves(canvas: Canvas) -> None:
+def casing_waves(canvas: Canvas, file: ResultFile) -> None:
     """Frequencies seen from the rotor over the speed, and growth in permanent contact.
 
     Waves of the casing split into |f_c ± n f|; families of blades, with the nodal diameters that
@@ -24,7 +23,6 @@ def casing_waves(canvas: Canvas) -> None:
     and blades can excite each other; hollow ones are the differences. To the right of the dotted
     line the rotor overtakes a wave.
     """
-    file = canvas.file
     lines, growth = canvas.panels(1, 2, (14.0, 5.8))[0]
     top = SHOWN * file.config.speeds.to_hz
     _draw_lines(lines, file, top)
@@ -38,7 +36,7 @@ def casing_waves(canvas: Canvas) -> None:
         panel.axvspan(file.config.speeds.from_hz, file.config.speeds.to_hz, color="0.93", zorder=0)
 
 
-def _draw_lines(axes: Axes, file: Any, top: float) -> None:
+def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
     """Waves of the casing and families of blades up to a speed [Hz], and where they meet."""
     speed = np.linspace(0.0, top, 300)
     waves, frequency = file.read("casing/waves"), file.read("casing/frequencies_hz")
@@ -73,7 +71,7 @@ def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: fl
 
 
 @figure("contact", what="motion of a casing that vibrates over the speeds", needs="waves")
-def casing_motion(canvas: Canvas) -> None:
+def casing_motion(canvas: Canvas, file: ResultFile) -> None:
     """Largest radial motion of the casing beside that of the tips, and its share of the energy.
 
     The tuned disk and the range of the random samples; numbers at the points of the tuned disk are
@@ -81,7 +79,6 @@ def casing_motion(canvas: Canvas) -> None:
     linear disk and casing grow in permanent contact, beside what the motions in time did: how many
     of the disks ran away, and how fast the tuned one.
     """
-    file = canvas.file
     (tips, motion), (share, grows) = canvas.panels(2, 2, (13.0, 9.6))
     if file.config.pattern_deviation is None:
         draw_range(tips, file)
@@ -113,7 +110,7 @@ def casing_motion(canvas: Canvas) -> None:
     canvas.note(*trust.short(file))
 
 
-def _draw_runaway(axes: Axes, file: Any) -> None:
+def _draw_runaway(axes: Axes, file: ResultFile) -> None:
     """Growth of permanent contact, growth of what ran away in time, and the share of disks."""
     speeds, away = file.read("speeds_hz"), "casing_growth_per_s"
     tuned = file.read(f"tuned/{away}")
@@ -125,10 +122,8 @@ def _draw_runaway(axes: Axes, file: Any) -> None:
         return
     share = 100.0 * np.isfinite(file.read(f"samples/{away}", -1)[done]).mean(axis=0)
     right = axes.twinx()
-    right.bar(
-        speeds, share, width=0.8 * np.diff(speeds, append=2 * speeds[-1] - speeds[-2])[0],
-        color="0.6", alpha=0.4, lw=0,
-    )  # fmt: skip
+    width = 0.8 * np.diff(edges(speeds))[0]
+    right.bar(speeds, share, width=width, color="0.6", alpha=0.4, lw=0)
     right.set(ylabel="disks that run away [%]", ylim=(0.0, 100.0))
     axes.fill_between(
         [], [], color="0.6", alpha=0.4, lw=0, label="share of the mistuned disks that run away"

@@ -10,8 +10,8 @@ from hpcrub.errors import InputError
 from hpcrub.plot import intervals
 from hpcrub.plot.canvas import Canvas, figure
 from hpcrub.plot.families import finished
-from hpcrub.plot.responses import SPEED, draw_pattern, draw_range, draw_response, size
-from hpcrub.plot.style import BLACK, BLUE, MARKERS, ORANGE, PINK, edges, shades
+from hpcrub.plot.responses import SPEED, draw_all, size
+from hpcrub.plot.style import BLACK, BLUE, ORANGE, PINK, edges, marker, polar, shades
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import trust
 from hpcrub.studies.contact.limits import REACHED, depth_of_all
@@ -21,14 +21,13 @@ INNER, GROOVE = 0.55, 0.4  # radius of the new coating and largest depth in the 
 
 
 @figure("contact", what="worn depth around the casing and from disk to disk", needs="wear")
-def wear(canvas: Canvas) -> None:
+def wear(canvas: Canvas, file: ResultFile) -> None:
     """The worn coating: around the casing, over speed and angle, over the speeds, of all disks.
 
     Around the casing and over the angle it is that of the tuned disk. Of random samples: the range
     of the widest level at every speed, and which share of the disks cuts at most so deep, with
     percentiles and their intervals. Of an explicit pattern: its depths and largest amplitudes.
     """
-    file = canvas.file
     around, over, depths, disks = canvas.panels(2, 2, (13.5, 10.6)).flat
     worn, speeds = 1e3 * file.read("tuned/worn_m").max(axis=1), file.read("speeds_hz")
     if not np.isfinite(worn).any():
@@ -44,13 +43,11 @@ def wear(canvas: Canvas) -> None:
     over.set_xticks(range(0, 361, 60))
     over.grid(False)
     canvas.colorbar(image, [over], label=DEPTH)
+    draw_all(depths, file, "worn_depth_m")
     if file.config.pattern_deviation is None:
-        draw_range(depths, file, "worn_depth_m")
-        draw_response(depths, file, "tuned", (), BLACK, "tuned disk", "worn_depth_m")
         _draw_disks(disks, file)
     else:
-        draw_pattern(depths, file, "worn_depth_m")
-        draw_pattern(disks, file)
+        draw_all(disks, file)
         disks.set(ylabel=size(file))
     depths.set(ylabel=DEPTH, title="largest depth at every speed")
     bound = 1e3 * depth_of_all(file.config)
@@ -71,25 +68,20 @@ def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
     axes.set_title(f"tuned disk, {speeds[shown]:g} Hz{what}")
     phi = np.radians(np.append(file.read("angle_deg"), 360.0))
     depth, top = np.append(worn, worn[0]), float(np.nanmax(worn)) or 1.0
-    radius = INNER + GROOVE * depth / top
-    x, y = np.cos(phi), np.sin(phi)
-    axes.fill(
-        [*(radius * x), *(INNER * x[::-1])], [*(radius * y), *(INNER * y[::-1])], color=ORANGE,
-        alpha=0.85, lw=0,
-    )  # fmt: skip
-    axes.plot(INNER * x, INNER * y, color=BLACK, lw=1.2)
+    groove = polar(INNER + GROOVE * depth / top, phi), polar(INNER, phi[::-1])
+    axes.fill(*np.hstack(groove), color=ORANGE, alpha=0.85, lw=0)
+    axes.plot(*polar(INNER, phi), color=BLACK, lw=1.2)
     for ring in MaxNLocator(3, min_n_ticks=2).tick_values(0.0, top)[1:]:
         if ring <= 1.05 * top:
             at = INNER + GROOVE * ring / top
-            axes.plot(at * x, at * y, color="0.3", lw=0.8, ls=":", zorder=4)
+            axes.plot(*polar(at, phi), color="0.3", lw=0.8, ls=":", zorder=4)
             axes.annotate(
-                f"{ring:g} mm", (at * np.cos(0.7), at * np.sin(0.7)), fontsize=9, color="0.25",
-                ha="center", va="center", bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 0.5},
-                zorder=5,
+                f"{ring:g} mm", polar(at, 0.7), fontsize=9, color="0.25", ha="center", va="center",
+                bbox={"fc": "w", "ec": "none", "alpha": 0.8, "pad": 0.5}, zorder=5,
             )  # fmt: skip
-    for turn, word in enumerate(("0°", "90°", "180°", "270°")):
-        at = (INNER - 0.12) * np.exp(0.5j * np.pi * turn)
-        axes.text(at.real, at.imag, word, ha="center", va="center", fontsize=10)
+    for turn in range(4):
+        x, y = polar(INNER - 0.12, 0.5 * np.pi * turn)
+        axes.text(x, y, f"{90 * turn}°", ha="center", va="center", fontsize=10)
     axes.text(0, 0, "worn\ndepth", ha="center", va="center", fontsize=11)
     axes.set_aspect("equal")
     axes.set_axis_off()
@@ -106,10 +98,10 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
             continue
         share = 100 * np.arange(1, len(depth) + 1) / len(depth)
         axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %, disks")
-        middle, (low, high) = np.percentile(depth, at), intervals.interval(depth, at)
-        intervals.draw(axes, np.array(at), middle, low, high, colour, sideways=True)
-        for p, value in enumerate(middle):
-            axes.plot(value, at[p], MARKERS[p % len(MARKERS)], color=colour, ms=7)
+        found = intervals.interval(depth, at)
+        intervals.draw(axes, at, found, colour, sideways=True)
+        for p, value in enumerate(found[0]):
+            axes.plot(value, at[p], marker(p), color=colour, ms=7)
     through = sum(int(np.count_nonzero(values >= bound)) for values in deepest) or "none"
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))
     axes.axvline(tuned, color=BLACK, lw=1.6, ls="--", label="tuned disk, median of its runs")

@@ -5,14 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hpcrub.model.casing import (
-    CasingShape,
-    Profile,
-    bump_height,
-    outline,
-    ramp,
-    smoothed,
-)
+from hpcrub.model.casing import CasingShape, Profile, bump_height, outline, ramp, smoothed
 
 
 @pytest.mark.parametrize("n_bumps", [1, 3, 4, 7])

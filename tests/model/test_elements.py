@@ -20,24 +20,11 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from evidence.truth.chain import assemble
 from hpcrub.model.elements import frame_element, rectangular_beam, ring_element, spoke_element
 
 BEAM = rectangular_beam(width=0.1, thickness=0.013, young_modulus=2.1e11, density=7800.0)
 LENGTH, RADIUS = 0.3, 0.2
-
-
-def assemble(element, n_elements, closed=False):
-    """A chain of equal elements; a closed one ends where it starts."""
-    per_node = len(element[0]) // 2
-    n_dof = per_node * (n_elements + (not closed))
-    matrices = []
-    for m in element:
-        total = np.zeros((n_dof, n_dof))
-        for e in range(n_elements):
-            dof = (per_node * e + np.arange(2 * per_node)) % n_dof
-            total[np.ix_(dof, dof)] += m
-        matrices.append(total)
-    return matrices
 
 
 def frequencies(mass, stiffness):

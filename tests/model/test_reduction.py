@@ -21,7 +21,7 @@ from evidence.truth.disk import (
     reference_disk,
     reference_reduced,
 )
-from evidence.truth.hexahedra import SMALL, disk_arrays
+from evidence.truth.hexahedra import SMALL, disk_arrays, matrix_of, stored
 from hpcrub.model import families
 from hpcrub.model.families import whole
 from hpcrub.model.imported import assembly, neutral, reduced
@@ -154,10 +154,7 @@ def seen_from(arrays, axes):
     fixed = arrays["fixed"]  # all directions of a node
     turned = dict(arrays, nodes=arrays["nodes"] @ axes.T, fixed=fixed)
     for name in ("K", "M", "K_blade"):
-        parts = tuple(arrays[f"{name}/{part}"] for part in ("data", "indices", "indptr"))
-        matrix = T @ sp.csr_array(parts, shape=T.shape) @ T.T
-        for part in ("data", "indices", "indptr"):
-            turned[f"{name}/{part}"] = getattr(matrix.tocsr(), part)
+        turned |= stored(**{name: T @ matrix_of(arrays, name) @ T.T})
     return turned
 
 

@@ -54,6 +54,7 @@ def test_the_users_style_and_figures_stay(random):
     ("draw", "message"),
     [
         (lambda file: plot.linear(file), "figure linear is for the study linear"),
+        (lambda file: plot.wear(file), "figure wear is for a coating that wears"),
         (lambda file: plot.summary([file, file]), "figure summary shows one result file, 2 are"),
         (lambda file: plot.compare([]), "shows one result file, 0 are given"),
         (lambda file: plot.percentiles(file, ax=plt.subplots(1, 2)[1]),
@@ -84,7 +85,9 @@ def assert_nothing_clipped(figure):
             assert words_of_x is None or not legend.get_window_extent().overlaps(words_of_x)
 
 
-OF_CONTACT = [f for f in plot.FIGURES if "contact" in f.about.studies and not f.about.needs]
+OF_CONTACT = [
+    f for f in plot.FIGURES if "contact" in f.about.studies and f.about.needs in ("", "random")
+]
 
 
 @pytest.mark.parametrize("figure", OF_CONTACT, ids=lambda f: f.__name__)

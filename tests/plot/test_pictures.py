@@ -51,6 +51,17 @@ def test_a_mode_is_for_figures_that_show_one(modal, folder, capsys):
     assert "no figure of linear.h5 shows a mode" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("study", ["modal", "time_response", "patterns"])
+def test_a_file_without_results_has_no_figure_of_them(folder, capsys, study):
+    """It was a traceback."""
+    lay_out("empty.h5", f"study: {study}\nhistory: {{duration_s: 0.5}}\n")
+    assert draw("empty.h5", "--out", ".") == 2
+    error = capsys.readouterr().err
+    assert "empty.h5: figure " in error
+    assert error.count("nothing is computed") == error.count("\n") > 0
+    assert draw("empty.h5", "--figure", "casing") == 0
+
+
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
 def test_a_picture_is_replaced_whole(modal, folder, kind):
     picture = Path(f"modal_safe_diagram.{kind}")

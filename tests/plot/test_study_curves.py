@@ -6,10 +6,11 @@ import pytest
 from hpcrub import plot
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import NOT_STEADY, STEADY
-from hpcrub.errors import InputError
 from hpcrub.plot import histories, maps
 from hpcrub.plot.disks import EXAGGERATED, families
 from hpcrub.plot.wear import GROOVE, INNER
+from hpcrub.results.layout import DONE
+from hpcrub.studies.shared.casing_motion import PERMANENT
 from tests.plot.drawn import assert_drawn, assert_percentiles, edges, lines, words
 from tests.plot.stored import File, contact_file, modal_file
 from tests.program import TINY
@@ -201,6 +202,24 @@ def test_safe():
     assert "order 4 at 23.25 Hz" in met.get_label()
 
 
+@pytest.mark.parametrize(("n_speeds", "width"), [(3, 0.2), (1, 1.0)])
+def test_disks_that_run_away_are_bars_as_wide_as_the_speeds_are_apart(random, n_speeds, width):
+    """At a single speed, too, which was an IndexError."""
+    file = contact_file(random, f"{TINY}casing: {{ring: {{thickness_mm: 20}}}}\n")
+    names = "casing_motion_m", "casing_energy_share", "casing_growth_per_s", "casing_waves"
+    for group, shape in (("tuned", (3,)), ("samples", (2, N, 3))):
+        file.values |= {f"{group}/{name}": random.uniform(1.0, 2.0, shape) for name in names}
+    file.values["samples/casing_growth_per_s"][-1, ::2] = np.nan
+    file.values[PERMANENT.name] = np.zeros((2, 3))
+    for name, values in file.values.items():
+        file.values[name] = values[..., :n_speeds] if np.shape(values)[-1:] == (3,) else values
+    *_, bars = plot.casing_motion(file)[3].figure.axes
+    at = [(bar.get_x() + bar.get_width() / 2, bar.get_width()) for bar in bars.patches]
+    np.testing.assert_allclose(at, [(speed, 0.8 * width) for speed in file.read("speeds_hz")])
+    share = np.mean(np.flatnonzero(file.status[-1] == DONE) % 2)
+    np.testing.assert_allclose([bar.get_height() for bar in bars.patches], 100 * share)
+
+
 COATED = f"{TINY}contact: {{law: abradable}}\n"
 
 
@@ -270,8 +289,3 @@ def test_a_coating_that_is_worn_through_says_what_became_of_the_rest(file):
 def test_amplitudes_on_a_coating_are_the_largest_of_any_time(file):
     left, _ = plot.summary(file)
     assert_drawn(left, (file.read("speeds_hz"), 1e3 * file.read("tuned/largest_amplitude_m")))
-
-
-def test_a_bare_casing_has_no_such_figure(random):
-    with pytest.raises(InputError, match="wear is for a coating that wears"):
-        plot.wear(contact_file(random))

@@ -1,6 +1,5 @@
 """The same bits on any number of ranks, after any interruption; one error line; no hang."""
 
-import json
 import os
 import signal
 import sys
@@ -10,9 +9,22 @@ import h5py
 import numpy as np
 import pytest
 
+from evidence.faults.job import children, is_alive
 from evidence.truth.hexahedra import sector_arrays
 from hpcrub.results import model_file
-from tests.program import BLISK, TINY, datasets, error_lines, lay_out, load, run, run_here, start
+from tests.program import (
+    BLISK,
+    TINY,
+    datasets,
+    end_of_log,
+    error_lines,
+    lay_out,
+    load,
+    run,
+    run_here,
+    run_on,
+    start,
+)
 
 pytestmark = pytest.mark.mpi
 
@@ -174,10 +186,7 @@ def driver(tmp_path):
 @pytest.mark.parametrize(("kind", "ranks"), [("study", 2), ("spatial", 3)])
 def test_same_bits_on_any_number_of_ranks(request, kind, ranks):
     folder, expected = request.getfixturevalue(kind)
-    options = "--output", f"{ranks}.h5", "--no-figures"
-    code, out, err = run(ranks, "study.yaml", *options, folder=folder)
-    assert code == 0, out + err
-    assert error_lines(err) == []
+    run_on(ranks, "study.yaml", "--output", f"{ranks}.h5", folder=folder)
     assert datasets(folder / f"{ranks}.h5") == expected
     assert not (folder / f"{ranks}.h5.hpcrub-lock").exists()
 
@@ -192,9 +201,7 @@ def test_more_ranks_than_samples(study):
     keys = "mistuning.samples=1", "mistuning.half_range_percent=[4]", "mistuning.tuned_runs=1"
     single = [f"--set={key}" for key in (*keys, "speeds.step_hz=0.05", "convergence.step=10")]
     assert run_here("study.yaml", "--output", "s1.h5", *single, folder=folder) == 0
-    options = "--output", "s3.h5", "--no-figures", *single
-    code, out, err = run(3, "study.yaml", *options, folder=folder)
-    assert code == 0, out + err
+    run_on(3, "study.yaml", "--output", "s3.h5", *single, folder=folder)
     assert datasets(folder / "s1.h5") == datasets(folder / "s3.h5")
 
 
@@ -209,20 +216,6 @@ def wait_for_samples(process, path, n_wanted):
         time.sleep(0.02)
     process.kill()
     pytest.fail("".join(process.communicate()))
-
-
-def children(pid):
-    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as file:
-        return [int(child) for child in file.read().split()]
-
-
-def alive(pid):
-    """Whether a process is there and not only waits for its parent to take note of its end."""
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 @pytest.mark.parametrize(
@@ -255,8 +248,7 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, capfd, ranks, numb
         n_blocks = np.isfinite(file["statistics/contact/amplification"][:, 0]).sum()
         assert leading - ranks <= n_blocks <= leading  # without mpirun: exactly
     if not ended:  # after that mpirun leaves little time
-        log = path.with_suffix(".runs.jsonl").read_text().splitlines()
-        summary = json.loads(log[-1])
+        summary = end_of_log(path)
         assert (summary["exit_code"], summary["exit_reason"]) == (75, "stopped")
         assert 0 < summary["done_in_this_run"] <= n_done
     resume(folder, resumed_on, arguments, capfd)
@@ -266,11 +258,10 @@ def test_stopped_and_resumed_gives_the_same_bits(study, held, capfd, ranks, numb
 def resume(folder, ranks, arguments, capfd):
     """Go on to the end, on one rank in this process, and check that what is there is kept."""
     if ranks > 1:
-        code, out, err = run(ranks, *arguments, "--resume", folder=folder)
+        out = run_on(ranks, *arguments, "--resume", folder=folder)
     else:
-        code = run_here(*arguments, "--resume", folder=folder)
-        out, err = capfd.readouterr()
-    assert code == 0, out + err
+        assert run_here(*arguments, "--resume", folder=folder) == 0
+        out, _ = capfd.readouterr()
     assert f"of {2 * N_SAMPLES} samples are already there" in out
 
 
@@ -289,7 +280,7 @@ def test_killed_and_resumed_gives_the_same_bits(study, held, capfd, victim, resu
     process.communicate(timeout=WAIT)
     assert process.returncode != 0
     until = time.monotonic() + WAIT
-    while any(map(alive, of_mpirun)) and time.monotonic() < until:
+    while any(map(is_alive, of_mpirun)) and time.monotonic() < until:
         time.sleep(0.02)
     resume(folder, resumed_on, arguments, capfd)
     assert datasets(path) == expected

@@ -127,9 +127,7 @@ def test_a_wave_of_the_tuned_disk_decays_over_a_hundred_periods_as_given(reduced
 
 def test_in_contact_the_steps_tend_to_those_of_one_system_of_first_order(reduced, scene):
     """`evidence.truth.air`, with the order of the step: two of position, in an asymmetric air."""
-    modes, wall = disk(reduced), ring.Wall(
-        *scene.casing[:2], scene.clearance, scene.friction, scene.ramp_time
-    )  # fmt: skip
+    modes, wall = disk(reduced), ring.wall_of(scene)
     D, K = matrices(modes, scene.damping_ratio)
     off = []
     for step in (2e-5, 1e-5, 5e-6):
@@ -206,7 +204,7 @@ def test_a_mirrored_disk_that_turns_the_other_way_moves_as_in_a_mirror(tmp_path)
         modes = mistuned_modes(problem.reduced, np.roll(deviation[::way], way < 0))
         scene, face = problem.scene, problem.scene.interface
         place = np.argsort(np.round(way * face.angle % (2 * np.pi), 9))
-        wall = ring.Wall(*scene.casing[:2], scene.clearance, scene.friction, scene.ramp_time)
+        wall = ring.wall_of(scene)
         D, K = matrices(modes, scene.damping_ratio)
         tangential = way * modes.tangential
         q, pushes = air.integrate(

@@ -121,10 +121,7 @@ FAILING = [
     ({"friction": 1.5}, status.JAMMING),
     ({"friction": 1.0}, status.NOT_UNIQUE),
     ({"scheme": "central_difference", "step": 1e-4, "least_steps": 0.0}, status.TOO_LARGE),
-    (
-        {"friction": 0.6, "casing": CasingShape(4, 3e-3)},
-        status.TOO_LARGE,
-    ),  # flutter
+    ({"friction": 0.6, "casing": CasingShape(4, 3e-3)}, status.TOO_LARGE),  # flutter
 ]
 
 

@@ -57,41 +57,37 @@ def peak(modes, n_diameters, damping_ratio=DAMPING_RATIO):
     return linear_peak(modes, damping_ratio, LOAD, n_diameters, TIPS, 12)
 
 
+EACH = np.random.default_rng(3).uniform(1e-3, 2e-2, 240)  # damping ratios, of every mode its own
+
+
 @pytest.mark.parametrize("n_diameters", [1, 4, 6, -4])
-@pytest.mark.parametrize("mistuned", [False, True])
-def test_response_is_that_of_the_full_matrices(n_diameters, mistuned):
+@pytest.mark.parametrize(
+    ("mistuned", "ratio"), [(False, DAMPING_RATIO), (True, DAMPING_RATIO), (True, EACH)],
+    ids=["tuned", "mistuned", "with a damping of each mode"],
+)  # fmt: skip
+def test_response_is_that_of_the_full_matrices(n_diameters, mistuned, ratio):
     deviation = deviation_of(0) * mistuned
     speed_hz = np.array([20.0, 88.0, 91.0, 92.3, 93.2, 150.0, 541.0]) / n_diameters
-    direct = direct_response(mistune(reference_disk(), deviation), n_diameters, speed_hz)
-    modal = response(mistuned_modes(reference_reduced(216), deviation), n_diameters, speed_hz)
+    direct = direct_response(mistune(reference_disk(), deviation), n_diameters, speed_hz, ratio)
+    modes = mistuned_modes(reference_reduced(216), deviation)
+    modal = response(modes, n_diameters, speed_hz, Damping(tuple(np.atleast_1d(ratio))))
     np.testing.assert_allclose(modal, direct, rtol=1e-6, atol=1e-8 * np.abs(direct).max())
 
 
-def test_response_with_a_damping_of_each_mode_is_that_of_the_full_matrices():
-    disk, deviation = mistune(reference_disk(), deviation_of(0)), deviation_of(0)
-    each = np.random.default_rng(3).uniform(1e-3, 2e-2, len(disk.mass))
-    speed_hz = np.array([20.0, 91.0, 92.3, 150.0, 541.0]) / 4
-    direct = direct_response(disk, 4, speed_hz, each)
-    modes = mistuned_modes(reference_reduced(216), deviation)
-    found = response(modes, 4, speed_hz, Damping(tuple(each)))
-    np.testing.assert_allclose(found, direct, rtol=1e-6, atol=1e-8 * np.abs(direct).max())
+def brute_force_peak(modes, n_diameters, n_speeds=20001, damping=DAMPING_RATIO):
+    """Dense enough at 5e-3 of damping for 1e-6: 40 speeds in the half-width of a resonance."""
+    w = np.linspace(0.9 * modes.omega[0], 1.1 * modes.omega[11], n_speeds)
+    u = np.abs(response(modes, n_diameters, w / (2 * np.pi * n_diameters), damping))
+    return u.max(), w[np.argmax(u.max(axis=1))] / (2 * np.pi * n_diameters)
 
 
 def test_peak_with_a_damping_of_each_mode_is_that_of_brute_force():
     modes = mistuned_modes(reference_reduced(60), deviation_of(5))
     damping = Damping(tuple(np.random.default_rng(4).uniform(1e-3, 2e-2, 12)))
     amplitude, _ = peak(modes, 4, damping)
-    w = np.linspace(0.9 * modes.omega[0], 1.1 * modes.omega[11], 60_001)
-    brute = np.abs(response(modes, 4, w / (2 * np.pi * 4), damping)).max()
+    brute, _ = brute_force_peak(modes, 4, 60_001, damping)
     assert brute <= amplitude * (1 + 1e-12)
     assert amplitude == pytest.approx(brute, rel=1e-5)
-
-
-def brute_force_peak(modes, n_diameters, n_speeds=20001):
-    """Dense enough at 5e-3 of damping for 1e-6: 40 speeds in the half-width of a resonance."""
-    w = np.linspace(0.9 * modes.omega[0], 1.1 * modes.omega[11], n_speeds)
-    u = np.abs(response(modes, n_diameters, w / (2 * np.pi * n_diameters)))
-    return u.max(), w[np.argmax(u.max(axis=1))] / (2 * np.pi * n_diameters)
 
 
 @pytest.mark.parametrize("n_diameters", DIAMETERS)

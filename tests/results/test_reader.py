@@ -20,7 +20,7 @@ from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies import STUDIES
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact.layout import KINDS
-from tests.program import ROOT, TINY, lay_out
+from tests.program import ROOT, TINY, lay_out, names_in
 
 
 @pytest.fixture(params=STUDIES)
@@ -43,14 +43,10 @@ def any_study(request, tmp_path, monkeypatch):
 def groups(path):
     """{group: {name: shape}} of all datasets."""
     found = {}
-
-    def note(name, item):
-        if isinstance(item, h5py.Dataset):
-            group, _, short = name.rpartition("/")
-            found.setdefault(f"/{group}", {})[short] = item.shape
-
     with h5py.File(path) as file:
-        file.visititems(note)
+        for name in names_in(file):
+            group, _, short = name.rpartition("/")
+            found.setdefault(f"/{group}", {})[short] = file[name].shape
     return found
 
 

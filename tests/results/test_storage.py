@@ -19,7 +19,7 @@ from hpcrub.statistics.percentiles import running_percentiles
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import study as contact_study
 from hpcrub.studies.contact.layout import KINDS
-from tests.program import ROOT, TINY, error_lines, lay_out, refusal, run_here
+from tests.program import ROOT, TINY, error_lines, lay_out, names_in, refusal, run_here
 
 SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve blades
     "speeds_hz": (3,),
@@ -30,13 +30,6 @@ SHAPES = {  # some datasets of two levels, two samples, three speeds, twelve bla
     "samples/amplitude_m": (2, 2, 3),
     "statistics/contact/amplification": (2, 3, 2),
 }
-
-
-def names_in(file):
-    """Names of all datasets."""
-    found = []
-    file.visititems(lambda name, item: found.append(name))
-    return [name for name in found if isinstance(file[name], h5py.Dataset)]
 
 
 def test_the_file_has_the_datasets_of_its_study_and_no_others(path, tiny_config):

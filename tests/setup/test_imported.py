@@ -15,12 +15,12 @@ from hpcrub.errors import InputError
 from hpcrub.model.disk import build_disk
 from hpcrub.model.imported import assembly, neutral, reduced
 from hpcrub.model.imported.frames import to_cylindrical
-from hpcrub.response.sweep import run_sweep
 from hpcrub.results import model_file
 from hpcrub.setup import imported, input_files
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import modal
+from tests.program import swept
 
 SECTOR = "disk: {model: sector.h5}\n"
 
@@ -50,11 +50,7 @@ def test_contact_of_the_planar_disk_is_that_of_its_model_file(folder):
     assert ours.n_coordinates == built_in.n_coordinates
     assert ours.disk.n_blades == 12
     blades = np.linspace(-0.01, 0.01, 12)
-    found = []
-    for config in (built_in, ours):
-        problem = build_problem(config)
-        modes = modes_of(config, problem, blades)
-        found.append(run_sweep(modes, problem.scene, [34.0, 34.5]))
+    found = [swept(config, blades, [34.0, 34.5]) for config in (built_in, ours)]
     assert (found[0].amplitude > 1e-3).all()
     assert (found[0].max_sweeps > 0).all()
     np.testing.assert_allclose(found[1].amplitude, found[0].amplitude, rtol=1e-5)
@@ -304,11 +300,8 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
         read(f"disk: {{model: known.h5}}\n{brief[:-2]}, stress_mpa_per_mm: 45}}")
     ours = read(f"disk: {{model: known.h5}}\n{brief}")
     assert ours.disk.n_stresses == 24
-    found = []
-    for config in (built_in, ours):
-        problem = build_problem(config)
-        modes = modes_of(config, problem, np.linspace(-0.01, 0.01, 12))
-        found.append(run_sweep(modes, problem.scene, [34.0, 34.5]).stress)
+    how = np.linspace(-0.01, 0.01, 12), [34.0, 34.5]
+    found = [swept(config, *how).stress for config in (built_in, ours)]
     assert (found[0] > 1e8).all()
     np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
@@ -317,10 +310,7 @@ def test_stresses_of_a_table_are_those_of_the_planar_disk(folder):
     options = "model", "known.h5", "--static", "static.csv", "--output", "static.h5"
     assert import_model.main(list(options)) == 0
     strong = f"disk: {{model: static.h5}}\n{brief[:-2]}, strength_mpa: "
-    problem = build_problem(read(f"{strong}500}}"))
-    twice = run_sweep(
-        modes_of(ours, problem, np.linspace(-0.01, 0.01, 12)), problem.scene, [34.0, 34.5]
-    )
+    twice = swept(read(f"{strong}500}}"), *how)
     np.testing.assert_allclose(twice.stress, 2.0 * found[1], rtol=1e-9)
     for limits, match in (
         ("250", "250 is not above the stress of rotation in the model file, 250"),

@@ -11,7 +11,7 @@ from hpcrub.errors import InputError
 from hpcrub.setup import input_files
 from hpcrub.setup.disks import deviation, disks, sigma_of
 from hpcrub.studies import open_result
-from tests.program import TINY, refusal, run, run_here
+from tests.program import TINY, refusal, run_here, run_on
 
 PROFILE = "angle_deg,radius_change_mm\n0,-0.5\n90,0\n180,-0.4\n270,0.1\n"
 
@@ -173,8 +173,7 @@ def test_a_study_of_measured_disks_is_that_of_its_patterns(tmp_path, capfd):
     (tmp_path / "one.yaml").write_text(
         TINY.replace(levels, f"mistuning: {{pattern: {PATTERNS[1].tolist()}}}")
     )
-    code, _, err = run(2, "all.yaml", "--output", "all.h5", "--no-figures", folder=tmp_path)
-    assert code == 0, err
+    run_on(2, "all.yaml", "--output", "all.h5", folder=tmp_path)
     assert run_here("one.yaml", "--output", "one.h5", folder=tmp_path) == 0
     with open_result(tmp_path / "all.h5") as many, open_result(tmp_path / "one.h5") as one:
         np.testing.assert_array_equal(many.read("samples/deviation", 0), PATTERNS[:2] / 100)

@@ -15,14 +15,12 @@ from hpcrub.config import resolution
 from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import InputError
 from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response.sweep import run_sweep
 from hpcrub.runs import memory
 from hpcrub.runs.verdict import not_resolved
 from hpcrub.setup import input_files, plausibility
-from hpcrub.setup.disks import modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
-from tests.program import ROOT, TINY, load
+from tests.program import ROOT, TINY, load, swept
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "inputs").glob("*.yaml")), ids=lambda p: p.stem)
@@ -128,10 +126,8 @@ def test_a_narrow_bump_beside_a_harmonic_moves_blades_as_a_finer_step_does():
     found = []
     for step in (1.0, 0.2):
         changed = config.replace({"time.step_s": step * config.step})
-        problem = build_problem(changed)
-        assert list(plausibility.warnings(changed, problem)) == []
-        modes = modes_of(changed, problem, np.zeros(4))
-        found.append(run_sweep(modes, problem.scene, [95.0]))
+        assert list(plausibility.warnings(changed, build_problem(changed))) == []
+        found.append(swept(changed))
     error = np.hypot(found[0].error, found[1].error)
     assert abs(found[0].amplitude - found[1].amplitude) < 3 * error
     assert found[0].amplitude > 25e-3
@@ -173,9 +169,7 @@ def test_a_step_that_is_far_too_long_changes_nothing_that_is_steady():
     found = []
     for step in (0.01, 1e-5):
         config = Config.from_yaml(TINY).replace(keys | {"time.step_s": step})
-        problem = build_problem(config)
-        modes = modes_of(config, problem, np.zeros(12))
-        found.append(run_sweep(modes, problem.scene, config.speeds.values_hz).amplitude)
+        found.append(swept(config).amplitude)
     np.testing.assert_allclose(found[0], found[1], rtol=0.03)
 
 
@@ -199,10 +193,7 @@ def test_a_graze_gets_the_step_that_it_needs():
     amplitudes = []
     for steps in (32, 200):
         keys = {"casing.clearance_mm": clearance, "time.steps_per_bump_width": steps}
-        changed = config.replace(keys)
-        problem = build_problem(changed)
-        modes = modes_of(changed, problem, np.zeros(6))
-        amplitudes.append(run_sweep(modes, problem.scene, [165.0]).amplitude[0])
+        amplitudes.append(swept(config.replace(keys)).amplitude[0])
     assert amplitudes[0] == pytest.approx(amplitudes[1], rel=0.05)
 
 

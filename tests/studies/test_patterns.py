@@ -6,14 +6,14 @@ import pytest
 
 from hpcrub import plot
 from hpcrub.response.linear import linear_peak
-from hpcrub.response.sweep import run_sweep
 from hpcrub.results.storage import ResultFile
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.necklaces import UNKNOWN, compare, neighbours
 from hpcrub.studies.patterns import Rounds, in_letters
 from tests.plot.drawn import lines
-from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, contents, datasets, load, run_here, run_on, swept
+from tests.studies.common import assert_two_ranks_give, refused_study
 
 N = 256
 TEXT = (
@@ -32,17 +32,12 @@ REFUSED = {
 }
 
 
-def contents(path):
-    with h5py.File(path, "r") as file:
-        return {n: line[()] for n, line in file.items() if isinstance(line, h5py.Dataset)}
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
     """Folder with the results, and the amplifications of all disks with every pattern."""
     folder = tmp_path_factory.mktemp("patterns")
     (folder / "study.yaml").write_text(TEXT)
-    assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+    assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
     config = load(folder / "study.yaml")
     problem, words = build_problem(config), contents(folder / "one.h5")["types"]
 
@@ -55,11 +50,11 @@ def found(tmp_path_factory):
         [size(np.choose(word + 1, [0.0, 0.03, -0.03]) + deviation(config, 0, s)) for s in range(N)]
         for word in words
     ])  # fmt: skip
-    return folder, config, problem, every / size(np.zeros(6))
+    return folder, config, every / size(np.zeros(6))
 
 
 def test_what_is_left_is_among_the_best_of_all_disks_of_all_patterns(found):
-    folder, _, _, every = found
+    folder, _, every = found
     here = contents(folder / "one.h5")
     n, words = here["n_disks"], here["types"]
     assert [in_letters(word) for word in words[:3]] == ["no pattern", "AAAAAB", "AAAABB"]
@@ -78,36 +73,28 @@ def test_what_is_left_is_among_the_best_of_all_disks_of_all_patterns(found):
 
 
 def test_the_best_are_computed_in_contact(found):
-    folder, config, problem, _ = found
+    folder, config, _ = found
     here = contents(folder / "one.h5")
     seen = np.isfinite(here["contact_amplitude_m"]).all(axis=1)
     assert seen[0]
     assert np.count_nonzero(seen) == 3
     p = np.flatnonzero(seen)[-1]
     own = np.choose(here["types"][p], [0.03, -0.03]) + deviation(config, 0, 1)
-    result = run_sweep(modes_of(config, problem, own), problem.scene, config.speeds.values_hz)
-    assert here["contact_amplitude_m"][p, 1] == result.amplitude.max()
+    assert here["contact_amplitude_m"][p, 1] == swept(config, own).amplitude.max()
 
 
 @pytest.mark.mpi
 def test_two_ranks_and_a_stop_give_the_same_bits(found):
     folder, *_ = found
-    first = bits(folder / "one.h5")
-    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
-    assert code == 0, out + err
-    assert error_lines(err) == []
-    logged = end_of_log(folder / "two.h5")
-    assert logged["done_in_this_run"] > 0
-    assert logged["idle_share"] < 1.0
-    assert bits(folder / "two.h5") == first
+    first = datasets(folder / "one.h5")
+    assert_two_ranks_give(first, folder)
     with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
         for name in ("amplification", "least_damping_ratio", "contact_amplitude_m"):
             file[name][3:] = np.nan
         for name in ("status", "contact_status"):
             file[name][3:] = 0
-    resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
-    assert run_here(*resumed, folder=folder) == 0
-    assert bits(folder / "two.h5") == first
+    assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
+    assert datasets(folder / "two.h5") == first
 
 
 @pytest.mark.mpi
@@ -116,8 +103,7 @@ def test_of_many_patterns_a_quarter_are_neighbours_of_the_best(tmp_path):
     text = TEXT.replace(f"samples: {N}", "samples: 64").replace("n_blades: 6", "n_blades: 8")
     text = text.replace("contact_samples: 2", "contact_samples: 0, candidates: 20")
     (tmp_path / "study.yaml").write_text(text)
-    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=tmp_path)
-    assert code == 0, out + err
+    run_on(2, "study.yaml", "--output", "two.h5", folder=tmp_path)
     with h5py.File(tmp_path / "two.h5", "r+") as file:
         words, percentile = file["types"][()], file["percentile"][()]
         assert len(words) == len({tuple(word) for word in words}) == 21
@@ -126,8 +112,7 @@ def test_of_many_patterns_a_quarter_are_neighbours_of_the_best(tmp_path):
         file["types"][16:], file["status"][16:] = UNKNOWN, 0  # as if stopped before the search
         file["amplification"][16:] = np.nan
     first = contents(tmp_path / "two.h5")
-    resumed = "study.yaml", "--output", "two.h5", "--resume", "--no-figures"
-    assert run_here(*resumed, folder=tmp_path) == 0
+    assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=tmp_path) == 0
     again = contents(tmp_path / "two.h5")
     np.testing.assert_array_equal(again["types"], words)
     np.testing.assert_array_equal(again["percentile"], percentile)
@@ -170,8 +155,4 @@ def test_where_the_tuned_disk_flutters_patterns_have_amplitudes_and_say_so(
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_cannot_be_searched_is_refused(folder, override, capsys):
-    (folder / "study.yaml").write_text(TEXT)
-    options = "--output", "refused.h5", "--set", override
-    assert run_here("study.yaml", *options, folder=folder) == 2
-    assert REFUSED[override] in capsys.readouterr().err
-    assert not (folder / "refused.h5").exists()
+    assert REFUSED[override] in refused_study(folder, TEXT, override, capsys)

@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 
 from hpcrub.config.schema import Config
-from hpcrub.response.sweep import run_sweep
-from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.problem import build_problem
+from hpcrub.setup.disks import deviation
 from hpcrub.statistics.percentiles import probability_interval
 from hpcrub.studies import rare
-from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, contents, datasets, load, run_here
+from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
 
 N = 200
 STUDY = (
@@ -38,14 +37,10 @@ def brute(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("rare")
     (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
-    config = load(folder / "study.yaml")
-    problem, peaks = build_problem(config), []
-    for sample in range(N):
-        modes = modes_of(config, problem, deviation(config, 0, sample))
-        peaks.append(run_sweep(modes, problem.scene, config.speeds.values_hz).amplitude.max())
+    peaks = largest_amplitudes(load(folder / "study.yaml"), range(N))
     limit = round(1e3 * float(np.quantile(peaks, 0.8)), 3)
     (folder / "study.yaml").write_text(STUDY.replace("LIMIT", str(limit)))
-    return folder, np.array(peaks), limit / 1e3
+    return folder, peaks, limit / 1e3
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +49,7 @@ def sampled(brute):
     folder, *_ = brute
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rare, "costs", lambda file, speeds: (0.01 * len(speeds), 10.0))
-        assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+        assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
     return folder / "one.h5"
 
 
@@ -83,23 +78,15 @@ def test_every_disk_computed_is_that_of_brute_force_and_the_interval_holds_it(br
 @pytest.mark.mpi
 def test_two_ranks_and_a_stop_give_the_same_bits(brute):
     folder, *_ = brute
-    options = "--no-figures", "--set", "mistuning.samples=130"
+    options = "--set", "mistuning.samples=130"
     assert run_here("study.yaml", "--output", "a.h5", *options, folder=folder) == 0
-    first = bits(folder / "a.h5")
-    code, out, err = run(2, "study.yaml", "--output", "b.h5", *options, folder=folder)
-    assert code == 0, out + err
-    assert error_lines(err) == []
-    with h5py.File(folder / "b.h5") as file:
-        n_done = np.count_nonzero(file["status"][()])
-    logged = end_of_log(folder / "b.h5")
-    assert logged["done_in_this_run"] == n_done > 0
-    assert logged["idle_share"] < 1.0
-    assert bits(folder / "b.h5") == first
+    n_done = assert_two_ranks_give(datasets(folder / "a.h5"), folder, *options)
+    assert n_done == np.count_nonzero(contents(folder / "two.h5")["status"])
 
 
 def test_a_stop_changes_no_bit(brute, sampled, monkeypatch):
     folder, *_ = brute
-    first = bits(sampled)
+    first = datasets(sampled)
     monkeypatch.setattr(rare, "costs", lambda file, speeds: (0.01 * len(speeds), 10.0))
     with h5py.File(sampled, "r+") as file:  # as if it had been stopped on its way
         for name in ("look", "peak_amplitude_m", "inclusion", "time_s"):
@@ -108,9 +95,8 @@ def test_a_stop_changes_no_bit(brute, sampled, monkeypatch):
             file[name][140:] = 0
         for name in rare.ESTIMATE:
             file[name][1:] = np.nan
-    options = "--output", "one.h5", "--resume", "--no-figures"
-    assert run_here("study.yaml", *options, folder=folder) == 0
-    assert bits(sampled) == first
+    assert run_here("study.yaml", "--output", "one.h5", "--resume", folder=folder) == 0
+    assert datasets(sampled) == first
 
 
 def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):
@@ -124,11 +110,8 @@ def test_the_draws_are_uniform_and_depend_on_seed_and_sample_alone(brute):
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_has_no_probability_is_refused(folder, override, capsys):
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
-    options = "--output", "refused.h5", "--set", override
-    assert run_here("study.yaml", *options, folder=folder) == 2
-    assert REFUSED[override] in capsys.readouterr().err
-    assert not (folder / "refused.h5").exists()
+    text = STUDY.replace("LIMIT", "10")
+    assert REFUSED[override] in refused_study(folder, text, override, capsys)
 
 
 def test_one_pattern_is_refused():

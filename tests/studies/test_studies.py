@@ -24,7 +24,7 @@ from hpcrub.response.sweep import Motion, SweepResult, run_sweep
 from hpcrub.setup.problem import build_model, build_problem
 from hpcrub.studies import STUDIES, branches, open_result, time_response
 from tests.plot.stored import File
-from tests.program import ROOT, TINY, run, run_here, whole
+from tests.program import ROOT, TINY, datasets, run_here, run_on, swept, whole
 
 
 def compute(name, *overrides, options=()):
@@ -109,16 +109,12 @@ def test_tasks_on_several_ranks_are_the_same_bits(folder):
     overrides = [f"--set={key}" for key in keys]
     study = ROOT / "inputs" / "linear.yaml", *overrides, "--output", "a.h5"
     assert run_here(*study) == 0
+    expected = datasets("a.h5")
     with h5py.File("a.h5", "r+") as file:  # as an interrupted run would leave it
-        names = "amplification", "tuned/amplitude_m", "status"
-        expected = [file[name][()] for name in names]
         file["status"][2:] = 0
         file["amplification"][1] = np.nan
-    code, _, err = run(3, *study, "--no-figures", "--resume", folder=folder)
-    assert code == 0, err
-    with h5py.File("a.h5") as file:
-        for name, values in zip(names, expected, strict=True):
-            np.testing.assert_array_equal(file[name][()], values)
+    run_on(3, *study, "--resume", folder=folder)
+    assert datasets("a.h5") == expected
 
 
 QUICK = "reduction.n_modes=12", "time.step_s=2e-5"
@@ -164,9 +160,8 @@ def test_the_checks_of_a_time_response_are_those_of_its_motion(response, disk):
 @pytest.mark.parametrize("disk", [0, 1])
 def test_a_time_response_is_steady_when_its_sweep_is(response, disk):
     """By the same rule, at the same check, with the same amplitude but for what records miss."""
-    problem, speed = build_problem(response.config), response.config.speeds.from_hz
-    modes = mistuned_modes(problem.reduced, response.read("deviation", disk))
-    sweep = run_sweep(modes, problem.scene, [speed])
+    config = response.config
+    sweep = swept(config, response.read("deviation", disk), [config.speeds.from_hz])
     assert sweep.point_status[0] == response.read("point_status")[disk] == STEADY
     assert response.read("judged_s", disk) == pytest.approx(sweep.time[0])
     assert response.read("amplitude_m", disk) == pytest.approx(sweep.amplitude[0], rel=2e-3)

@@ -4,11 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from hpcrub.response.sweep import run_sweep
-from hpcrub.setup.disks import deviation, modes_of
-from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import probability_interval
-from tests.program import TINY, bits, end_of_log, error_lines, load, run, run_here
+from tests.program import TINY, contents, datasets, load, run_here
+from tests.studies.common import assert_two_ranks_give, largest_amplitudes, refused_study
 
 N = 60
 STUDY = (
@@ -36,18 +34,12 @@ def brute(tmp_path_factory):
     (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10"))
     config = load(folder / "study.yaml", ["mistuning.half_range_percent=[4]"])
     values = config.threshold.values
-    peaks = np.zeros((len(values), N))
-    for v, clearance in enumerate(values):
-        here = config.replace({"casing.clearance_mm": float(clearance)})
-        problem = build_problem(here)
-        for sample in range(N):
-            modes = modes_of(here, problem, deviation(here, 0, sample))
-            result = run_sweep(modes, problem.scene, here.speeds.values_hz)
-            peaks[v, sample] = result.amplitude.max()
+    configs = [config.replace({"casing.clearance_mm": float(value)}) for value in values]
+    peaks = np.array([largest_amplitudes(here, range(N)) for here in configs])
     limit = round(1e3 * float(np.median(peaks[len(values) // 2])), 3)
     text = STUDY.replace("LIMIT", str(limit)).replace("[2, 4]", "[4]")
     (folder / "study.yaml").write_text(text)
-    assert run_here("study.yaml", "--output", "one.h5", "--no-figures", folder=folder) == 0
+    assert run_here("study.yaml", "--output", "one.h5", folder=folder) == 0
     return folder, peaks, limit / 1e3
 
 
@@ -72,30 +64,18 @@ def test_every_disk_is_that_of_brute_force_and_the_crossing_is_there(brute):
 @pytest.mark.mpi
 def test_two_ranks_and_a_stop_give_the_same_bits(brute):
     folder, *_ = brute
-    first = bits(folder / "one.h5")
-    code, out, err = run(2, "study.yaml", "--output", "two.h5", "--no-figures", folder=folder)
-    assert code == 0, out + err
-    assert error_lines(err) == []
-    with h5py.File(folder / "two.h5") as file:
-        n_done = np.count_nonzero(file["status"][()])
-    logged = end_of_log(folder / "two.h5")
-    assert logged["done_in_this_run"] == n_done > 0
-    assert logged["idle_share"] < 1.0
-    assert bits(folder / "two.h5") == first
+    first = datasets(folder / "one.h5")
+    n_done = assert_two_ranks_give(first, folder)
+    assert n_done == np.count_nonzero(contents(folder / "two.h5")["status"])
     with h5py.File(folder / "two.h5", "r+") as file:  # as if it had been stopped on its way
         for name in ("status", "peak_amplitude_m", "peak_stress_pa"):
             file[name][:, 15:] = 0 if name == "status" else np.nan
         file["n_disks"][:] = 0
-    assert (
-        run_here("study.yaml", "--output", "two.h5", "--resume", "--no-figures", folder=folder) == 0
-    )
-    assert bits(folder / "two.h5") == first
+    assert run_here("study.yaml", "--output", "two.h5", "--resume", folder=folder) == 0
+    assert datasets(folder / "two.h5") == first
 
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_what_cannot_be_searched_for_is_refused(folder, override, capsys):
-    (folder / "study.yaml").write_text(STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]"))
-    options = "--output", "refused.h5", "--set", override
-    assert run_here("study.yaml", *options, folder=folder) == 2
-    assert REFUSED[override] in capsys.readouterr().err
-    assert not (folder / "refused.h5").exists()
+    text = STUDY.replace("LIMIT", "10").replace("[2, 4]", "[4]")
+    assert REFUSED[override] in refused_study(folder, text, override, capsys)

@@ -10,8 +10,6 @@ from hpcrub import plot, studies
 from hpcrub.commands import inspect
 from hpcrub.config.schema import Config
 from hpcrub.contact.status import AVERAGED, NOT_STEADY, STEADY
-from hpcrub.model.reduction import mistuned_modes
-from hpcrub.response.sweep import run_sweep
 from hpcrub.results.layout import DONE
 from hpcrub.runs.verdict import (
     MOST,
@@ -24,7 +22,6 @@ from hpcrub.runs.verdict import (
     kinematics,
     not_resolved,
 )
-from hpcrub.setup.problem import build_problem
 from hpcrub.statistics.percentiles import (
     percentile_interval,
     probability_interval,
@@ -36,7 +33,7 @@ from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.contact import limits, summary, trust
 from hpcrub.studies.contact.layout import KINDS
 from hpcrub.studies.contact.survey import shared_uncertainty, survey
-from tests.program import TINY, lay_out, run_here
+from tests.program import TINY, lay_out, run_here, swept
 
 RUNS = np.array([31.0, 29.0, 30.0, 33.0, 28.0, 30.0, 31.0, 32.0, 30.0]) * 1e-3
 
@@ -174,9 +171,7 @@ def test_the_default_step_holds_and_one_that_does_not_is_marked(tmp_path, keys, 
     """On rigid bumps and on springs; truth: the tuned disk at an eighth of the default step."""
     config = Config().replace(FOUR_BLADES | keys | {"output": str(tmp_path / "a.h5")})
     fine = config.replace({"time.step_s": Config().replace(FOUR_BLADES).step / 8.0})
-    problem = build_problem(fine)
-    modes, speeds = mistuned_modes(problem.reduced, np.zeros(4)), fine.speeds.values_hz
-    (truth,) = run_sweep(modes, problem.scene, speeds).amplitude
+    (truth,) = swept(fine).amplitude
     (tmp_path / "a.yaml").write_text(config.to_yaml())
     assert run_here(tmp_path / "a.yaml") == 0
     with open_result(config.output) as found:
@@ -308,10 +303,8 @@ def test_percentiles_of_all_kinds_have_intervals_and_convergence(coated, kind):
 
 
 def test_the_worst_disk_is_compared_with_the_tuned_one(folder, coated, capfd):
-    tuned, deepest = (
-        coated.read("tuned/run_deepest_m"),
-        coated.read("samples/deepest_m").max(axis=1),
-    )
+    tuned = coated.read("tuned/run_deepest_m")
+    deepest = coated.read("samples/deepest_m").max(axis=1)
     found = list(limits.depth_lines(coated))
     assert len(found) == 3
     for line, depth in zip(found[1:], deepest, strict=True):

@@ -11,8 +11,10 @@ from evidence.truth.hexahedra import (
     POISSON,
     SMALL,
     YOUNG,
+    matrix_of,
     sector,
     sector_arrays,
+    stored,
     stresses,
 )
 from hpcrub.__main__ import main as program
@@ -48,12 +50,6 @@ def same_model(arrays, exact, units="m kg s"):
     f = (cyclic.sector_frequencies(m, 2, 3) for m in (model, exact))
     np.testing.assert_allclose(next(f), next(f), rtol=1e-8)
     return model
-
-
-def matrix_of(arrays, name):
-    parts = (arrays[f"{name}/{part}"] for part in ("data", "indices", "indptr"))
-    n = len(arrays["dof"])
-    return sp.csr_array(tuple(parts), shape=(n, n))
 
 
 def write_calculix(folder, name, matrices, dof, elements, mesh):
@@ -359,16 +355,10 @@ def mirrored(arrays):
     """The mirror image of a sector: y is -y, of places and of directions."""
     sign = np.where(arrays["dof"][:, 1] == 2, -1.0, 1.0)
     turned = dict(arrays, nodes=arrays["nodes"] * [1.0, -1.0, 1.0])
+    turn = sp.diags_array(sign)
     for name in ("K", "M", "K_blade"):
-        turned |= dict_of(
-            name, sp.diags_array(sign) @ matrix_of(arrays, name) @ sp.diags_array(sign)
-        )
+        turned |= stored(**{name: turn @ matrix_of(arrays, name) @ turn})
     return turned
-
-
-def dict_of(name, matrix):
-    matrix = sp.csr_array(matrix)
-    return {f"{name}/{part}": getattr(matrix, part) for part in ("data", "indices", "indptr")}
 
 
 def test_the_other_sense_of_rotation_is_that_of_the_mirror_image():

@@ -1,0 +1,36 @@
+"""What the tests of several studies ask: brute force, ranks, refusals."""
+
+import numpy as np
+
+from hpcrub.response.sweep import run_sweep
+from hpcrub.setup.disks import deviation, modes_of
+from hpcrub.setup.problem import build_problem
+from tests.program import datasets, end_of_log, run_here, run_on
+
+
+def assert_two_ranks_give(expected, folder, *options):
+    """Two ranks write the same bits to two.h5; returns how many tasks they log as done."""
+    run_on(2, "study.yaml", "--output", "two.h5", *options, folder=folder)
+    logged = end_of_log(folder / "two.h5")
+    assert logged["done_in_this_run"] > 0
+    assert logged["idle_share"] < 1.0
+    assert datasets(folder / "two.h5") == expected
+    return logged["done_in_this_run"]
+
+
+def refused_study(folder, text, override, capsys):
+    """What a study with a changed key is refused with, of which no file is made."""
+    (folder / "study.yaml").write_text(text)
+    options = "--output", "refused.h5", "--set", override
+    assert run_here("study.yaml", *options, folder=folder) == 2
+    assert not (folder / "refused.h5").exists()
+    return capsys.readouterr().err
+
+
+def largest_amplitudes(config, samples, level=0):
+    """Largest amplitudes of samples [m], each swept by itself (n,)."""
+    problem, found = build_problem(config), []
+    for sample in samples:
+        modes = modes_of(config, problem, deviation(config, level, sample))
+        found.append(run_sweep(modes, problem.scene, config.speeds.values_hz).amplitude.max())
+    return np.array(found)
