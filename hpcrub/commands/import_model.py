@@ -128,10 +128,9 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
 
 
 def _check_numbers(options):
-    if not 0.0 <= options.speed_hz < np.inf:
-        raise InputError(f"--speed-hz: {options.speed_hz:g} is not 0 or more")
-    if options.reduce is not None and options.reduce < 0:
-        raise InputError(f"--reduce: {options.reduce} is not 0 or more")
+    for name, value in (("--speed-hz", options.speed_hz), ("--reduce", options.reduce or 0)):
+        if not 0 <= value < np.inf:
+            raise InputError(f"{name}: {value:g} is not 0 or more")
 
 
 def _arrays(options):

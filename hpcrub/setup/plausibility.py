@@ -34,24 +34,21 @@ FAST = 1.5  # times as fast as the first family vibrates
 def steady_problems(config: Config) -> Iterator[str]:
     """Lines on why no point of a study could pass a test of its steady state."""
     steady, speeds = config.steady_state, config.speeds
-    window = steady.window_revolutions / speeds.from_hz  # the longest [s]
-    if 2.0 * window > steady.max_time:
-        yield (
-            f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, "
-            f"which compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} "
-            f"Hz; at least {2.0 * window:.4g} s are needed"
-        )
-        return
+    longest = steady.window_revolutions / speeds.from_hz  # window [s]
+    windows = steady.window_revolutions / speeds.values_hz
     # the ramp must be over before the last window begins, at the speed where that is first
-    ends = np.maximum(steady.first_check, 2.0 * steady.window_revolutions / speeds.values_hz)
-    begins = ends - steady.window_revolutions / speeds.values_hz
-    if config.casing.growth_time > begins.min():
-        needed = config.casing.growth_time + steady.window_revolutions / speeds.from_hz
-        yield (
-            f"casing.growth_time_s: the bumps still grow at {begins.min():.4g} s, when the first "
-            f"test of the steady state begins; a shorter one, or steady_state.first_check_s of at "
-            f"least {needed:.4g}, is needed"
-        )
+    begins = (np.maximum(steady.first_check, 2.0 * windows) - windows).min()
+    has_no_test = 2.0 * longest > steady.max_time
+    return lines_of(
+        (has_no_test,
+         f"steady_state.max_time_s: {steady.max_time_s:g} s are over before the first test, which "
+         f"compares twice {steady.window_revolutions} revolutions at {speeds.from_hz:g} Hz; at "
+         f"least {2.0 * longest:.4g} s are needed"),
+        (not has_no_test and config.casing.growth_time > begins,
+         f"casing.growth_time_s: the bumps still grow at {begins:.4g} s, when the first test of "
+         "the steady state begins; a shorter one, or steady_state.first_check_s of at least "
+         f"{config.casing.growth_time + longest:.4g}, is needed"),
+    )  # fmt: skip
 
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
@@ -146,18 +143,16 @@ def _noise_warnings(config):
     away = outline.smoothed_away
     nearest = config.clearance + config.disk.least_clearance
     met = max(0.0, outline.highest - max(nearest, outline.mean))
-    if casing.profile.measured and casing.smoothing == 0.0:
-        yield (
-            "noise: the measured points of the casing are not smoothed, and noise of the "
-            "measurement counts as its shape; leave out casing.smoothing_mm and compare"
-        )
-    elif away > NOISE * met and outline.highest + away > nearest:
-        yield (
-            f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to "
-            f"{1e3 * away:.2g} mm from the measured casing, of which blades meet "
-            f"{1e3 * met:.2g} mm; the results depend on that: compare with half of "
-            "casing.smoothing_mm"
-        )
+    is_raw = casing.profile.measured and casing.smoothing == 0.0
+    return lines_of(
+        (is_raw,
+         "noise: the measured points of the casing are not smoothed, and noise of the measurement "
+         "counts as its shape; leave out casing.smoothing_mm and compare"),
+        (not is_raw and away > NOISE * met and outline.highest + away > nearest,
+         f"noise: smoothing over {1e3 * casing.smoothing:.3g} mm takes up to {1e3 * away:.2g} mm "
+         f"from the measured casing, of which blades meet {1e3 * met:.2g} mm; the results depend "
+         "on that: compare with half of casing.smoothing_mm"),
+    )  # fmt: skip
 
 
 def _time_warnings(config, problem):
