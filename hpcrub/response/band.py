@@ -245,16 +245,16 @@ class Band:
             found = self._look(lane, course, now, before, last)
             if found is None:
                 return False
-            verdict = found.status
+            verdict, motion = found.status, self._signals(lane, self._windows(now).ravel())
             if stuck:
                 verdict, reason = DIVERGED, stuck
             else:
-                self._write(lane, course, now, found, out)
+                self._write(lane, course, now, found, motion, out)
+            if reason == status.NONE and self._reverses(motion):
+                reason = status.REVERSED
         if verdict != DIVERGED:
             self._keep_worn(lane, course, now)
             course.watch.write(course.index, out.wear)
-        if reason == status.NONE and self._reverses(lane, now):
-            reason = status.REVERSED
         self._end(lane, course, now, out, verdict, reason)
         if self.motion is not None:
             for values, end in zip(self.motion, bank.motion(self.bank, lane), strict=True):
@@ -268,14 +268,17 @@ class Band:
         out.max_sweeps[index] = min(self.bank.state.report[SWEEPS, lane], 255)
         out.time[index] = course.seconds(now)
 
-    def _write(self, lane, course, now, found, out):
-        """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified)."""
+    def _write(self, lane, course, now, found, motion, out):
+        """Amplitudes of a lane by a Verdict, and what its last window tells (out is modified).
+
+        motion: as of `_reverses`.
+        """
         index, pairs, last = course.index, self.modes.pairs, self._windows(now)[1]
         out.amplitude[index] = found.amplitude
         out.error[index], out.scatter[index] = found.error, found.scatter
         if self.scene.observes_stress:
             out.stress[index] = self.record.stress_peak[0, lane]
-        out.half_peak_to_peak[index] = np.ptp(self._signals(lane, last), axis=0).max() / 2.0
+        out.half_peak_to_peak[index] = np.ptp(motion[len(motion) // 2 :], axis=0).max() / 2.0
         blades = self.scene.interface.of_blades(found.largest)
         out.localisation[index] = localisation(blades)
         if len(pairs.omega):
@@ -285,11 +288,13 @@ class Band:
             out.casing.largest[index], out.casing.waves[index] = moved
             out.casing.share[index] = share_of_energy(modes, self.bank, lane)
 
-    def _reverses(self, lane, now):
-        """Whether a tip of a planar disk outruns the disk's rotation in the last two windows."""
+    def _reverses(self, motion):
+        """Whether a tip of a planar disk outruns the disk's rotation.
+
+        motion: observed displacements in the last two windows (records, O) [m].
+        """
         if len(self.modes.axial) > 0:  # friction turns with the slip
             return False
-        motion = self._signals(lane, self._windows(now).ravel())
         moved = np.abs(np.diff(motion, axis=0)).max()
         turned = 2.0 * np.pi * self.grid.stride / self.grid.steps_per_revolution
         return moved > turned * self.scene.interface.radius.min()

@@ -203,13 +203,15 @@ def extrapolated(
     n = min(int(1.0 / (share * share).sum()), len(severity))
     unit = np.median(severity)  # the fits start from values about 1
     severity, at = severity / unit, at / unit
-    weibull, pareto = np.empty((2, runs, len(at)))
+    weibull, pareto = np.full((2, runs, len(at)), np.nan)
     for run in range(runs):
         drawn = rng.choice(severity, n, p=share)
         weibull[run] = weibull_max.sf(at, *weibull_max.fit(drawn))
         least = np.quantile(drawn, 0.9)
-        shape = genpareto.fit(drawn[drawn > least] - least, floc=0.0)
-        pareto[run] = np.where(at > least, 0.1 * genpareto.sf(at - least, *shape), np.nan)
+        beyond = drawn[drawn > least] - least
+        if len(beyond):  # else the largest are all alike
+            shape = genpareto.fit(beyond, floc=0.0)
+            pareto[run] = np.where(at > least, 0.1 * genpareto.sf(at - least, *shape), np.nan)
     ends = [2.5, 50.0, 97.5]
     return {
         "three-parameter Weibull": np.percentile(weibull, ends, axis=0),

@@ -126,3 +126,11 @@ def test_distributions_that_are_fitted_to_their_own_draws_say_the_truth():
     assert (low < [0.052, 0.003]).all()
     assert (high > [0.048, 0.0013]).all()
     assert (high - low < [0.02, 0.01]).all()
+
+
+def test_severities_whose_largest_are_alike_have_no_pareto_tail():
+    """Nothing lies beyond their 90th percentile; the fit failed there, and with it the figure."""
+    severity = np.repeat([0.5, 0.8, 1.2], [2, 3, 5])
+    found = extrapolated(severity, np.ones(10), np.array([1.0, 2.0]), runs=3)
+    assert np.isnan(found["generalised Pareto"]).all()
+    assert np.isfinite(found["three-parameter Weibull"]).all()
