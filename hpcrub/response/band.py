@@ -231,10 +231,8 @@ class Band:
 
     def _finished(self, lane, course, now, out):
         """Check a lane; write its result (modified) and return True if it ends here."""
-        older, newer = self._windows(now)
-        peak = self._peaks()[..., lane]
-        before, last = peak[older].max(axis=0), peak[newer].max(axis=0)
-        reason, verdict = judge(self.bank, lane, peak, self.scene), DIVERGED
+        sizes = self._peaks()[self._windows(now), :, lane].max(axis=1)  # of two windows (2, O)
+        reason, verdict = judge(self.bank, lane, sizes, self.scene), DIVERGED
         begin, touched = course.touched
         steps = (now - begin) * self.grid.steps_per_block
         share = (self.bank.law.steps_touched(lane) - touched) / steps
@@ -242,7 +240,7 @@ class Band:
         if stuck == status.FLUTTER and reason not in status.FATAL:
             reason = stuck  # it grows without bounds: no further window can tell more
         if reason not in status.FATAL:
-            found = self._look(lane, course, now, before, last)
+            found = self._look(lane, course, now, *sizes)
             if found is None:
                 return False
             verdict, motion = found.status, self._signals(lane, self._windows(now).ravel())
