@@ -41,7 +41,7 @@ class Trial(NamedTuple):
 
     def seconds(self, cost: Cost, config: Config) -> float:
         """Time for a Cost on one core [s]."""
-        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # with idle lanes
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # and idle ones
         kept = cost.histories * lanes / config.step / self.history_steps_per_second
         simulated = cost.sweeps * config.speeds.n_values * self.until_steady
         sought = simulated / config.step / self.steps_per_second

@@ -62,7 +62,7 @@ def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
 
 
 def check_output(run: Run, existing: Existing) -> bool:
-    """Whether to resume the existing result file, not to create one. Raises InputError."""
+    """Whether to resume an existing result file; False: create one. Raises InputError."""
     path = Path(run.config.output)
     if os.path.isdir(path):
         raise InputError(f"output: {path} is a folder")

@@ -137,16 +137,16 @@ class Study:
     """
 
     name: str
-    what: str  # in a few words
+    what: str  # description in a few words
     datasets: tuple[Dataset, ...] = ()  # of the result file, unless `layout` returns others
-    figures = ""  # of the paper
+    figures = ""  # numbers of the figures of the paper
     sections: tuple[str, ...] = ()  # sections of `config.study_keys` that it reads
     # {dimension: dataset with its values}; `Run.scales` adds `speed` and `angle`
     scales: Mapping[str, str] = {}
-    mistunes = True  # draws disks at random; otherwise only a pattern mistunes them
+    mistunes = True  # whether it draws disks at random; else only a pattern mistunes them
     n_sources = 0  # number of contact studies' result files from which it starts
-    integrates = False  # in time, with the contact kernel
-    histories = False  # keeps whole motions, not only amplitudes
+    integrates = False  # whether it integrates in time, with the contact kernel
+    histories = False  # whether it keeps whole motions, not only amplitudes
     job: type[Job] = Job  # class that computes a run on all ranks
     unit = "tasks"  # name of the parts of the job
 
@@ -207,7 +207,7 @@ class Study:
         return ""
 
     def is_enough(self, file: ResultFile) -> bool:
-        """Whether an unfinished file is complete nevertheless."""
+        """Whether a file is complete although some of its parts are missing."""
         return False
 
     def report(self, file: ResultFile) -> Iterable[str]:

@@ -159,7 +159,7 @@ def _time_warnings(config, problem):
     """Warn of windows shorter than a period, and of times too short for transients to decay."""
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     steady, ratio = config.steady_state, ratios(config.damping, omega)
-    constant = 1.0 / float((ratio * omega).min())  # of the slowest transient
+    constant = 1.0 / float((ratio * omega).min())  # time constant of the slowest transient [s]
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(

@@ -120,7 +120,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 
 def _beside_rotation(config, interface):
-    """Interface with stresses that count as much without rotation (Goodman), if both are known."""
+    """Interface with stresses raised for the stress of rotation (Goodman), where it is known."""
     strength, static = config.limits.strength_mpa, interface.stress_static
     if strength is None or not len(static):
         return interface

@@ -7,8 +7,8 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError
 
-PARTS = "data", "indices", "indptr"  # of a sparse matrix in compressed rows (CSR)
-SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
+PARTS = "data", "indices", "indptr"  # arrays of a sparse matrix in compressed rows (CSR)
+SYMMETRY = 1e-8  # largest allowed difference from the transpose, as a share of the largest entry
 
 
 def finite(name: str, matrix: Any) -> Any:

@@ -24,7 +24,7 @@ class Findings(NamedTuple):
     mass: float  # of the whole disk, as far as it has rows [kg]; NaN for a reduced model
     rigid_residual: float  # median of `unbalanced` over the rows; NaN for a reduced model
     loaded_rows: int  # rows with `unbalanced` above RIGID: next to held nodes without rows
-    tip_radius: float  # of the contact nodes, largest [m]
+    tip_radius: float  # largest radius of a contact node [m]
     tip_gap: float  # tip_radius less the smallest radius of a contact node [m]
 
 
@@ -99,7 +99,7 @@ def rigid_motions(model: NeutralModel) -> np.ndarray:
     nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
     placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
     x, y, z = nodes.T
-    motion = np.zeros((6, 6, len(x)))  # of directions 1 to 6, translations first
+    motion = np.zeros((6, 6, len(x)))  # (motion, direction, row), translations first
     motion[np.arange(6), np.arange(6)] = 1.0
     motion[0, 4], motion[0, 5] = z, -y
     motion[1, 3], motion[1, 5] = -z, x

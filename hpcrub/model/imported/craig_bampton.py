@@ -14,7 +14,7 @@ from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_
 AT_ONCE = 64  # right-hand sides of one solution
 BLOCK = 12  # vectors of the Lanczos iteration
 SMALLEST = 200  # rows below which matrices are treated as dense
-TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are of its square
+TOLERANCE = 1e-8  # largest residual of modes; errors of eigenvalues are about its square
 
 
 def basis(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -132,7 +132,7 @@ def _lowest_modes(K, M, n_modes, factor):
         W = factor.solve(M @ V[:, -BLOCK:])
         C = V.conj().T @ (M @ W)
         W -= V @ C
-        W -= V @ (V.conj().T @ (M @ W))  # what rounding left
+        W -= V @ (V.conj().T @ (M @ W))  # removes what rounding left
         T = np.pad(T, ((0, BLOCK), (0, BLOCK)))
         T[:, -BLOCK:], T[-BLOCK:] = C, C.conj().T
         V_next, R = _orthonormal(W, M)

@@ -18,7 +18,7 @@ from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_
 from hpcrub.model.reduction import ReducedModel
 
 MODES_PER_DIAMETER = 3
-MODES_OF_DISK = 4  # for each blade
+MODES_OF_DISK = 4  # modes of a whole disk per blade
 DEPENDENT = 1e-12  # smallest eigenvalue over the largest of a basis whose columns are independent
 
 
@@ -39,7 +39,7 @@ def sector_frequencies(
 def wave_matrices(
     model: NeutralModel, n_diameters: int, speed: float
 ) -> tuple[sp.csr_array, sp.csc_array, sp.csc_array]:
-    """Basis of a sector's motions with n_diameters (`wave`), with the K and M that it projects."""
+    """Basis of a sector's motions with n_diameters (`wave`), and K and M projected on it."""
     P = wave(model, n_diameters)
     K, M = (
         (P.conj().T @ matrix @ P).tocsc()
@@ -51,7 +51,7 @@ def wave_matrices(
 
 
 def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
-    """Matrix from the free own rows of a sector (cylindrical) to all its rows, with n_diameters."""
+    """Matrix from free own rows of a cylindrical sector to all rows, in a motion of n_diameters."""
     rows, own = disk_rows(model)
     rows, n_own = rows[0], len(own)
     turn = np.exp(2j * np.pi * n_diameters / model.n_sectors)
@@ -120,7 +120,7 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
 
 
 def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
-    """Outward per backward displacement of the tips under equal friction forces on all of them [-].
+    """Outward over backward displacement of the tips under equal friction forces on all tips [-].
 
     Positive: friction presses the tips against the casing. speed: of rotation [rad/s].
     """

@@ -34,12 +34,12 @@ class NeutralModel(NamedTuple):
     stiffness: tuple  # K0, or K0, K1, K2 of K0 + W^2 K1 + W^4 K2, W in [rad/s]; each (n, n)
     nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
     dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, rotations 4-6, other 0
-    frame: str  # of the directions: one of FRAMES
+    frame: str  # frame of the directions 1-6: one of FRAMES
     contact_node: np.ndarray  # (C,) nodes that may touch the casing; of kind sector: its own
     contact_blade: np.ndarray  # (C,) blade of each contact node, from 0
     contact_clearance: np.ndarray  # (C,) added to the casing's clearance [m]
     contact_normal: np.ndarray  # (C, 3) outward unit normal of the casing at each: r, theta (0), z
-    fixed: np.ndarray = NONE  # rows that are held
+    fixed: np.ndarray = NONE  # held rows
     low: np.ndarray = NONE  # nodes of the sector's side at the smaller angle
     high: np.ndarray = NONE  # nodes of its side at the larger angle
     n_sectors: int = 0  # number in a whole disk; 0 unless of kind sector

@@ -61,7 +61,7 @@ def interface(model: NeutralModel) -> Interface:
     at = model.nodes[model.contact_node]
     normal, tangential, axial = one[rows[0]], one[rows[1]], one[rows[2:].ravel()]
     outward, along = model.contact_normal[:, [0]], model.contact_normal[:, [2]]
-    if along.any():  # a cone: the normal, and the direction along its generator
+    if along.any():  # conical casing: axial becomes the generator's direction
         if not len(axial):
             raise InputError("contact_normal: a contact node that moves in x and y alone has none")
         normal, axial = outward * normal + along * axial, outward * axial - along * normal

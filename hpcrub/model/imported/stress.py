@@ -18,8 +18,8 @@ LEFT_OUT = 0.2  # share of the modes, the lowest ones, that the fit to the other
 MISSED = 0.02  # largest error of this prediction, as a share of the stress of the mode
 RANK = 1e-8  # smallest singular value over the largest: printed numbers have few digits
 RIGID = 1e-6  # of the largest stress of all modes: a mode with less is taken for rigid
-PHASES = np.exp(1j * np.pi * np.arange(16) / 16)  # of the motion in a complex mode
-COMPONENTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # of a group of six rows
+PHASES = np.exp(1j * np.pi * np.arange(16) / 16)  # phases at which a complex mode is examined
+COMPONENTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # components of a group's six rows
 TENSOR = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])  # these components as a matrix
 
 

@@ -96,7 +96,7 @@ def _set(lines, sets, generate):
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
         numbers = [range(first, last + 1, *step) for first, last, *step in rows]
         if any(row[MOST:] for row in numbers):
-            raise ValueError  # a typing error: no mesh has so many nodes, and memory neither
+            raise ValueError  # a typing error: so many nodes would fill the memory
         return set().union(*numbers)
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
