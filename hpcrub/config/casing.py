@@ -149,7 +149,7 @@ class Casing(Section):
     def running(self) -> tuple[tuple[float, float], ...] | None:
         """Points of speed [Hz] and clearance [m]; None if the clearance does not depend on speed.
 
-        Raises InputError before its file has been read.
+        Raises InputError before the file of the clearance has been read.
         """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")

@@ -19,9 +19,9 @@ def width_of_bump(config: Any, least: float = LEAST) -> float:
     """Angle of the narrowest crest of a casing that blades meet [rad].
 
     It is the width, at the level of the clearance, of a Gaussian bump with the casing's height and
-    largest curvature; vibrating blades reach the sharpest crest wherever it is. If it is smaller,
-    the 1/e width of a bump with this curvature and the casing's steepest slope counts: steps that
-    resolve this width resolve the velocity that the flank gives to blades.
+    largest curvature; vibrating blades reach the sharpest crest wherever it is. The 1/e width of a
+    bump with this curvature and the casing's steepest slope counts instead, if it is smaller: steps
+    that resolve this width resolve the velocity that the flank gives to blades.
 
     The angle is 0 if no tip reaches the casing. A load during contact may bring tips to any bump.
     If the clearance changes with the speed, the narrowest width at any speed counts.

@@ -14,7 +14,7 @@ def curve_of(config: Config) -> aero.Curve:
     given, n_blades = config.aero, config.disk.n_blades
     if not given.influence:
         return aero.Curve(given.family - 1, *given.table(n_blades))
-    rows = [(one.blades, one.damping_ratio, one.frequency_shift) for one in given.influence]
+    rows = [(row.blades, row.damping_ratio, row.frequency_shift) for row in given.influence]
     return aero.Curve(given.family - 1, *aero.of_influence(n_blades, *np.array(rows).T))
 
 

@@ -153,7 +153,7 @@ def first_converged(error: np.ndarray, target: float) -> int | None:
     """Number of percentile values after which every error is below the target.
 
     error (..., K): `judged_error` of all levels and percentiles.
-    Returns the smallest such k (1-based, at least MIN_VALUES), or None.
+    Returns the smallest such number, at least MIN_VALUES; None while there is none.
     """
     if error.shape[-1] < MIN_VALUES:
         return None

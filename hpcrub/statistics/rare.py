@@ -98,9 +98,9 @@ def interval(
 
     The counts are treated as Poisson variables, whose variance is a little above the binomial
     variance. If all weights are 1, the ends are those of Garwood. Fay and Feuer give the next event
-    the largest weight of all. Here its weight is that of an event whose look tells nothing, one
-    over the mean inclusion probability. This weight is smaller by half or more, and still too large
-    if a higher look makes an event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
+    the largest weight of all. Callers here take the weight of an event whose look tells nothing:
+    one over the mean inclusion probability. It is smaller by half or more, and still too large if a
+    higher look makes an event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
     """
     total, squares, next_one = map(np.asarray, (total, squares, next_one))
     some = np.maximum(total, 1e-300)
@@ -176,7 +176,7 @@ def _astray(chance, above, weight):
     """Probability of being beyond the limit whatever the look says.
 
     It maximises the likelihood of the looks of the disks beyond the limit, as if ASTRAY of
-    ASTRAY_OF disks had been seen before. chance: from the looks alone (n,); weight: of disks above.
+    ASTRAY_OF disks had been seen before. chance: from the looks alone (n,); weight: of those disks.
     """
     mean, share = max(float(chance.mean()), 1e-300), ASTRAY / ASTRAY_OF
     odds, weight = chance[above] / mean, weight * (len(weight) / max(weight.sum(), 1e-300))

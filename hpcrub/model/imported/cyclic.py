@@ -28,7 +28,7 @@ def sector_frequencies(
     """Frequencies of the modes with n_diameters nodal diameters, from one sector.
 
     model: of kind "sector"; speed: of rotation [rad/s].
-    n_diameters: the next sector moves by u e^{2 pi i n_diameters / n_sectors} when this moves by u.
+    n_diameters: the next sector's displacements have a factor e^{2 pi i n_diameters / n_sectors}.
     Returns (n_modes,) [Hz]; double frequencies appear once.
     """
     _, K, M = wave_matrices(to_cylindrical(model), n_diameters, speed)
@@ -65,7 +65,7 @@ def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
 def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list, np.ndarray]]:
     """Stiffness and mass of each number of nodal diameters, on its lowest modes at some speeds.
 
-    Their frequencies are exact at these speeds [rad/s], and nearly exact between the speeds.
+    Their natural frequencies are exact at these speeds [rad/s], and nearly so between them.
     Yields [K0, K1, ...], each (k, k), and the mass (k, k), for 0, 1, ... nodal diameters.
     """
     is_sector = model.kind == "sector"

@@ -24,7 +24,7 @@ FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20
 class Rows(NamedTuple):
     """A matrix whose rows have the node numbers and directions of another program."""
 
-    matrix: sp.csr_array  # (n, n)
+    matrix: sp.csr_array  # (n, n) stiffness or mass
     dof: np.ndarray  # (n, 2) node number and direction
     name: str  # of its file, for messages
 
@@ -32,9 +32,9 @@ class Rows(NamedTuple):
 class Mesh(NamedTuple):
     """Nodes of another program, by that program's numbers."""
 
-    number: np.ndarray  # (n,) increasing
+    number: np.ndarray  # (n,) node numbers, increasing
     place: np.ndarray  # (n, 3) coordinates
-    nodes_of: Callable[[str], np.ndarray]  # name of a list to node numbers
+    nodes_of: Callable[[str], np.ndarray]  # returns the node numbers of a list by name
     elements: list  # node numbers of each element, corners first; may be empty
 
 
