@@ -190,7 +190,7 @@ class Casing(Section):
 
     @property
     def outline(self) -> Outline:
-        """Properties of the shape that decide about loads and time steps."""
+        """Properties of the shape that determine loads and time steps."""
         return outline(self.shape)
 
     @property

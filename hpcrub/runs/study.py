@@ -160,7 +160,7 @@ class Study:
         return self.datasets
 
     def sizes(self, config: Config) -> Counts:
-        """Lengths of further dimensions than `Run.known_sizes` has, as far as the input tells."""
+        """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
         return {}
 
     def source_sizes(self, config: Config) -> Counts:
