@@ -1,4 +1,4 @@
-"""YAML text and command-line overrides to one validated `Config`, with units and one clear message.
+"""Validation of YAML text and command-line overrides into a `Config`, with clear error messages.
 
-In: text. Out: `Config`. Imports `model`, and default values from `response`.
+In: text. Out: `Config`. It imports `model`, and default values from `response`.
 """

@@ -1,4 +1,4 @@
-"""Section `aero` of the input: what the air does to every wave of a family of blades."""
+"""Section `aero` of the input: damping and frequency of the waves of a family of blade modes."""
 
 from collections.abc import Iterator
 from typing import Annotated, Literal
@@ -55,7 +55,7 @@ class Aero(Section):
         return bool(self.waves or self.waves_csv or self.influence)
 
     def table(self, n_blades: int) -> np.ndarray:
-        """Damping ratio and frequency shift of wave r = 0 … N−1, with the rotation (2, N)."""
+        """Damping ratio and frequency shift of waves r = 0 … N−1, counted forward (2, N)."""
         table = np.full((2, n_blades), np.nan)
         for wave in self.waves:
             r = -wave.diameters if wave.travels == "backward" else wave.diameters
@@ -64,10 +64,10 @@ class Aero(Section):
 
 
 def problems(aero: Aero, n_blades: int) -> Iterator[str]:
-    """What is wrong with the section of a disk of N blades."""
+    """Error lines about the section for a disk of n_blades."""
     if aero.influence and (aero.waves or aero.waves_csv):
         yield "aero.influence: cannot be combined with aero.waves; leave one out"
-    ahead = [one.blades % n_blades for one in aero.influence]
+    ahead = [influence.blades % n_blades for influence in aero.influence]
     for blades in sorted({b for b in ahead if ahead.count(b) > 1}):
         yield f"aero.influence: {blades} blades ahead is given twice, counted around {n_blades}"
     known = [(wave.diameters, wave.travels) for wave in aero.waves]

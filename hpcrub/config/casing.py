@@ -1,4 +1,4 @@
-"""Section `casing` of the input: its shape, clearance and ramp, and a casing that vibrates."""
+"""Section `casing` of the input: shape, clearance, bump ramp, and vibration of the casing."""
 
 from math import pi
 from pathlib import Path
@@ -12,8 +12,8 @@ from hpcrub.config.types import Curve, FileName, Number, Section, Whole, si
 from hpcrub.errors import InputError
 from hpcrub.model.casing import BUMP_WIDTH, CasingShape, Outline, Profile, outline
 
-MOST_POINTS = 3600  # of a measured profile: every tenth of a degree
-SMOOTHED = 50  # undulations around the casing of which smoothing leaves one half, unless given
+MOST_POINTS = 3600  # most points of a measured profile: one at every tenth of a degree
+SMOOTHED = 50  # default cut-off, in waves around the casing, at which smoothing halves heights
 PROFILES = "harmonics", "profile_csv", "profile_mm"
 MOST_WAVES = 200
 Degree = Annotated[Number, Field(ge=0, lt=360)]
@@ -120,36 +120,36 @@ class Casing(Section):
     bump_height: ClassVar = si("bump_height_mm", "m", per=1000)
     growth_time: ClassVar = si("growth_time_s", "s")
 
-    _tip_radius_mm: float = PrivateAttr(500.0)  # of the disk, as `Config` fills it in
+    _tip_radius_mm: float = PrivateAttr(500.0)  # of the disk; `Config` fills it in
 
     @model_validator(mode="before")
     @classmethod
     def _profile_replaces_bumps(cls, data: Any) -> Any:
-        """Harmonics and profiles come without the bumps of the default."""
+        """Set the default bump height to 0 where harmonics or a profile are given."""
         if isinstance(data, dict) and any(data.get(key) for key in PROFILES):
             return {"bump_height_mm": 0.0} | data
         return data
 
     @property
     def is_resolved(self) -> bool:
-        """Whether profile and clearance are here: not before their files have been read."""
+        """Whether the files of profile and clearance, if any, have been read."""
         return not (self.profile_is_missing or isinstance(self.clearance_hz_mm, str))
 
     @property
     def vibrates(self) -> bool:
-        """Whether the casing is elastic as a whole, with waves around it."""
+        """Whether the casing is elastic: a ring, or a casing with modes."""
         return self.ring.thickness_mm is not None or bool(self.modes or self.modes_csv)
 
     @property
     def profile_is_missing(self) -> bool:
-        """Whether the file of the profile has not been read yet."""
+        """Whether a file of the profile is given and has not been read yet."""
         return self.profile_csv is not None and self.profile_mm is None
 
     @property
     def running(self) -> tuple[tuple[float, float], ...] | None:
-        """Points of a speed [Hz] and a clearance [m]; None: it is the same at all speeds.
+        """Points of speed [Hz] and clearance [m]; None if the clearance does not depend on speed.
 
-        Raises InputError before its file has been read.
+        Raises InputError before the file of the clearance has been read.
         """
         if isinstance(self.clearance_hz_mm, str):
             raise InputError(f"casing.clearance_hz_mm: {self.clearance_hz_mm} is not read yet")
@@ -164,7 +164,7 @@ class Casing(Section):
 
     @property
     def profile(self) -> Profile:
-        """What there is beside the bumps. Raises InputError before its file has been read."""
+        """Harmonics and measured profile. Raises InputError before the file has been read."""
         if self.profile_is_missing:
             raise InputError(f"casing.profile_csv: {self.profile_csv} has not been read yet")
         harmonics = tuple(
@@ -185,17 +185,17 @@ class Casing(Section):
 
     @property
     def shape(self) -> CasingShape:
-        """Its shape over the circumference."""
+        """Shape of the casing over the circumference."""
         return CasingShape(self.n_bumps, self.bump_height, self.profile, self.bump_width)
 
     @property
     def outline(self) -> Outline:
-        """What its shape says about loads and time steps."""
+        """Properties of the shape that determine loads and time steps."""
         return outline(self.shape)
 
     @property
     def main_order(self) -> int:
-        """Engine order that the casing excites most."""
+        """Engine order that the casing excites most strongly."""
         orders = self.outline.orders if self.profile.exists else ()
         return orders[0] if orders else self.n_bumps
 

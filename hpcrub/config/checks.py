@@ -1,4 +1,4 @@
-"""Keys of a configuration that must fit each other, and a line for each that does not."""
+"""Checks that the keys of a configuration fit each other; each misfit gives an error line."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -10,13 +10,13 @@ from hpcrub.config import aero, resolution
 from hpcrub.config.text import lines_of, show
 
 MAX_SPEEDS = 100_000
-MOST_STEPS = 1_000_000  # of a revolution
-ALIKE = 1.1  # ratio of frequencies of two modes of the casing with as many waves: they are a pair
-BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # figures and logs of a result
+MOST_STEPS = 1_000_000  # most time steps of a revolution
+ALIKE = 1.1  # frequency ratio below which casing modes of equal wave numbers are one pair
+BESIDE = (".png", ".pdf", ".svg", ".gif", ".log", ".jsonl")  # endings of figures and logs
 
 
 def problems(config: Any) -> Iterator[str]:
-    """Lines that say which keys do not fit together; none when all is well."""
+    """Yield error lines about keys that do not fit together."""
     yield from _disk_problems(config)
     yield from _damping_problems(config.material)
     of_casing = [*_casing_problems(config), *_clearance_problems(config)]
@@ -30,9 +30,9 @@ def problems(config: Any) -> Iterator[str]:
     yield from _part_problems(config)
 
 
-@np.errstate(all="ignore")  # of a sum that is zero or infinite, which `pattern_problem` refuses
+@np.errstate(all="ignore")  # `pattern_problem` refuses a sum of zero or infinity
 def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
-    """Relative deviation of every blade's stiffness (N,) [-] of a pattern."""
+    """Relative stiffness deviations (N,) [-] from the values of a pattern in its unit."""
     values = np.array(values, dtype=float)
     if unit == "gpa":
         return values / modulus - 1
@@ -42,19 +42,19 @@ def deviation_of(values: Any, unit: str, modulus: float) -> np.ndarray:
 
 
 def pattern_problem(values: Any, deviation: np.ndarray, unit: str) -> str:
-    """What is wrong with the values of patterns, and their deviations [-]; "" for nothing."""
+    """Error line about the values and deviations [-] of patterns; "" without an error."""
     largest = 100.0 * float(np.abs(deviation).max())
-    found = lines_of(
+    lines = lines_of(
         (unit != "percent" and np.min(values) <= 0.0, f"values above 0 are expected in {unit}"),
         (not largest < 100.0,
          f"the stiffness of a blade deviates by {largest:.6g} % (mistuning.pattern_unit: {unit}); "
          "less than 100 % is allowed"),
     )  # fmt: skip
-    return next(found, "")
+    return next(lines, "")
 
 
 def _changed(section):
-    """Names of the keys of a section that have not their default value."""
+    """Names of the keys of a section that differ from their defaults."""
     usual = type(section).model_fields
     return [name for name, value in section if value != usual[name].default]
 
@@ -151,7 +151,7 @@ def _steep_problems(c):
 
 
 def _ring_problems(casing):
-    """Of a casing that vibrates."""
+    """Yield error lines about an elastic casing."""
     ring, modes = casing.ring, casing.modes
     if not casing.vibrates:
         yield from (f"casing.ring.{n}: needs casing.ring.thickness_mm" for n in _changed(ring))
@@ -263,7 +263,7 @@ def _pattern_problems(c):
     if m.distribution != "uniform" or m.neighbour_correlation or m.intentional_percent:
         yield "mistuning.pattern: explicit disks; nothing of them is random or added"
     if m.pattern_file is not None:
-        return  # what it holds is seen when it is read
+        return  # its contents are checked when it is read
     if len(m.pattern) != c.disk.n_blades and c.disk.is_resolved:
         yield (
             f"mistuning.pattern: {len(m.pattern)} values given for the "

@@ -1,4 +1,4 @@
-"""Sections of the input that describe the disk: its dimensions, its material, its reduction."""
+"""Sections of the input about the disk: its dimensions, material and reduction."""
 
 from math import pi
 from typing import ClassVar, Literal
@@ -65,7 +65,7 @@ class Disk(Section):
     """of a contact node, beside the casing's own; of the model file, filled in when a run begins
     [mm]"""
 
-    FACTS: ClassVar = (  # what only a model file that has been looked at tells
+    FACTS: ClassVar = (  # keys that only a model file tells, once it has been read
         *("n_contact_nodes", "n_directions", "n_strips"),
         *("n_stresses", "static_mpa", "first_family_hz", "least_clearance_mm"),
     )
@@ -79,17 +79,17 @@ class Disk(Section):
 
     @property
     def is_resolved(self) -> bool:
-        """Whether all keys are those of the disk: not before the model file has been looked at."""
+        """Whether all keys describe the disk: the model file, if there is one, has been read."""
         return self.model is None or self.model_sha256 is not None
 
     @property
     def n_points(self) -> int:
-        """Contact points."""
+        """Number of contact points."""
         return self.n_contact_nodes or self.n_blades
 
     @property
     def n_dof(self) -> int:
-        """Degrees of freedom of the planar disk."""
+        """Number of degrees of freedom of the planar disk."""
         return self.n_blades * (3 * self.blade.n_elements + 5)
 
 

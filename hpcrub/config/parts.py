@@ -1,7 +1,7 @@
-"""A study ↔ its parts: which samples each computes, and into which file.
+"""Division of a study into parts: the samples and the result file of each part.
 
-A part is `part.samples` of the configuration; all else is the whole study's. So
-a part computes the same bits as the whole study, and `hpcrub merge` can put it into its place.
+A part differs from the whole study only in `part.samples` and `output`. So it computes
+the same bits as the whole study, and `hpcrub merge` can put it into its place.
 """
 
 import re
@@ -13,7 +13,7 @@ from hpcrub.errors import InputError
 
 
 def parse(text: str) -> tuple[int, int]:
-    """(number, count) of a part from a text such as "3/8". Raises InputError."""
+    """Parse (number, count) of a part from a text such as "3/8". Raises InputError."""
     match = re.fullmatch(r"([0-9]{1,7})/([0-9]{1,7})", text)
     number, count = map(int, match.groups()) if match else (0, 0)
     if not 1 <= number <= count:
@@ -24,7 +24,7 @@ def parse(text: str) -> tuple[int, int]:
 def cut(config: Config, number: int, count: int) -> Config:
     """Configuration of one of `count` parts of a study, each a range of samples of all levels.
 
-    number: of the part, from 1. Its output is NAME.part-K-of-N.h5.
+    number: of the part, from 1. The output of part K of N is NAME.part-K-of-N.h5.
     Raises InputError when the study cannot be cut in this way.
     """
     if config.is_part:
@@ -33,6 +33,6 @@ def cut(config: Config, number: int, count: int) -> Config:
     if count > n_samples:
         raise InputError(f"--part: {counted(n_samples, 'sample')} cannot be cut into {count} parts")
     first, end = (k * n_samples // count for k in (number - 1, number))
-    width = len(str(count))  # the parts of a folder listed in order
+    width = len(str(count))  # leading zeros list the parts in order
     output = f"{without_suffix(config.output)}.part-{number:0{width}}-of-{count}.h5"
     return config.replace({"part.samples": [first, end], "output": output})

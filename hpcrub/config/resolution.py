@@ -1,32 +1,32 @@
-"""How long a time step may be for bumps and blades to be resolved, from the input alone.
+"""Time steps that resolve bumps and blades, computed from the input alone.
 
-All functions take the `Config` of which they are a part.
+All functions take a `Config`, whose module imports this one.
 """
 
 import math
 from typing import Any
 
-# a crest of the slope S and the curvature κ of a Gaussian bump is as wide, FLANK S/κ
+# a Gaussian bump of steepest slope S and curvature κ at the crest has the 1/e width FLANK S/κ
 FLANK = 4.0 / math.sqrt(2.0 / math.e)
-# of the height of a casing above its mean: what the step resolves, at least, where the clearance
-# changes with the speed; speeds at which blades meet less are marked (`setup.plausibility`)
+# Share of the casing's height above its mean that the step resolves at least, if the clearance
+# changes with the speed. `setup.plausibility` warns where blades meet less of the casing.
 LEAST = 0.05
 CLAMPED = 3.516  # first eigenvalue of a clamped beam, squared: omega = 3.516 sqrt(EI / rho A) / l^2
-RECORDS_PER_PERIOD = 20  # of the displacements that windows are compared by; peaks are of all steps
+RECORDS_PER_PERIOD = 20  # records for comparing windows; peaks are taken over all steps
 
 
 def width_of_bump(config: Any, least: float = LEAST) -> float:
     """Angle of the narrowest crest of a casing that blades meet [rad].
 
-    A Gaussian bump as sharp as the sharpest crest is taken, wherever that is: blades that vibrate
-    reach everything. Its width is that of its height and curvature at the level of the clearance,
-    or its 1/e width by the steepest slope of the casing, where that is less: a crest that is passed
-    in so many steps gives blades the velocity of its flank to a share of the largest they get.
+    It is the width, at the level of the clearance, of a Gaussian bump with the casing's height and
+    largest curvature; vibrating blades reach the sharpest crest wherever it is. The 1/e width of a
+    bump with this curvature and the casing's steepest slope counts instead, if it is smaller: steps
+    that resolve this width resolve the velocity that the flank gives to blades.
 
-    Zero when nothing reaches the tips; a load during contact may bring them to any bump. Where the
-    clearance changes with the speed, it is the narrowest of all speeds.
+    The angle is 0 if no tip reaches the casing. A load during contact may bring tips to any bump.
+    If the clearance changes with the speed, the narrowest width at any speed counts.
 
-    least: part of the height of a casing above its mean that blades meet then, at least.
+    least: smallest part of the casing's height above its mean that blades are taken to meet then.
     """
     outline, clearance = config.casing.outline, _clearance(config, least)
     if config.forcing.in_contact:
@@ -44,36 +44,36 @@ def width_of_bump(config: Any, least: float = LEAST) -> float:
 
 
 def _clearance(config: Any, least: float) -> float:
-    """Clearance of the nearest tip, the largest at any speed that brings it to the casing [m]."""
+    """Largest clearance of the nearest tip at the speeds at which it touches the casing [m]."""
     casing, own = config.casing, min(config.casing.blade_clearance_mm or (0.0,)) / 1000
     nearest = config.disk.least_clearance + own
     if casing.running is None:
         return casing.clearance_mm / 1000 + nearest
-    found = casing.clearances(config.speeds.values_hz) + nearest
+    gaps = casing.clearances(config.speeds.values_hz) + nearest
     top, mean = casing.outline.highest, casing.outline.mean
-    touching = found[found < top]
-    return min(touching.max(), top - least * (top - mean)) if touching.size else found.min()
+    touching = gaps[gaps < top]
+    return min(touching.max(), top - least * (top - mean)) if touching.size else gaps.min()
 
 
 def bump_time(config: Any, least: float = LEAST) -> float:
-    """Time in which a tip passes the width of a bump at the highest speed [s]; inf: no contact.
+    """Time in which a tip passes a bump at the highest speed [s]; infinite without contact.
 
-    least: as of `width_of_bump`.
+    least: see `width_of_bump`.
     """
     width = width_of_bump(config, least)
     return width / (2.0 * math.pi * config.speeds.to_hz) if width > 0.0 else math.inf
 
 
 def least_steps(config: Any) -> float:
-    """Steps of a revolution that bumps need, at any speed."""
+    """Time steps per revolution that bumps need, at any speed."""
     width = width_of_bump(config)
     return config.time.steps_per_bump_width * 2.0 * math.pi / width if width > 0.0 else 0.0
 
 
 def blade_period(config: Any) -> float:
-    """Period of the first bending mode of a blade clamped at the ring [s], about.
+    """Approximate period of the first bending mode of a blade clamped at the ring [s].
 
-    Of a model file: of its first family; infinite before it has been looked at.
+    For a model file it is the period of the first family, infinite before the file has been read.
     """
     if config.disk.model is not None:
         family = config.disk.first_family_hz
@@ -85,10 +85,10 @@ def blade_period(config: Any) -> float:
 
 
 def longest_step(config: Any) -> float:
-    """Longest time step at any speed [s]: `time.step_s`, or less where blades need it."""
+    """Longest time step at any speed [s]: `time.step_s`, or less if blades need it."""
     return min(config.time.step_s, blade_period(config) / config.time.steps_per_period)
 
 
 def record_interval(config: Any, usual: float) -> float:
-    """Longest time between two recorded displacements [s]; `usual`: what most disks need."""
+    """Longest time between two recorded displacements [s]; `usual`: for most disks."""
     return min(usual, blade_period(config) / RECORDS_PER_PERIOD)

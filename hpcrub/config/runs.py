@@ -1,11 +1,11 @@
-"""One input with `runs`: the inputs of several runs, one result file each.
+"""Expansion of an input with `runs` into the inputs of several runs, one result file each.
 
     runs:
       - {casing.clearance_mm: 0.20}
       - {casing.clearance_mm: 0.25, casing.n_bumps: 3}
 
 Every entry replaces keys of the input, by their whole path, for one run. The result files lie in a
-folder named like the input's output, each under the keys that it replaces.
+folder named after the input's output; each file is named after the keys that its run replaces.
 """
 
 import copy
@@ -15,11 +15,11 @@ from hpcrub.config.text import flatten, set_key, show
 from hpcrub.config.types import without_suffix
 from hpcrub.errors import InputError
 
-MOST = 1000  # runs
+MOST = 1000  # most runs of an input
 
 
 def expand(data: dict[str, Any]) -> list[dict[str, Any]]:
-    """Inputs of all runs, without `runs`, of an input that is not validated yet, `output` given.
+    """Inputs of all runs, from an input that is not validated yet and has an `output`.
 
     Raises InputError when `runs` is not a list of mappings.
     """

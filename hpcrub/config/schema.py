@@ -1,4 +1,4 @@
-"""The whole input of a study, `Config`, and how it is read from a YAML text and overrides."""
+"""`Config`, the whole input of a study, and its reading from YAML text and overrides."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -19,8 +19,8 @@ from hpcrub.errors import InputError, reading
 from hpcrub.model import families
 from hpcrub.model.damping import Damping
 
-SPRING_BACK_S = 1e-5  # [s], time.step_s before a casing that gives or wears
-# keys of the shape of the casing beside its bumps; lists of numbers, `Casing.words` are shorter
+SPRING_BACK_S = 1e-5  # default of time.step_s with an elastic casing or a coating [s]
+# keys of harmonics and profile: long lists of numbers, for which `Casing.words` is a short text
 PROFILE = "casing.harmonics", "casing.profile_csv", "casing.profile_deg", "casing.profile_mm"
 
 
@@ -57,7 +57,7 @@ class Config(Section):
     threshold: study_keys.Threshold = study_keys.Threshold()
 
     def __init__(self, /, **keys: Any) -> None:
-        """Validated configuration of sections and keys. Raises InputError as `from_yaml`."""
+        """Validate sections and keys. Raises InputError as `from_yaml`."""
         try:
             super().__init__(**keys)
         except ValidationError as error:
@@ -65,11 +65,11 @@ class Config(Section):
 
     @model_validator(mode="after")
     def _complete(self):
-        """Fill in keys that others decide, unless given, and the radius of the casing's angles."""
-        if self.pattern_deviation is not None:  # one sample, one level as wide as the pattern
+        """Fill in missing keys that others decide, and the tip radius in the casing."""
+        if self.pattern_deviation is not None:  # one sample on one level as wide as the pattern
             width = float(np.abs(self.pattern_deviation).max()) * 100
             self._fill_in("mistuning", {"samples": 1, "half_range_percent": (width,)})
-        if self.contact.law != "rigid":  # the end of a long step takes the energy that it stores
+        if self.contact.law != "rigid":  # the end of a long step takes stored energy
             self._fill_in("time", {"step_s": SPRING_BACK_S})
         casing = self.casing.model_copy()
         casing._tip_radius_mm = self.disk.tip_radius_mm
@@ -77,7 +77,7 @@ class Config(Section):
         return self
 
     def _fill_in(self, name, decided):
-        """Set keys of a section that the input does not give; `replace` decides them anew."""
+        """Set keys that the input does not give; `replace` decides anew, as they count as unset."""
         section = getattr(self, name)
         given = section.model_fields_set
         values = dict(section) | {key: decided[key] for key in decided.keys() - given}
@@ -92,7 +92,7 @@ class Config(Section):
 
     @property
     def n_coordinates(self) -> int:
-        """Coordinates of the reduced model: of every contact point, and the inner modes."""
+        """Number of coordinates of the reduced model: contact points and fixed-interface modes."""
         n_modes = self.reduction.n_modes
         if self.disk.model is None:
             n_modes = families.whole(n_modes, self.disk.n_blades)
@@ -100,7 +100,7 @@ class Config(Section):
 
     @property
     def damping(self) -> float | Damping:
-        """Damping ratio of every mode, or of each [-]."""
+        """Damping ratio of all modes, or a Damping with ratios of single modes [-]."""
         material = self.material
         if material.damping_ratios is None:
             return material.damping_ratio
@@ -110,20 +110,20 @@ class Config(Section):
 
     @property
     def observes_stress(self) -> bool:
-        """Whether stresses are computed: where they are limited, and known of the disk."""
+        """Whether stresses are computed: they must have a limit, and the disk must know them."""
         limits = self.limits
         known = self.disk.model is None or self.disk.n_stresses > 0
         return limits.stress_mpa is not None and limits.stress_mpa_per_mm is None and known
 
     @property
     def is_goodman(self) -> bool:
-        """Whether each stress is raised by what rotation does at its place, see `setup.problem`."""
+        """Whether the stress of rotation raises all stresses (Goodman), see `setup.problem`."""
         limits = self.limits
         return self.disk.static_mpa is not None and limits.strength_mpa is not None
 
     @property
     def engine_order(self) -> int | None:
-        """Periods of the load around the casing; None where nothing says how many."""
+        """Periods of the load around the casing; None if the input does not tell them."""
         casing = self.casing
         if self.forcing.engine_order is not None:
             return self.forcing.engine_order
@@ -134,18 +134,18 @@ class Config(Section):
 
     @property
     def clearance(self) -> float:
-        """Clearance of the casing, the smallest at any speed [m]."""
+        """Smallest clearance of the casing at any speed [m]."""
         return float(self.casing.clearances(self.speeds.values_hz).min())
 
     @property
     def step(self) -> float:
-        """Longest time step at the highest speed [s], where bumps need the shortest."""
+        """Longest time step at the highest speed [s], at which bumps need the shortest steps."""
         of_bumps = resolution.bump_time(self) / self.time.steps_per_bump_width
         return min(resolution.longest_step(self), of_bumps)
 
     @property
     def is_part(self) -> bool:
-        """Whether the result file holds a part of the study only."""
+        """Whether the result file holds only a part of the study."""
         return self.part != study_keys.Part()
 
     @property
@@ -155,19 +155,19 @@ class Config(Section):
 
     @property
     def samples(self) -> range:
-        """Samples of this file on each level, counted in the whole study: a range of n."""
+        """Samples of this file on each level, numbered as in the whole study."""
         return range(*(self.part.samples or (0, self.mistuning.samples)))
 
     @property
     def pattern_deviation(self) -> np.ndarray | None:
-        """Relative deviation of stiffness of every blade of a pattern (N,), None without."""
+        """Relative stiffness deviations of the blades of a pattern (N,); None without a pattern."""
         values, unit = self.mistuning.pattern, self.mistuning.pattern_unit
         if values is None or isinstance(values, str):
             return None
         return config_checks.deviation_of(values, unit, self.material.young_modulus_gpa)
 
     def replace(self, keys: Mapping[str, Any]) -> "Config":
-        """The same with some keys replaced, as if the input had had these, validated again.
+        """Copy with some keys replaced, as if the input had given them, validated again.
 
         keys: values by their paths or sections, {"casing.n_bumps": 3, "study": "modal"} or
         {"casing": {"n_bumps": 3}, "study": "modal"}; all other keys stay.
@@ -181,20 +181,20 @@ class Config(Section):
         return Config(**data)
 
     def to_yaml(self) -> str:
-        """The effective configuration, every key, as `from_yaml` reads it back."""
+        """YAML text of all keys, which `from_yaml` reads back."""
         return yaml_text.dump(self.model_dump(mode="json"))
 
     @classmethod
     def from_yaml(cls, text: str) -> "Config":
-        """Validated configuration of a YAML text with any of the keys.
+        """Validated configuration from a YAML text with any of the keys.
 
-        Raises InputError, which names the first wrong key, its value and what is allowed.
+        Raises InputError, which names the first wrong key, its value and the allowed values.
         """
         return cls(**_mapping(text))
 
 
 def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
-    """The configuration of an input file, or all those of its `runs`.
+    """Load the configuration of an input file, or the configurations of all its `runs`.
 
     overrides: texts "key.path=value" that replace keys of the file.
     Raises InputError when the file cannot be read, and as `Config.from_yaml`.
@@ -214,7 +214,7 @@ def load_runs(path: str | Path, overrides: Iterable[str] = ()) -> list[Config]:
 def differences(
     a: Config, b: Config, where: tuple[str, str] = ("in the file", "asked for")
 ) -> list[str]:
-    """Keys in which two configurations differ, `output` aside; where: words for a and b.
+    """Keys, other than `output`, in which two configurations differ; where: words for a and b.
 
     Returns lines such as "casing.n_bumps: 4 in the file, 3 asked for".
     """

@@ -1,4 +1,4 @@
-"""Sections of the input that several studies read, those of the disk and its casing aside.
+"""Sections of the input that several studies read, without disk, casing and air.
 
 Keys carry the user's unit (`clearance_mm`); the property without the unit (`clearance`) is SI.
 Every key has a default, a range and a description here and nowhere else: error messages and the
@@ -117,7 +117,7 @@ class Speeds(Section):
 
     @property
     def values_hz(self) -> np.ndarray:
-        """Speeds from `from_hz` by `step_hz`, `to_hz` included when a step falls on it (S,)."""
+        """Speeds from `from_hz` by `step_hz` (S,) [Hz]; `to_hz` only if a step reaches it."""
         values = np.round(self.from_hz + self.step_hz * np.arange(self.n_values), 10)
         return np.minimum(values, self.to_hz)
 
@@ -211,12 +211,12 @@ class Mistuning(Section):
 
     @property
     def pattern_file(self) -> str | None:
-        """Name of the file of many patterns."""
+        """Name of a file with many patterns, if one is given."""
         return self.pattern if isinstance(self.pattern, str) else None
 
     @property
     def law(self) -> Law:
-        """How the deviations of the blades are distributed."""
+        """Distribution of the deviations of the blades."""
         return Law(
             self.distribution,
             self.truncation,
@@ -227,13 +227,13 @@ class Mistuning(Section):
 
     @property
     def largest(self) -> float:
-        """Largest deviation of a blade that is possible at any level [-]."""
+        """Largest possible deviation of a blade on any level [-]."""
         beneath = max((abs(value) / 100 for value in self.intentional_percent or ()), default=0.0)
         return float(self.half_range.max() + beneath)
 
     @property
     def half_range(self) -> np.ndarray:
-        """Largest relative deviation of stiffness of every level [-], (V,)."""
+        """Half-width of the stiffness deviation on every level (V,) [-]."""
         return np.array(self.half_range_percent) / 100
 
 
@@ -265,7 +265,7 @@ class Limits(Section):
 
     @property
     def stress(self) -> float | None:
-        """Largest stress of the vibration that is allowed beside the rotation's, None: any [Pa]."""
+        """Allowed vibration stress beside the stress of rotation [Pa]; None without a limit."""
         if self.stress_mpa is None or self.static_mpa is None or self.strength_mpa is None:
             return None if self.stress_mpa is None else 1e6 * self.stress_mpa
         return 1e6 * self.stress_mpa * (1.0 - self.static_mpa / self.strength_mpa)

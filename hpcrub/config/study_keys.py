@@ -1,4 +1,4 @@
-"""Keys of the input that only one study reads, or two."""
+"""Sections of the input that only one or two studies read."""
 
 import pkgutil
 from pathlib import Path
@@ -10,7 +10,7 @@ from pydantic import Field
 from hpcrub.config.types import MOST_SAMPLES, Deviations, Number, Section, Whole, si
 
 _MODULES = pkgutil.iter_modules([str(Path(__file__).parents[1] / "studies")])
-# every module of `hpcrub/studies` is the study of its name, but what they share
+# every module of `hpcrub/studies` but `shared` is a study of that name
 STUDY_NAMES = tuple(sorted(module.name for module in _MODULES if module.name != "shared"))
 if TYPE_CHECKING:
     StudyName = str
@@ -62,7 +62,7 @@ class Threshold(Section):
 
     @property
     def values(self) -> np.ndarray:
-        """Values that may be looked at, a power of two of steps (V,)."""
+        """Values that may be tested (V,), evenly spaced; the number of steps is a power of two."""
         steps = max((self.highest - self.lowest) / self.tolerance, 1.0)
         n = min(2 ** int(np.ceil(np.log2(steps) - 1e-9)), MOST_VALUES - 1)
         return np.round(np.linspace(self.lowest, self.highest, n + 1), 10)

@@ -1,7 +1,7 @@
-"""What a key allows, in words: error lines, overrides, the table of keys.
+"""Texts about keys for error lines and the table of keys; flat paths of keys, overrides.
 
-For users who misspell a key or leave its range: pydantic's own messages name neither the key that
-was meant nor its unit.
+The error lines replace those of pydantic, which tell users neither the correct spelling of a key
+nor its unit.
 """
 
 import difflib
@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from hpcrub.config import yaml_text
 from hpcrub.errors import InputError
 
-KINDS = "<list>", "<file>"  # tags of a value that can be of two kinds
+KINDS = "<list>", "<file>"  # tags of the two kinds that some values can have
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -23,7 +23,7 @@ LIMIT_WORDS = dict(zip(LIMITS.values(), ("above", "from", "below", "up to"), str
 
 
 class Key(NamedTuple):
-    """One key of the input, for people."""
+    """Texts about one key of the input."""
 
     path: str
     default: str
@@ -32,12 +32,12 @@ class Key(NamedTuple):
 
 
 def whole_number(value: Any) -> Any:
-    """A float without fraction, such as 1e4, as an int; anything else unchanged."""
+    """Convert a float without fraction, such as 1e4, to int; return anything else unchanged."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def show(value: Any) -> str:
-    """A value as one would write it in the input file, on one line and not too long."""
+    """Text of a value as in an input file, on one line of at most 80 characters."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, (list, tuple)):
@@ -50,27 +50,27 @@ def show(value: Any) -> str:
 
 
 def is_table(value: Any) -> bool:
-    """Whether a value is a list of sections, such as waves or modes: too long for a few words."""
+    """Whether a value is a list of sections, such as waves or modes, too long for a short text."""
     return isinstance(value, (list, tuple)) and any(isinstance(row, dict) for row in value)
 
 
 def counted(n: int, what: str) -> str:
-    """A number of things: "1 sample", "1,200 samples"."""
+    """Text of a number of things, such as "1 sample" or "1,200 samples"."""
     return f"{n:,} {what}{'' if n == 1 else 's'}"
 
 
 def lines_of(*rules: tuple[Any, str]) -> Iterator[str]:
-    """The lines of some rules, pairs of a condition and a line, whose condition holds."""
+    """Lines whose condition holds; rules: pairs of a condition and a line."""
     return (line for holds, line in rules if holds)
 
 
 def one_line(text: str) -> str:
-    """The text with line breaks and other control characters made visible."""
+    """Make line breaks and other control characters of a text visible."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested dicts as {"casing.n_bumps": 4, ...}, in their order."""
+    """Flatten nested dicts to {"casing.n_bumps": 4, ...}, in their order."""
     flat: dict[str, Any] = {}
     for key, value in data.items():
         if isinstance(value, dict):
@@ -81,7 +81,7 @@ def flatten(data: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def set_key(data: dict[str, Any], path: str, value: Any) -> None:
-    """Set a key in the data of an input. Raises InputError for a path through another key."""
+    """Set a key in the data of an input. Raises InputError if a part of the path is no section."""
     *sections, key = path.split(".")
     for name in sections:
         data = data.setdefault(name, {})
@@ -91,7 +91,7 @@ def set_key(data: dict[str, Any], path: str, value: Any) -> None:
 
 
 def apply_override(data: dict[str, Any], override: str) -> None:
-    """Set a key in the data of an input by "key.path=value". Raises InputError for other forms."""
+    """Apply "key.path=value" to the data of an input. Raises InputError for other forms."""
     path, equals, text = override.partition("=")
     if not equals or not all(path.strip().split(".")):
         raise InputError(f"override {show(override)} is not of the form key.path=value")
@@ -105,7 +105,7 @@ def apply_override(data: dict[str, Any], override: str) -> None:
 
 
 def key_table(model: type[BaseModel]) -> list[Key]:
-    """Every key of a pydantic model, sections unfolded."""
+    """Table of all keys of a pydantic model and its sections."""
     return [
         Key(path, show(node["default"]).strip("'"), _allowed(node), node["description"])
         for path, node in _leaves(model).items()
@@ -113,7 +113,7 @@ def key_table(model: type[BaseModel]) -> list[Key]:
 
 
 def first_error(model: type[BaseModel], error: ValidationError) -> str:
-    """The first of pydantic's errors as one line, and how many more there are."""
+    """Text of the first of pydantic's errors on one line, with the number of further errors."""
     lines = []
     for detail in error.errors(include_url=False):
         if detail["loc"] == ():
@@ -128,7 +128,7 @@ def first_error(model: type[BaseModel], error: ValidationError) -> str:
 
 @cache
 def schema_of(model: type[BaseModel]) -> Any:
-    """JSON schema of a pydantic model, its texts on one line, all limits by standard names."""
+    """JSON schema of a pydantic model, with one-line texts and the standard names of limits."""
     return _renamed(model.model_json_schema())
 
 
@@ -158,7 +158,7 @@ def _unknown_key(model, path):
 
 
 def _names(loc):
-    """Names of the keys on the way to a value, without places in lists and tags of kinds."""
+    """Names of the keys in the location of a value, without list indices and tags of kinds."""
     return [part for part in loc if isinstance(part, str) and part not in KINDS]
 
 
@@ -187,7 +187,7 @@ def _wrong_value(model, detail):
 
 
 def _allowed(node):
-    """What a node of the JSON schema allows, to be read after "is not"."""
+    """Text of the values that a node of the JSON schema allows, to follow "is not"."""
     if variants := _variants(node):
         words = [*map(_allowed, variants)]
         return (", or " if "each" in words[0] else " or ").join(words)
@@ -221,19 +221,19 @@ def _variants(node):
 
 @cache
 def _leaves(model):
-    """JSON schema of every key that holds a value, by its path."""
+    """{path: JSON schema} of every key that holds a value."""
     return {path: node for path, node in _walk(schema_of(model)) if "properties" not in node}
 
 
 @cache
 def _children(model):
-    """Names of the keys of every section, by its path ("" the whole)."""
+    """{path of a section: names of its keys}; the path "" is the whole input."""
     sections = ((path, node.get("items", node)) for path, node in _walk(schema_of(model)))
     return {path: list(node["properties"]) for path, node in sections if "properties" in node}
 
 
 def _walk(schema):
-    """Every (path, node) of a JSON schema, sections and lists of them before their keys."""
+    """Yield (path, node) of a JSON schema; sections and their lists come before their keys."""
 
     def known(node):
         if "$ref" in node:

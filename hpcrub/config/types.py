@@ -1,4 +1,4 @@
-"""What the values of an input can be, and what a section of it is."""
+"""Types of the values in an input, and the base class of its sections."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -50,23 +50,23 @@ Files = Annotated[tuple[FileName, ...], Field(max_length=20)]
 _List, _Table = (Tag(kind) for kind in config_text.KINDS)
 _ListOrTable = Discriminator(lambda value: config_text.KINDS[isinstance(value, str)])
 Blades = Annotated[tuple[Number, ...], Field(min_length=2, max_length=200), _List]
-# the values of one disk, or the file of a table with those of many
+# the values of one disk, or a file of a table with the values of many disks
 Pattern = Annotated[Blades | Annotated[FileName, _Table], _ListOrTable]
 Point = Annotated[tuple[Number, ...], Field(min_length=2, max_length=2)]
 Points = Annotated[tuple[Point, ...], Field(min_length=2, max_length=1000), _List]
-# points of a curve, or the file of a table with them
+# points of a curve, or a file of a table with such points
 Curve = Annotated[Points | Annotated[FileName, _Table], _ListOrTable]
 
 
 def si(key: str, unit: str, times: float = 1, per: float = 1) -> Any:
-    """Property with the value of `key` in SI."""
+    """Property that returns the value of `key` in SI units."""
     return property(lambda section: getattr(section, key) * times / per, doc=f"[{unit}]")
 
 
 def without_suffix(output: str | Path) -> Path:
-    """Path of a result file less its .h5: the names of all that lies beside it begin so.
+    """Path of a result file without .h5, with which the names of files beside it begin.
 
-    Any other suffix stays: the runs r_0.25 and r_0.50 share nothing.
+    Any other suffix stays, so that the runs r_0.25 and r_0.50 share no files.
     """
     path = Path(output)
     return path.with_suffix("") if path.suffix == ".h5" else path

@@ -1,8 +1,8 @@
-"""Reading YAML strictly and safely: plain numbers, texts, lists and mappings.
+"""Strict and safe reading of YAML: plain numbers, texts, lists and mappings.
 
-For users whose input says `1e-6`, `no` or the same key twice. Scalars follow YAML 1.2, because
-YAML 1.1 (PyYAML's) reads `1e-6` as a text, `010` as eight, `12:30` as 750 and `no` as false.
-Aliases, tags and duplicate keys have no use in an input file and are refused.
+Scalars follow YAML 1.2, because YAML 1.1, which PyYAML implements, reads `1e-6` as a text, `010` as
+eight, `12:30` as 750 and `no` as false. Aliases, tags and duplicate keys have no use in an input
+file and are refused.
 """
 
 import re
@@ -24,7 +24,7 @@ _PLAIN = {
 
 
 class _Loader(yaml.SafeLoader):
-    """SafeLoader with the scalars above only, and unique text keys."""
+    """SafeLoader with only the scalars above, and with unique text keys."""
 
     yaml_implicit_resolvers = {}
 
@@ -50,7 +50,7 @@ class _Loader(yaml.SafeLoader):
 
 
 class _Dumper(yaml.SafeDumper):
-    """SafeDumper that quotes what `_Loader` would not read back as a text."""
+    """SafeDumper that quotes texts that `_Loader` would read back as something else."""
 
     yaml_implicit_resolvers = {}
 
@@ -69,7 +69,7 @@ _Dumper.add_representer(
 
 
 def parse(text: str) -> Any:
-    """Read a YAML document as plain values. Raises InputError, which says where it is wrong."""
+    """Read a YAML document into plain values. Raises InputError with the place of an error."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"longer than the {MAX_CHARACTERS:,} characters allowed for an input")
     try:

@@ -1,4 +1,4 @@
-"""What all studies have in common: what a study is, its result file, its tasks, how it is run.
+"""Everything that all studies share: definition of a study, tasks, result file, execution.
 
-In: a `Run`, a study with its `Config`. Out: a result file, laid out, then filled by all ranks.
+In: a `Run`, which is a study with its `Config`. Out: a result file, which all ranks fill.
 """

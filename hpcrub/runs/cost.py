@@ -1,4 +1,4 @@
-"""What a study will take, from a trial of a small part of it on this machine."""
+"""Estimate of a study's computing time from a trial of a small part on this machine."""
 
 import time
 from typing import NamedTuple
@@ -15,33 +15,33 @@ from hpcrub.response.sweep import SweepResult
 from hpcrub.setup.disks import deviation, modes_of
 from hpcrub.setup.problem import Problem
 
-# of the sweep that measures the cost: a step of a planar disk costs the same at any length [s]
+# time step of the trial of a planar disk, whose steps cost the same at any length [s]
 MEASURED_STEP = 2e-5
 MEASURED_SPEEDS = 41
-MEASURED_TIME = 0.05  # [s] simulated by the history that measures the cost
-LONGEST = 60.0  # [s] that a trial takes, about
+MEASURED_TIME = 0.05  # [s] simulated by the trial of a history
+LONGEST = 60.0  # [s] duration of a trial, about
 
 
 class Cost(NamedTuple):
-    """What all tasks of a study do together, on any machine."""
+    """Amount of work in all tasks of a study together, on any machine."""
 
-    sweeps: int = 0  # of all speeds, each followed until its motion is steady
-    histories: float = 0.0  # [s] of all speeds, simulated while the motion is kept
-    disks: int = 0  # eigenproblems, each with linear responses
+    sweeps: int = 0  # over all speeds, each followed until its motion is steady
+    histories: float = 0.0  # [s] simulated at all speeds while the motion is kept
+    disks: int = 0  # eigenproblems, each with the linear responses
 
 
 class Trial(NamedTuple):
-    """What a small part of a study took."""
+    """Time that a small part of a study took."""
 
     seconds_per_disk: float
-    until_steady: float = 0.0  # [s] simulated by a point, on average
-    steps_per_second: float = np.inf  # of points on their way to the steady state
+    until_steady: float = 0.0  # [s] simulated at a point, on average
+    steps_per_second: float = np.inf  # of points that are followed to the steady state
     history_steps_per_second: float = np.inf  # while the motion is kept
-    result: SweepResult | None = None  # of the mistuned disk that was tried
+    result: SweepResult | None = None  # of the mistuned disk of the trial
 
     def seconds(self, cost: Cost, config: Config) -> float:
-        """Time on one core [s] of a Cost."""
-        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # idle ones too
+        """Time for a Cost on one core [s]."""
+        lanes = len(history.LANES) * len(history.groups(config.speeds.values_hz))  # and idle ones
         kept = cost.histories * lanes / config.step / self.history_steps_per_second
         simulated = cost.sweeps * config.speeds.n_values * self.until_steady
         sought = simulated / config.step / self.steps_per_second
@@ -55,10 +55,10 @@ def trial(
     integrates: bool = True,
     histories: bool = False,
 ) -> Trial:
-    """Compute the last level's first disk at some speeds, and measure.
+    """Compute the last level's first disk at some speeds, and measure the time.
 
     loads: periods around the disk of the loads whose linear responses the study computes;
-    integrates, histories: whether it integrates in time, and keeps the motion, too.
+    integrates, histories: whether the study integrates in time, and whether it keeps the motion.
     """
     started = time.perf_counter()
     modes = modes_of(config, problem, deviation(config, len(config.levels) - 1, 0))
@@ -68,7 +68,7 @@ def trial(
     seconds_per_disk = time.perf_counter() - started
     if not integrates:
         return Trial(seconds_per_disk)
-    solid = len(modes.axial) > 0  # its contacts are the harder to solve the longer a step is
+    solid = len(modes.axial) > 0  # its contacts are harder to solve with longer steps
     step = problem.scene.step if solid else max(problem.scene.step, MEASURED_STEP)
     scene = problem.scene._replace(scheme="exact_modal", step=step)
     speeds, scene = _within_reason(modes, scene, _speeds(config, solid))
@@ -82,7 +82,7 @@ def trial(
 
 
 def _speeds(config, solid):
-    """Some speeds of a configuration [Hz]: of a planar disk enough for all lanes, if few."""
+    """Some speeds of a configuration [Hz]; for a planar disk enough of them to fill all lanes."""
     speeds, most = config.speeds.values_hz, sweep.WIDTH if solid else MEASURED_SPEEDS
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), most)).round().astype(int)
     few = speeds[some]
@@ -90,14 +90,14 @@ def _speeds(config, solid):
 
 
 def _within_reason(modes, scene, speeds):
-    """Scene and speeds that take at most LONGEST: fewer speeds, and then less time of each."""
+    """Return speeds and scene of a trial within LONGEST: fewer speeds, then less time at each."""
     steady, some = scene.steady, speeds[:: -(-len(speeds) // sweep.WIDTH)]
     short = steady._replace(first_check=MEASURED_TIME, max_time=MEASURED_TIME)
     rest = sweep.Motion.at_rest(len(some), modes.n_rows)
     started = time.perf_counter()
-    found = sweep.run_sweep(modes, scene._replace(steady=short), some, motion=rest)
-    steps = LONGEST * found.n_steps / (time.perf_counter() - started)
-    points = steps / found.n_steps * found.time.sum() / steady.max_time
+    short_sweep = sweep.run_sweep(modes, scene._replace(steady=short), some, motion=rest)
+    steps = LONGEST * short_sweep.n_steps / (time.perf_counter() - started)
+    points = steps / short_sweep.n_steps * short_sweep.time.sum() / steady.max_time
     if points >= len(speeds):
         return speeds, scene
     few = speeds[:: max(1, len(speeds) // max(NARROWEST, int(points)))]

@@ -1,4 +1,4 @@
-"""One run, from its configuration to its result file, on all ranks."""
+"""Execution of one run on all ranks, from its configuration to its result file."""
 
 import contextlib
 import os
@@ -21,36 +21,36 @@ from hpcrub.setup import plausibility
 
 
 class Existing(NamedTuple):
-    """What to do with a result file that is there already; refuse it when neither is wanted."""
+    """Options for a result file that exists already; without resume and overwrite it is refused."""
 
     resume: bool = False
     overwrite: bool = False
-    allow_mixed: bool = False  # go on with what another state of the program has begun
+    allow_mixed: bool = False  # resume also a file that another state of the program has begun
 
 
 class Finished(NamedTuple):
-    """A run that has ended well."""
+    """Duration and number of ranks of a completed run."""
 
     seconds: float  # wall time
     n_ranks: int
 
 
 def examine_all(runs: list[Run], existing: Existing) -> None:
-    """Raises InputError for what is wrong with any of several runs, before all work (rank 0)."""
+    """Examine several runs before any work (rank 0). Raises InputError for the first error."""
     made: set[str] = set()
     for run in runs:
         path = os.path.realpath(run.config.output)
         if path in made:
             raise InputError(f"runs: two runs have the output {run.config.output}")
-        if made.isdisjoint(map(os.path.realpath, run.config.sources)):  # else not there yet
+        if made.isdisjoint(map(os.path.realpath, run.config.sources)):  # else sources are missing
             examine(run, existing)
         made.add(path)
 
 
 def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
-    """What the study computes with, and a line on each thing that is not resolved (rank 0).
+    """Check a run before any work (rank 0). Raises InputError for any error.
 
-    Before any work. Raises InputError for all that is wrong.
+    Returns what the study's `prepare` returns, and warnings about unresolved numbers.
     """
     check_output(run, existing)
     memory.check(run)
@@ -62,7 +62,7 @@ def examine(run: Run, existing: Existing) -> tuple[Any, list[str]]:
 
 
 def check_output(run: Run, existing: Existing) -> bool:
-    """Whether to go on with a sound result file, and not to make one. Raises InputError."""
+    """Whether to resume an existing result file; False: create one. Raises InputError."""
     path = Path(run.config.output)
     if os.path.isdir(path):
         raise InputError(f"output: {path} is a folder")
@@ -80,8 +80,8 @@ def check_output(run: Run, existing: Existing) -> bool:
 
 
 def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
-    """Make sure that a sound result file is there (rank 0). Raises InputError."""
-    if not check_output(run, existing):  # once more: another job may just have finished it
+    """Make sure that a valid result file exists (rank 0). Raises InputError."""
+    if not check_output(run, existing):  # again: another job may just have finished the file
         attributes = {"warnings": "\n".join(warnings)} if warnings else {}
         result_files.lay_out(run.config.output, run, attributes)
     elif existing.allow_mixed:
@@ -91,12 +91,11 @@ def make_sure(run: Run, existing: Existing, warnings: list[str]) -> None:
 def execute(
     team: Team, run: Run, existing: Existing, draw: Callable[[list[str]], None] | None = None
 ) -> Finished:
-    """One run from its configuration to its figures, on all ranks.
+    """Execute a run from its configuration to its figures, on all ranks.
 
-    draw: draws the figures of result files (rank 0); None: there are none to draw.
-    Raises InputError before any work has begun, Interrupted after a stop signal, when what is
-    finished is in the file, and HpcrubError when every sample has failed or the file cannot be
-    written.
+    draw: draws the figures of result files (rank 0), if given.
+    Raises InputError before any work has begun; Interrupted after a stop signal, with all finished
+    results in the file; HpcrubError when every sample has failed or the file cannot be written.
     """
     began = time.monotonic()
     path = run.config.output
@@ -124,7 +123,7 @@ def execute(
 
 
 def _compute(team, run, prepared, warnings, log):
-    """Compute what the result file lacks, then print the summary."""
+    """Open the result file, compute what it lacks, and close it."""
     check = partial(result_files.check, run=run)
     file = team.together(
         lambda: result_files.open_checked(run.config.output, check, "r+", team.comm)
@@ -132,7 +131,7 @@ def _compute(team, run, prepared, warnings, log):
     try:
         _fill(team, run, prepared, warnings, file, log)
     except HpcrubError as error:
-        # an error of one rank, or of the disk, ends the job, closed or not
+        # after an error of one rank, or of the disk, the job ends without closing the file
         if getattr(error, "shared", False) and not isinstance(error, WriteError):
             file.close()
         raise
@@ -142,7 +141,7 @@ def _compute(team, run, prepared, warnings, log):
 
 
 def _fill(team, run, prepared, warnings, file, log):
-    """Compute what an open result file lacks, then print the summary."""
+    """Compute what the open result file lacks, then print the summary."""
     began = time.monotonic()
     lines = progress.Progress(run.config) if team.rank == 0 else None
     job = log.job = run.study.job(run, team, prepared, file, lines, log.phase)

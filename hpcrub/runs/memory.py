@@ -1,6 +1,6 @@
-"""What a run takes of this machine's memory, and refusal of one that is too large.
+"""Estimate of the memory of a run, and refusal of a run that this machine cannot hold.
 
-The place on the disk is taken when the result file is laid out.
+The layout of the result file reserves the space on the disk.
 """
 
 import os
@@ -15,14 +15,14 @@ from hpcrub.setup import imported
 from hpcrub.setup.problem import time_grid
 
 DENSE = 8  # matrices of the full model in memory at once
-SAMPLE = 64  # bytes of rank 0 for every sample
+SAMPLE = 64  # bytes on rank 0 for every sample
 NUMBER = 8  # bytes
-# of a process before it does anything, and of one that compiles, measured [bytes]
+# measured memory of a process that has just started, and of one that compiles [bytes]
 INTERPRETER, COMPILING = 160_000_000, 400_000_000
 
 
 def estimate(run: Run) -> int:
-    """Memory of the rank that needs most [bytes], estimated without any work."""
+    """Estimate the memory of the rank that needs most [bytes]."""
     study, config = run
     model = imported.memory(config) if config.disk.model else DENSE * NUMBER * config.disk.n_dof**2
     n_samples = len(config.levels) * len(config.samples)
@@ -34,7 +34,7 @@ def estimate(run: Run) -> int:
         records = per_revolution * config.steady_state.window_revolutions
         n_points = config.disk.n_points
         integration = NUMBER * (grid.steps_per_block + 2 * records * n_points * WIDTH)
-        if config.disk.model is not None:  # of every point on every other, in each direction
+        if config.disk.model is not None:  # Delassus operators of all points
             integration += NUMBER * 4 * n_points**2 * WIDTH
         if config.contact.wears:
             integration += _worn(config, grid)
@@ -47,7 +47,7 @@ def estimate(run: Run) -> int:
 
 
 def check(run: Run) -> None:
-    """Refuse a run that this machine's memory cannot hold. Raises InputError."""
+    """Raise InputError when a run needs more memory than this machine has."""
     needed = estimate(run)
     there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     if needed > there:
@@ -58,7 +58,7 @@ def check(run: Run) -> None:
 
 
 def _worn(config, grid):
-    """Worn depths: of all bars in every lane, now and after some windows, and those of results."""
+    """Bytes of worn depths: of all lanes, now and after some windows, and of the results."""
     kept = 3 + REVOLUTIONS // config.steady_state.window_revolutions
     bars = WIDTH * grid.steps_per_revolution * kept
     results = config.speeds.n_values * N_ANGLES * (1 + config.mistuning.tuned_runs)

@@ -1,4 +1,4 @@
-"""Result files of runs: laid out, checked, and gone on with, by what their study says it needs."""
+"""Layout, checks and resumption of the result files of runs, from the datasets of their study."""
 
 import itertools
 import os
@@ -17,15 +17,15 @@ from hpcrub.runs.study import Run
 
 
 def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None) -> None:
-    """Create the result file of a run, with all that is known before anything is computed.
+    """Create the result file of a run, with all values that are known without computing.
 
-    attributes: of the root, beside those that every file has, or in their place.
+    attributes: of the root; they are added to the attributes of every file or replace them.
     Raises InputError as `storage.lay_out`, and when a source of the study cannot be used.
     """
     lengths = run.sizes()
     values: dict[str, Any] = {name: np.arange(lengths[d]) for d, name in _indices(run).items()}
     if "blade" in values:
-        values["blade"] += 1  # as figures and tables count them
+        values["blade"] += 1  # figures and tables count blades from 1
     if "percentile" in values:
         values["percentile"] = run.config.convergence.percentiles
     values |= run.constants()
@@ -37,7 +37,7 @@ def lay_out(path: str | Path, run: Run, attributes: dict[str, Any] | None = None
 
 
 def _indices(run):
-    """{dimension: its scale} of those whose scale is no dataset of the study: just numbers."""
+    """{dimension: scale} of the dimensions whose scale is an index and no dataset of the study."""
     there = {line.name for line in run.datasets()}
     return {d: name for d, name in run.scales().items() if name not in there}
 
@@ -48,7 +48,7 @@ def _lines(run):
 
 
 def file_size(run: Run) -> int:
-    """Bytes that the result file of a run takes."""
+    """Size of the result file of a run [bytes]."""
     return layout.file_size(_lines(run), run.sizes())
 
 
@@ -58,9 +58,9 @@ def open_checked(
     mode: str = "r",
     comm: Any = None,
 ) -> ResultFile:
-    """Open a result file that passes a check; what this raises closes it.
+    """Open a result file and check it; an exception of the check closes the file.
 
-    mode, comm: as of `ResultFile`.
+    mode, comm: see `ResultFile`.
     """
     file = ResultFile(Path(path), comm, mode)
     try:
@@ -72,15 +72,15 @@ def open_checked(
 
 
 def check(file: ResultFile, run: Run) -> None:
-    """Refuse an open file that lacks, or does not itself hold, what a run writes.
+    """Check that an open file itself holds all datasets that a run writes.
 
-    Raises InputError.
+    Raises InputError when it does not.
     """
     file.require_own(line.name for line in run.datasets())
     length = run.known_sizes()
     for line in run.datasets():
         shape, dtype = file.shape(line.name), file.dtype(line.name)
-        # what the configuration does not tell is the same in all datasets
+        # a length that the configuration does not tell must be equal in all datasets
         length = dict(zip(line.dimensions, shape or (), strict=False)) | length
         wanted = tuple(length.get(d) for d in line.dimensions)
         if shape != wanted or dtype != np.dtype(line.dtype):
@@ -93,27 +93,27 @@ def check(file: ResultFile, run: Run) -> None:
 
 
 def check_config(file: ResultFile, config: Config) -> None:
-    """Refuse an open file of another configuration. Raises InputError, which says what differs."""
-    found = differences(file.config, config)
-    if found:
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    """Raise InputError, which names the difference, for an open file of another configuration."""
+    changed = differences(file.config, config)
+    if changed:
+        more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
         n_samples = config.mistuning.samples
-        if len(found) == 1 and file.config.mistuning.samples < n_samples:
+        if len(changed) == 1 and file.config.mistuning.samples < n_samples:
             program = f"python -m hpcrub merge --samples {n_samples}"
             more = f"; {program} NEW.h5 {file.path} makes room for them"
-        elif len(found) == 1 and file.config.mistuning.samples > n_samples:
+        elif len(changed) == 1 and file.config.mistuning.samples > n_samples:
             more = (
                 f"; its first {n_samples} are these: go on with "
                 f"{file.config.mistuning.samples}, or give another output"
             )
-        raise InputError(f"{file.path} has another configuration: {found[0]}{more}")
+        raise InputError(f"{file.path} has another configuration: {changed[0]}{more}")
 
 
 def check_resumable(path: str | Path, run: Run, allow_mixed: bool = False) -> None:
-    """Refuse to go on with a file that was not begun by the same program for the same run.
+    """Check that this program has begun the file for this run.
 
-    allow_mixed: go on with what another program text has begun. Raises InputError, which says what
-    differs: configuration, datasets, program text, or a source.
+    allow_mixed: accept a file that another program text has begun. Raises InputError, which says
+    what differs: configuration, datasets, program text or a source.
     """
     with ResultFile(path) as file:
         check_config(file, run.config)
@@ -136,7 +136,7 @@ def _knows_this_program(file):
 
 
 def register(path: str | Path) -> None:
-    """Note in a closed file that this program computes the rest of it. Raises InputError."""
+    """Record in a closed file that this program computes the rest. Raises InputError."""
     with ResultFile(path) as file:
         known = _knows_this_program(file) or not (file.status == PENDING).any()
     try:

@@ -1,6 +1,6 @@
-"""What a study is, what one run of it is, and how the ranks compute independent tasks.
+"""Base classes of studies, their runs, and jobs in which ranks compute independent tasks.
 
-A study is a module of `hpcrub/studies` with a subclass of `Study`, of which `STUDY` is the object.
+A study is a module of `hpcrub/studies` with a subclass of `Study` and an instance of it, `STUDY`.
 """
 
 import time
@@ -30,16 +30,16 @@ from hpcrub.setup.problem import Problem, build_problem
 
 STATUS = Dataset("status", ("task",), "1", "tasks: 0 pending, 1 done", "u1")
 ANGLE = Dataset("angle_deg", ("angle",), "degree", "begins of equal parts of the casing")
-Poll = Callable[[], Any]  # called often by whatever takes long; what it raises ends the task
+Poll = Callable[[], Any]  # long computations call it often; an exception from it ends the task
 Values = tuple[str, Any, Any]  # dataset, where in it, values
 Counts = dict[str, int]
 
 
 class Job:
-    """A run on its way: some results may already be in its file.
+    """A run in progress; its file may already hold some of the results.
 
-    It computes rounds of tasks, the next when all of the last are in the file; independent tasks
-    are one round.
+    It computes rounds of tasks: a round begins when all tasks of the one before are in the file.
+    Independent tasks form one round.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Job:
         progress: Progress | None = None,
         phase: Callable[[str], None] = lambda name: None,
     ) -> None:
-        """A job that has not begun.
+        """Create a job that has not begun.
 
-        prepared: what the study's `prepare` returned; file: open to write on all ranks; progress:
+        prepared: returned by the study's `prepare`; file: open for writing on all ranks; progress:
         needed on rank 0 to compute; phase: called with the name of every phase that begins.
         """
         self.study, self.config = run
@@ -61,12 +61,12 @@ class Job:
         self.progress, self.phase = progress, phase
         self.work = Work()  # done so far, on rank 0
         self.status = np.zeros(0, dtype=np.uint8)  # of every part of the job, on rank 0
-        self.round: Any = None  # what `_next` says
+        self.round: Any = None  # result of `_next`
 
     def run(self) -> None:
-        """Compute what is missing and write it, round after round; on all ranks.
+        """Compute and write all missing results, round after round (all ranks).
 
-        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        Raises Interrupted on all ranks after a stop signal; finished results are in the file.
         """
         self.round = self.team.on_root(self._take_stock)
         if self.round and self.study.integrates:
@@ -84,14 +84,14 @@ class Job:
         warm_up(self.team, self.config, problem, self.study.histories, self.progress)
 
     def n_done(self) -> tuple[int, int]:
-        """Finished parts of the job, and all (rank 0)."""
+        """Number of finished parts of the job, and of all parts (rank 0)."""
         return int(np.count_nonzero(self.status != PENDING)), self.status.size
 
     def require_results(self) -> None:
-        """Raise HpcrubError when all of the job has failed (rank 0): a task never does."""
+        """Raise HpcrubError when all of the job has failed (rank 0); tasks never fail."""
 
     def summary(self, seconds: float) -> None:
-        """Print what was found (rank 0); seconds: wall time of this run."""
+        """Print verdict and results (rank 0); seconds: wall time of this run."""
         out = console()
         for place, line in enumerate(self.study.verdict(self.file)):
             print_line(out, f"- {line}" if place else f"Verdict: {line}.")
@@ -103,7 +103,7 @@ class Job:
         return self._next()
 
     def _next(self):
-        """What all ranks need to know of the next round; nothing when all is there (rank 0)."""
+        """Description of the next round for all ranks, false when all is done (rank 0)."""
         return int(np.count_nonzero(self.status == PENDING))
 
     def _tasks(self):
@@ -111,14 +111,14 @@ class Job:
         return map(int, np.flatnonzero(self.status == PENDING))
 
     def _compute(self, task, poll):
-        """Compute and write one task; returns the seconds it took."""
+        """Compute and write one task. Returns its duration [s]."""
         start = time.perf_counter()
         for name, where, values in self._pieces(task, poll):
             self.file.write({name: values}, where)
         return time.perf_counter() - start
 
     def _pieces(self, task, poll):
-        """What is computed of a task, its status last: (dataset, where in it, values)."""
+        """Results of a task, its status last: (dataset, where in it, values)."""
         yield from self.study.compute(self.config, self.prepared, task, poll)
         yield "status", task, DONE
 
@@ -129,30 +129,30 @@ class Job:
 
 
 class Study:
-    """One kind of study: what its result file holds, and what computes it.
+    """One kind of study: the contents of its result file, and their computation.
 
-    A subclass gives `name`, `what`, `datasets` or `layout`, and `compute`; all else has a default.
-    `layout`, `sizes` and `constants` together say what the file is before anything is computed.
-    A study whose parts are no independent tasks has a `job` of its own, as `contact` has.
+    A subclass defines `name`, `what`, `datasets` or `layout`, and `compute`; the rest has defaults.
+    `layout`, `sizes` and `constants` describe the file before anything is computed.
+    A study without independent tasks has a `job` of its own, as `contact` has.
     """
 
     name: str
-    what: str  # in a few words
-    datasets: tuple[Dataset, ...] = ()  # of the result file, unless its `layout` tells others
-    figures = ""  # of the paper
-    sections: tuple[str, ...] = ()  # of the input, in `config.study_keys`, that it reads
-    # dimension: the dataset with the values along it; `speed` and `angle` have theirs
+    what: str  # description in a few words
+    datasets: tuple[Dataset, ...] = ()  # of the result file, unless `layout` returns others
+    figures = ""  # numbers of the figures of the paper
+    sections: tuple[str, ...] = ()  # sections of `config.study_keys` that it reads
+    # {dimension: dataset with its values}; `Run.scales` adds `speed` and `angle`
     scales: Mapping[str, str] = {}
-    mistunes = True  # draws the blades of its disks; one that does not takes a pattern alone
-    n_sources = 0  # result files of contact studies that it starts from
-    integrates = False  # in time, with the contact kernel
-    histories = False  # keeps the motion itself, and not only its amplitudes
-    job: type[Job] = Job  # computes a run on all ranks
-    unit = "tasks"  # of the job, what it is made of
+    mistunes = True  # whether it draws disks at random; else only a pattern mistunes them
+    n_sources = 0  # number of contact studies' result files from which it starts
+    integrates = False  # whether it integrates in time, with the contact kernel
+    histories = False  # whether it keeps whole motions, not only amplitudes
+    job: type[Job] = Job  # class that computes a run on all ranks
+    unit = "tasks"  # name of the parts of the job
 
     @property
     def of_tasks(self) -> bool:
-        """Whether it consists of tasks that are independent of each other."""
+        """Whether the study consists of independent tasks."""
         return self.job is Job
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
@@ -160,31 +160,31 @@ class Study:
         return self.datasets
 
     def sizes(self, config: Config) -> Counts:
-        """Length of dimensions that `Run.known_sizes` does not know, as far as the input tells."""
+        """Lengths of dimensions that `Run.known_sizes` lacks, as far as the input tells them."""
         return {}
 
     def source_sizes(self, config: Config) -> Counts:
-        """Length of dimensions that only other files tell."""
+        """Lengths of dimensions that only the sources tell."""
         return {}
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """Datasets that are known without computing. Raises InputError for a source."""
+        """Values of datasets that need no computing. Raises InputError for a bad source."""
         return {}
 
     def problems(self, config: Config) -> Iterable[str]:
-        """Lines about keys that do not fit the study."""
+        """Error lines about keys that do not fit the study."""
         return ()
 
     def prepare(self, config: Config) -> Any:
-        """What every rank needs (rank 0): the disk and scene of the input. Raises InputError."""
+        """Prepare the data for all ranks (rank 0): by default a Problem. Raises InputError."""
         return build_problem(config)
 
     def problem_of(self, prepared: Any) -> Problem:
-        """The Problem that `prepare` has returned, alone or in a tuple, if the study integrates."""
+        """Problem in the result of `prepare`, if the study integrates."""
         return getattr(prepared, "problem", prepared)
 
     def loads(self, config: Config) -> tuple[int, ...]:
-        """Periods around the disk of the loads whose linear responses it computes."""
+        """Numbers of periods around the disk of the loads whose linear responses it computes."""
         return (config.engine_order or 1,)
 
     def n_tasks(self, config: Config) -> int:
@@ -192,22 +192,22 @@ class Study:
         return 1
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """Pieces of one task: (dataset, where in it, values).
+        """Yield the results of one task: (dataset, where in it, values).
 
-        problem: what `prepare` returned; task: its place in the dataset `status`.
+        problem: returned by `prepare`; task: its index in the dataset `status`.
         """
         raise NotImplementedError
 
     def cost(self, config: Config) -> Cost:
-        """What all tasks do together."""
+        """Amount of work in all tasks together."""
         return Cost()
 
     def needs(self, config: Config) -> str:
-        """How much it has to compute, where it finds that out itself, in words."""
+        """How much the study will compute, in words, if that depends on its results; else ""."""
         return ""
 
     def is_enough(self, file: ResultFile) -> bool:
-        """Whether a file that lacks some of its parts is complete nevertheless."""
+        """Whether a file is complete although some of its parts are missing."""
         return False
 
     def report(self, file: ResultFile) -> Iterable[str]:
@@ -215,35 +215,35 @@ class Study:
         return ()
 
     def findings(self, file: ResultFile) -> Iterable[Finding]:
-        """What speaks against the results, of which the verdict is made."""
+        """Findings against the results, for the verdict."""
         return ()
 
     def verdict(self, file: ResultFile) -> list[str]:
-        """The verdict on the results, and below it what a user must know and do."""
+        """Verdict on the results, followed by lines of advice."""
         return verdict.block([*verdict.not_resolved(file.warnings), *self.findings(file)])
 
 
 class StudyInTime(Study):
-    """A study of whole histories: of every disk and group of speeds, over `history.duration_s`."""
+    """A study of histories of every disk and group of speeds, `history.duration_s` long."""
 
     mistunes = False
     integrates = histories = True
 
     def prepare(self, config: Config) -> Any:
-        """The Problem, and the modes of all disks. Raises InputError."""
+        """Prepare the Problem and the modes of all disks. Raises InputError."""
         return prepare_disks(config)
 
     def n_tasks(self, config: Config) -> int:
-        """One for every disk and group of speeds."""
+        """Number of disks times number of groups of speeds."""
         return len(disks(config)) * len(history.groups(config.speeds.values_hz))
 
     def cost(self, config: Config) -> Cost:
-        """Every disk over the whole duration."""
+        """Histories of every disk over the whole duration."""
         n_disks = len(disks(config))
         return Cost(histories=n_disks * config.history.duration_s, disks=n_disks)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What speaks against the points of all disks, or starts, and against their amplitudes."""
+        """Findings against the points and amplitudes of all disks, or starts."""
         names = "amplitude_m", "point_status", "point_reason"
         amplitude, states, reasons = map(file.read, names)
         yield from verdict.of_points(file.config, amplitude, states, reasons)
@@ -258,22 +258,22 @@ class Run(NamedTuple):
 
     @property
     def n_tasks(self) -> int:
-        """Independent tasks; 0 of a study with a job of its own."""
+        """Number of independent tasks; 0 for a study with a job of its own."""
         return self.study.n_tasks(self.config) if self.study.of_tasks else 0
 
     def datasets(self) -> tuple[Dataset, ...]:
-        """Datasets of the result file, the index scales of its dimensions aside."""
+        """Datasets of the result file, without the index scales of its dimensions."""
         own = self.study.layout(self.config)
         return (*own, STATUS) if self.study.of_tasks else own
 
     def scales(self) -> dict[str, str]:
         """{dimension: name of its scale}."""
-        found = {d for line in self.datasets() for d in line.dimensions}
+        dimensions = {d for line in self.datasets() for d in line.dimensions}
         named = {"speed": SPEEDS.name, "angle": ANGLE.name} | dict(self.study.scales)
-        return {d: named.get(d, d) for d in found}
+        return {d: named.get(d, d) for d in dimensions}
 
     def known_sizes(self) -> Counts:
-        """Length of every dimension that the configuration alone tells."""
+        """Lengths of the dimensions that the configuration alone tells."""
         config = self.config
         of_all = {
             "level": len(config.levels),
@@ -288,44 +288,44 @@ class Run(NamedTuple):
         return of_all | self.study.sizes(config)
 
     def constants(self) -> dict[str, Any]:
-        """Datasets that are known without computing. Raises InputError for a source."""
+        """Values of datasets that need no computing. Raises InputError for a bad source."""
         there = {line.name for line in self.datasets()} | set(self.scales().values())
         angles = np.arange(N_ANGLES) * (360.0 / N_ANGLES)
         of_all = {SPEEDS.name: self.config.speeds.values_hz, ANGLE.name: angles}
-        found = of_all | self.study.constants(self.config)
-        return {name: values for name, values in found.items() if name in there}
+        known = of_all | self.study.constants(self.config)
+        return {name: values for name, values in known.items() if name in there}
 
     def sizes(self) -> Counts:
-        """Length of every dimension; for this it may have to look into other files."""
+        """Lengths of all dimensions; source files may have to be read for them."""
         return self.known_sizes() | self.study.source_sizes(self.config)
 
     def problems(self) -> Iterator[str]:
-        """Lines about keys that do not fit the study."""
+        """Error lines about keys that do not fit the study."""
         study, config = self
         if len(config.sources) != study.n_sources and study.n_sources:
             n_given = len(config.sources)
             yield f"sources: {n_given} result files given, {study.name} needs {study.n_sources}"
         if config.is_part and "part" not in study.sections:
             yield f"part.samples: only a contact study can be computed in parts, not {study.name}"
-        if study.integrates and "history" not in study.sections:  # until a motion is steady
+        if study.integrates and "history" not in study.sections:  # motions until they are steady
             yield from steady_problems(config)
         yield from study.problems(config)
 
     def checked(self) -> "Run":
-        """Itself, if its keys fit the study. Raises InputError."""
-        found = list(self.problems())
-        if found:
-            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-            raise InputError(found[0] + more)
+        """Return the run itself if its keys fit the study. Raises InputError."""
+        lines = list(self.problems())
+        if lines:
+            more = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
+            raise InputError(lines[0] + more)
         return self
 
     def prepare(self) -> Any:
-        """What every rank needs (rank 0). Raises InputError."""
+        """Prepare the data for all ranks (rank 0). Raises InputError."""
         imported.require_blade_stiffness(self.config, self.study.mistunes)
         return self.study.prepare(self.config)
 
     def amount(self) -> str:
-        """How much there is to compute, in words."""
+        """Amount of computation, in words."""
         config = self.config
         if self.study.of_tasks:
             return f"{self.study.name}, {counted(self.n_tasks, 'task')}"

@@ -1,4 +1,4 @@
-"""The verdict on a result: whether it can be used, why not, and what to do."""
+"""Verdicts on results: whether they are usable, why not, and what to do."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -12,48 +12,48 @@ from hpcrub.contact.status import DIVERGED, NO_POINT, NOT_STEADY
 from hpcrub.statistics.percentiles import Z_95, confidence
 
 REMARK, SINGLE, USELESS = range(3)  # weights of a finding
-NOT_RESOLVED = "not resolved"  # how warnings of `setup.plausibility` begin that are of numbers
-MOST = 5  # further lines below a verdict
-FEW = 0.05  # share of points or peaks, or change of a peak, that makes a result useless or not
-FAR = 0.2  # of the radius of the tips: motions that a linear model of blades does not describe
-SMALL = 0.1  # of the casing's reach: radius that small displacements may leave out
+NOT_RESOLVED = "not resolved"  # first words of warnings of `setup.plausibility` about numbers
+MOST = 5  # most lines below a verdict
+FEW = 0.05  # share of points or peaks, or change of a peak, above which a result is useless
+FAR = 0.2  # of the tip radius: larger displacements are beyond a linear model of blades
+SMALL = 0.1  # of the casing's reach: largest radial error by small displacements
 
 
 class Finding(NamedTuple):
-    """Something that a user of a result must know."""
+    """A fact that a user of a result must know."""
 
-    weight: int  # REMARK; SINGLE: single values cannot be used; USELESS: nor can percentiles
+    weight: int  # REMARK; SINGLE: single values are unusable; USELESS: percentiles are, too
     why: str  # reason of the verdict, in a few words
-    advice: str  # what was seen and what to do, in one sentence
+    advice: str  # observation and remedy, in one sentence
 
 
 def block(findings: Iterable[Finding], of_many: bool = False) -> list[str]:
-    """A verdict and at most MOST lines below it, the weightiest findings first.
+    """A verdict and at most MOST lines of advice, the weightiest findings first.
 
     of_many: whether the result has percentiles of many disks.
     """
-    found = sorted(findings, key=lambda finding: -finding.weight)
-    worst = max((finding.weight for finding in found), default=REMARK)
-    reasons = ", ".join(dict.fromkeys(f.why for f in found if f.weight == worst))
+    findings = sorted(findings, key=lambda finding: -finding.weight)
+    worst = max((finding.weight for finding in findings), default=REMARK)
+    reasons = ", ".join(dict.fromkeys(f.why for f in findings if f.weight == worst))
     single = "percentiles usable, single values not" if of_many else "usable with care"
     words = {REMARK: "usable", SINGLE: f"{single}: {reasons}", USELESS: f"not usable: {reasons}"}
-    return [words[worst], *(finding.advice for finding in found[:MOST])]
+    return [words[worst], *(finding.advice for finding in findings[:MOST])]
 
 
 def not_resolved(warnings: list[str]) -> Iterator[Finding]:
-    """Those of the warnings of a result file that say that single numbers may be wrong."""
+    """Findings from warnings of a result file that single numbers may be wrong."""
     for line in warnings:
         if line.startswith(NOT_RESOLVED):
             yield Finding(SINGLE, NOT_RESOLVED, line)
 
 
 def is_usable(lines: list[str]) -> bool:
-    """Whether a block says that the result can be used, for percentiles at least."""
+    """Whether the lines of a `block` call the result usable, at least for percentiles."""
     return bool(lines) and not lines[0].startswith("not usable")
 
 
 def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
-    """Motions that small displacements do not describe; sizes: displacements of tips [m]."""
+    """Findings about motions too large for small displacements; sizes: of the tips' motions [m]."""
     largest, radius = float(np.max(np.nan_to_num(sizes), initial=0.0)), config.disk.tip_radius
     if largest > FAR * radius:
         yield Finding(
@@ -76,7 +76,7 @@ def kinematics(config: Config, sizes: npt.ArrayLike) -> Iterator[Finding]:
 
 
 def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
-    """Points that have no result; reasons: how many points have each reason of ``status``."""
+    """Finding about points without a result; reasons: number of points by reason of ``status``."""
     if not n_lost:
         return
     fatal = np.where(status.are_fatal(np.arange(len(reasons))), reasons, 0)
@@ -91,7 +91,7 @@ def lost(reasons: np.ndarray, n_lost: int, n_points: int) -> Iterator[Finding]:
 
 
 def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]:
-    """Peaks or points (of) whose motion has not ended in the time that it had, of n."""
+    """Finding about n_lost of n peaks or points (`of`) whose motion has not settled in its time."""
     if not n_lost:
         return
     what = "may cut deeper" if config.contact.wears else "may still grow or decay"
@@ -103,9 +103,9 @@ def unsettled(config: Config, n_lost: int, n: int, of: str) -> Iterator[Finding]
 def of_points(
     config: Config, amplitude: np.ndarray, states: np.ndarray, reasons: np.ndarray
 ) -> Iterator[Finding]:
-    """What speaks against the points of some disks, or starts, at some speeds.
+    """Findings against the points of some disks, or starts, at some speeds.
 
-    - amplitude: (D, S) displacements, or (D, S) energies, of which the largest counts.
+    - amplitude: (D, S) displacements or energies, whose peak over the speeds counts.
     - states, reasons: (D, S) codes of ``status``.
     """
     n = int(np.count_nonzero(states != NO_POINT))
@@ -118,7 +118,7 @@ def of_points(
 
 
 def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:
-    """Peaks at the ends of the speeds; best: indices of the speeds of all peaks (D,)."""
+    """Findings about peaks at the first or last speed; best: speed index of every peak (D,)."""
     last = config.speeds.n_values - 1
     lowest, highest = (int(np.count_nonzero(best == end)) for end in (0, last))
     yield from at_the_ends(config, lowest, highest, len(best))
@@ -127,7 +127,7 @@ def of_peaks(config: Config, best: np.ndarray) -> Iterator[Finding]:
 def at_the_ends(
     config: Config, lowest: int, highest: int, n: int, most: float = 1.0
 ) -> Iterator[Finding]:
-    """Peaks, of n, at the lowest and the highest speed; most: their share in a usable result."""
+    """Findings about how many of n peaks lie at the ends; most: their share in a usable result."""
     speeds = config.speeds
     for count, word, key in (
         (lowest, "lowest", f"speeds.from_hz below {speeds.from_hz:g}"),
@@ -143,7 +143,7 @@ def at_the_ends(
 
 
 def few(percentiles: Iterable[float], n: int) -> Iterator[Finding]:
-    """Percentiles at the ends that n samples are too few for."""
+    """Finding about extreme percentiles for which n samples are too few."""
     tail = (1.0 - confidence(Z_95)) / 2.0
     ends = {p: min(p, 100.0 - p) / 100.0 for p in percentiles}
     unknown = [p for p, end in ends.items() if (1.0 - end) ** n > tail]

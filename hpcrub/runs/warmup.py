@@ -1,4 +1,4 @@
-"""What a study needs is compiled by one rank, and loaded by all."""
+"""Compilation of the kernel by one rank, and loading by all ranks, before a study begins."""
 
 import numba
 import numpy as np
@@ -22,10 +22,10 @@ def warm_up(
     histories: bool = False,
     progress: Progress | None = None,
 ) -> None:
-    """Load what a study will need on all ranks, so that from now on they can stop promptly.
+    """Load all compiled code of a study on all ranks, so that later they can stop promptly.
 
-    Rank 0 goes first, and the others find what it compiled; without a place to keep it all compile.
-    Kind of disk, contact law and `histories`, whether the study keeps motions, decide what that is.
+    Rank 0 compiles the code, and the others load it; without a cache folder every rank compiles.
+    The code depends on disk, contact law and `histories`: whether the study keeps motions.
     """
     tuned = modes_of(config, problem, np.zeros(config.disk.n_blades))
     if progress:
@@ -44,8 +44,8 @@ def _load(modes, scene, histories):
 
 
 def _smallest_case(modes, scene):
-    """Modes and Scene of one contact point and a few steps, of the types that these have."""
-    two = np.eye(1, 2)  # one mode alone would have tables of another layout
+    """Modes and Scene with one contact point and few steps, of the types of the given ones."""
+    two = np.eye(1, 2)  # arrays of a single mode would have another memory layout
     few = Modes.planar(np.ones(2), two, two)
     interface = planar_interface(np.zeros(1), 1.0)
     if len(modes.axial):

@@ -1,4 +1,4 @@
-"""What a configuration describes: the tuned disk, the disks of all samples, the scene.
+"""Construction of what a configuration describes: tuned disk, mistuned disks, scene.
 
-In: a `Config`. Out: models, modes and scenes for `response`; what of the numbers is not resolved.
+In: a `Config`. Out: models, modes and scenes for `response`; warnings about unresolved numbers.
 """

@@ -1,4 +1,4 @@
-"""Air between the blades, of an input: forces on the family of the reduced model."""
+"""Air forces of an input on a family of the reduced model."""
 
 import numpy as np
 
@@ -10,16 +10,16 @@ from hpcrub.model.reduction import ReducedModel
 
 
 def curve_of(config: Config) -> aero.Curve:
-    """Damping ratio and frequency shift of every wave, as given, or from influence coefficients."""
+    """Damping ratio and frequency shift of every wave, given or from influence coefficients."""
     given, n_blades = config.aero, config.disk.n_blades
     if not given.influence:
         return aero.Curve(given.family - 1, *given.table(n_blades))
-    rows = [(one.blades, one.damping_ratio, one.frequency_shift) for one in given.influence]
+    rows = [(row.blades, row.damping_ratio, row.frequency_shift) for row in given.influence]
     return aero.Curve(given.family - 1, *aero.of_influence(n_blades, *np.array(rows).T))
 
 
 def air_of(config: Config, reduced: ReducedModel) -> aero.Air | None:
-    """Air forces on the tuned disk, None without. Raises InputError for a family that it lacks."""
+    """Air forces on the tuned disk; None without air. Raises InputError for a missing family."""
     if not config.aero.exists:
         return None
     blades, angle = cyclic.tuned_tips(reduced)

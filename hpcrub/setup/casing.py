@@ -1,4 +1,4 @@
-"""The casing that vibrates, of an input: its modes, or why there can be none."""
+"""Modes of an elastic casing, from the sections of an input."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from hpcrub.config.schema import Config
 from hpcrub.errors import InputError
 from hpcrub.model.casing_modes import CasingModes, Ring, ring_modes
 
-STEPS_PER_WAVE = 16  # of the fastest wave that passes a blade, at least
+STEPS_PER_WAVE = 16  # least time steps while a wave of the casing passes a blade
 
 
 def casing_modes_of(config: Config) -> CasingModes | None:
-    """Modes of the casing, None if rigid. Raises InputError for waves that steps do not resolve."""
+    """Modes of the casing; None if rigid. Raises InputError for waves that steps do not resolve."""
     casing = config.casing
     if not casing.vibrates:
         return None
@@ -32,8 +32,8 @@ def _of_ring(config):
         radius = config.disk.tip_radius_mm + ring.thickness_mm / 2.0
     section = radius / 1000, ring.thickness_mm / 1000, ring.width
     bed = ring.bed_radial_n_per_m2, ring.bed_tangential_n_per_m2
-    found = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
-    return ring_modes(found, np.array(sorted(ring.waves)), ring.damping_ratio)
+    elastic = Ring(*section, ring.young_modulus, ring.density_kg_m3, *bed)
+    return ring_modes(elastic, np.array(sorted(ring.waves)), ring.damping_ratio)
 
 
 def _of_table(pairs):

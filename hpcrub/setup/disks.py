@@ -1,4 +1,4 @@
-"""The disks that an input asks for: how their blades are mistuned, and their modes."""
+"""The disks of an input: stiffness deviations of their blades, and their modes."""
 
 from typing import NamedTuple
 
@@ -11,25 +11,25 @@ from hpcrub.model.reduction import Modes, mistuned_modes
 from hpcrub.setup import input_files
 from hpcrub.setup.problem import Model, Problem, build_problem
 
-# Relative change of stiffness from run to run of one disk: far too small to matter for a structure,
-# enough for another course of a motion that never repeats, before it is judged. (With 1e-6 all runs
-# were still the same when they ended.)
+# Relative change of stiffness from run to run of one disk. It is far too small to matter for a
+# structure, and large enough for a chaotic motion to take another course before it is judged. (With
+# 1e-6 all runs were still the same when they ended.)
 APART = 3e-5
 
 
 class Disks(NamedTuple):
-    """What simulations of the disks of an input need."""
+    """Problem and modes for simulations of the disks of an input."""
 
     problem: Problem
     modes: list[Modes]  # of every disk
 
 
 def deviation(config: Config, level: int, sample: int) -> np.ndarray:
-    """Relative stiffness change of every blade in one sample of one level of the file.
+    """Relative stiffness deviation of every blade in a sample on a level.
 
-    The samples of an explicit pattern are runs of it, each a little stiffer than the one before.
-    In the file of a part they have the numbers that they have in the whole study.
-    level, sample: counted in the file. Returns (N,) [-].
+    The samples of an explicit pattern are runs of one disk, each a little stiffer than the last.
+    A part of a study draws a sample as the whole study does.
+    level, sample: indices in the result file. Returns (N,) [-].
     """
     sample = config.samples[sample]
     if config.pattern_deviation is not None:
@@ -43,9 +43,9 @@ def deviation(config: Config, level: int, sample: int) -> np.ndarray:
 
 
 def sigma_of(config: Config) -> np.ndarray:
-    """Standard deviation of a blade's stiffness at every level of the file, (V,) [-].
+    """Standard deviation of a blade's stiffness on every level of the file, (V,) [-].
 
-    It is that of the random draws, or of the blades of an explicit pattern.
+    An explicit pattern has the standard deviation of its blades.
     Source: Joachim, Nyssen, Batailly 2020, equation (4).
     """
     if config.pattern_deviation is not None:
@@ -57,7 +57,7 @@ def sigma_of(config: Config) -> np.ndarray:
 
 
 def disks(config: Config) -> np.ndarray:
-    """Stiffness deviations (D, N) [-]: the tuned disk, and the pattern when there is one.
+    """Stiffness deviations (D, N) [-] of the tuned disk and, if given, of the pattern.
 
     Raises InputError for a file of several measured disks.
     """
@@ -76,13 +76,13 @@ def disks(config: Config) -> np.ndarray:
 def prepare_disks(config: Config) -> Disks:
     """Problem, and modes of the `disks` of an input. Raises InputError as `build_problem`."""
     problem = build_problem(config)
-    return Disks(problem, [modes_of(config, problem, found) for found in disks(config)])
+    return Disks(problem, [modes_of(config, problem, blades) for blades in disks(config)])
 
 
 def modes_of(config: Config, model: Model | Problem, deviation: np.ndarray) -> Modes:
-    """Modes of one disk; deviation: that of the blades' stiffness (N,) [-].
+    """Modes of one disk; deviation: relative, of the blades' stiffness (N,) [-].
 
-    Raises InputError when the model file does not tell the stiffness of blades that deviate.
+    Raises InputError when blades deviate and the model file lacks their stiffness.
     """
     if np.any(deviation) and not model.reduced.modal_blade_stiffness.any():
         raise InputError(f"disk.model: {config.disk.model} has no K_blade, blades are all alike")

@@ -1,4 +1,4 @@
-"""Disks of model files: what a configuration lacks of them, and the model itself."""
+"""Disks from model files: keys of the configuration, full and reduced model, figure geometry."""
 
 import functools
 import os
@@ -16,14 +16,14 @@ from hpcrub.model.reduction import ReducedModel, mistuned_modes
 from hpcrub.results import model_file
 
 NUMBER = 8  # bytes
-DIGITS = 4  # of a frequency that is kept: the last ones may differ between machines
-FILL = 60  # bytes of a factorisation for each byte of a model file that is not reduced yet
+DIGITS = 4  # digits kept of a frequency: further digits may differ between machines
+FILL = 60  # bytes of a factorisation for each byte of the file of an unreduced model
 
 
 def resolved(config: Config) -> Config:
-    """The configuration with all that its model file tells; itself without one (rank 0).
+    """Complete a configuration from its model file, if it has one (rank 0).
 
-    Raises InputError for a model file that cannot be used, or has changed.
+    Raises InputError for a model file that cannot be used or has changed.
     """
     path = config.disk.model
     if path is None or config.disk.is_resolved:
@@ -59,14 +59,14 @@ def resolved(config: Config) -> Config:
 
 
 def mid_speed(config: Config) -> float:
-    """Speed of rotation of the mode shapes, in the middle of the band [rad/s]."""
+    """Middle of the speed range, at which mode shapes are computed [rad/s]."""
     return np.pi * (config.speeds.from_hz + config.speeds.to_hz)
 
 
 def build(config: Config) -> tuple[NeutralModel | None, ReducedModel]:
-    """The assembled disk of a model file, None of a reduced one, and its reduced model.
+    """Build the assembled disk of a model file (None if it is reduced) and its reduced model.
 
-    Raises InputError for a file that cannot be used, or is not that of the configuration.
+    Raises InputError for a file that cannot be used or is not the file of the configuration.
     """
     path, checksum = str(config.disk.model), str(config.disk.model_sha256)
     model_file.require("disk.model", path, checksum)
@@ -89,18 +89,18 @@ def build(config: Config) -> tuple[NeutralModel | None, ReducedModel]:
 
 
 class Scenery(NamedTuple):
-    """What figures show of a disk of a model file: n nodes that have a place."""
+    """Geometry of a model file's disk for figures: n nodes with places."""
 
     nodes: np.ndarray  # (n, 3) [m]
     surface: np.ndarray  # (F, 4) nodes of faces
     contact_node: np.ndarray  # (C,)
     contact_blade: np.ndarray  # (C,)
-    rows: np.ndarray  # (n, 3) rows of u_r, u_theta, u_z, -1 for none; coordinates if reduced
+    rows: np.ndarray  # (n, 3) rows of u_r, u_theta, u_z, of coordinates if reduced; -1: none
     is_reduced: bool
 
 
 def scenery(config: Config) -> Scenery:
-    """Nodes that figures show of a model file: of surface and contact; all without a surface."""
+    """Nodes for figures of a model file: of surface and contact, or all without a surface."""
     model = _read(str(config.disk.model), str(config.disk.model_sha256))
     disk = assembly.assemble(model)
     shown = np.isfinite(disk.nodes).all(axis=1)
@@ -114,7 +114,7 @@ def scenery(config: Config) -> Scenery:
 
 
 def memory(config: Config) -> int:
-    """Memory that the model takes, roughly [bytes]."""
+    """Rough estimate of the memory that the model needs [bytes]."""
     m = config.n_coordinates
     matrices = (2 * config.disk.n_blades + 12) * NUMBER * m**2
     path = str(config.disk.model)
@@ -122,9 +122,9 @@ def memory(config: Config) -> int:
 
 
 def require_blade_stiffness(config: Config, drawn: bool) -> None:
-    """Refuse blades that are mistuned where the model file does not tell their stiffness.
+    """Raise InputError when blades are mistuned and the model file lacks their stiffness.
 
-    drawn: whether disks are drawn at random, and not by a pattern alone. Raises InputError.
+    drawn: whether the study draws disks at random; otherwise only a pattern mistunes blades.
     """
     path, mistuning = config.disk.model, config.mistuning
     if path is None or mistuning.by == "cantilever_modes":
@@ -137,7 +137,7 @@ def require_blade_stiffness(config: Config, drawn: bool) -> None:
 
 @functools.lru_cache(maxsize=1)
 def _read(path: str, checksum: str) -> NeutralModel:
-    """The checked model of a file; kept, because a run looks at it several times."""
+    """Read and check the model of a file; cached, because a run uses it several times."""
     try:
         with reading(path):
             model = neutral.from_arrays(model_file.read(path))

@@ -1,4 +1,4 @@
-"""What an input says by the name of a file: its model and what has been measured (rank 0)."""
+"""Reading of files that an input names: model, measured casing, waves, patterns (rank 0)."""
 
 import functools
 
@@ -14,13 +14,13 @@ from hpcrub.setup import imported
 PROFILE_COLUMNS = "angle_deg", "radius_change_mm"
 WAVE_COLUMNS = "diameters", "damping_ratio", "frequency_shift"
 CLEARANCE_COLUMNS = "speed_hz", "clearance_mm"
-DIGITS = 6  # of degrees and millimetres that are kept
+DIGITS = 6  # decimal places that are kept of table values
 
 
 def resolved(config: Config) -> Config:
-    """The configuration with all that its files tell; the result file keeps it.
+    """Complete a configuration from the files that it names; the result file keeps the outcome.
 
-    Raises InputError for a file that cannot be used, or has changed.
+    Raises InputError for a file that cannot be used or has changed.
     """
     config = imported.resolved(with_tables(config))
     if config.mistuning.pattern_file is not None:
@@ -29,7 +29,7 @@ def resolved(config: Config) -> Config:
 
 
 def with_tables(config: Config) -> Config:
-    """The same without a look at the model file, which may be large."""
+    """Complete a configuration from its tables only; a model file may be too large to read."""
     casing, aero, mistuning = config.casing, config.aero, config.mistuning
     if casing.profile_is_missing:
         config = config.replace(_profile(casing.profile_csv))
@@ -49,29 +49,29 @@ def with_tables(config: Config) -> Config:
 
 
 def patterns(config: Config) -> np.ndarray:
-    """Stiffness deviations of all disks of the patterns' file (samples, N) [-].
+    """Stiffness deviations of all disks in the file of patterns (samples, N) [-].
 
-    Raises InputError when it is not the file that the configuration was made of.
+    Raises InputError when the file has changed or does not fit the disk.
     """
     mistuning, n_blades = config.mistuning, config.disk.n_blades
     path = mistuning.pattern_file
-    found = _deviations(
+    deviations = _deviations(
         path, mistuning.pattern_sha256, mistuning.pattern_unit, config.material.young_modulus_gpa
     )
-    if found.shape[1] != n_blades:
+    if deviations.shape[1] != n_blades:
         raise InputError(
-            f"mistuning.pattern: {path} has {found.shape[1]} columns for the {n_blades} "
+            f"mistuning.pattern: {path} has {deviations.shape[1]} columns for the {n_blades} "
             f"blades of disk.{'model' if config.disk.model else 'n_blades'}"
         )
-    if len(found) < mistuning.samples:
+    if len(deviations) < mistuning.samples:
         raise InputError(
-            f"mistuning.samples: {mistuning.samples} asked for, {path} has {len(found)} disks"
+            f"mistuning.samples: {mistuning.samples} asked for, {path} has {len(deviations)} disks"
         )
-    return found[: mistuning.samples]
+    return deviations[: mistuning.samples]
 
 
 def _patterns(config):
-    """Keys of measured disks: so many samples of one level, as wide as the largest deviation."""
+    """Keys for measured disks: one level as wide as the largest deviation, each disk a sample."""
     mistuning, path = config.mistuning, config.mistuning.pattern_file
     if "half_range_percent" in mistuning.model_fields_set:
         raise InputError(
@@ -79,29 +79,29 @@ def _patterns(config):
             "disks are one level; leave it out"
         )
     checksum = model_file.checksum(path)
-    found = _deviations(path, checksum, mistuning.pattern_unit, config.material.young_modulus_gpa)
-    largest = 100.0 * float(np.abs(found).max())
+    changes = _deviations(path, checksum, mistuning.pattern_unit, config.material.young_modulus_gpa)
+    largest = 100.0 * float(np.abs(changes).max())
     keys = {"mistuning.pattern_sha256": checksum, "mistuning.half_range_percent": [largest]}
     if "samples" not in mistuning.model_fields_set:
-        keys["mistuning.samples"] = len(found)
+        keys["mistuning.samples"] = len(changes)
     return keys
 
 
 @functools.lru_cache(maxsize=4)
 def _deviations(path: str, checksum: str, unit: str, young_modulus_gpa: float) -> np.ndarray:
-    """Deviations (disks, N) of a table of patterns [-]; kept, because every sample asks for it."""
+    """Deviations (disks, N) in a table of patterns [-]; cached, because every sample reads it."""
     model_file.require("mistuning.pattern", path, checksum)
     values = tables.read(path)[1]
     if values.size == 0:
         raise InputError(f"mistuning.pattern: {path}: empty")
-    found = np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
-    if problem := pattern_problem(values, found, unit):
+    deviations = np.array([deviation_of(row, unit, young_modulus_gpa) for row in values])
+    if problem := pattern_problem(values, deviations, unit):
         raise InputError(f"mistuning.pattern: {path}: {problem}")
-    return found
+    return deviations
 
 
 def _table(key, path, names):
-    """Columns of the table that a key names, rounded."""
+    """Columns (rows, names) of the table that a key names, rounded."""
     try:
         return np.round(tables.columns(path, names), DIGITS)
     except InputError as error:
@@ -109,7 +109,7 @@ def _table(key, path, names):
 
 
 def _waves(path):
-    """Waves of a family from a table, the way they travel from the sign of their diameters."""
+    """Waves of a family from a table; the sign of the diameters says which way a wave travels."""
     rows = _table("aero.waves_csv", path, WAVE_COLUMNS)
     ways = {1.0: "forward", -1.0: "backward", 0.0: "neither"}
     return [
@@ -124,7 +124,7 @@ def _waves(path):
 
 
 def _profile(path):
-    """Keys of a measured casing: its points in the order of their angles, 360° as 0°."""
+    """Keys of a measured casing: its points sorted by angle, with 360° taken as 0°."""
     table = _table("casing.profile_csv", path, PROFILE_COLUMNS)
     angle, change = table.T
     if (angle < 0.0).any() or (angle > 360.0).any():
@@ -136,7 +136,7 @@ def _profile(path):
                 f"casing.profile_csv: {path}: {ends[1][0]:g} mm at 360 degrees is not the "
                 f"{ends[0][0]:g} mm at 0 degrees, the same point"
             )
-        table = table[angle < 360.0]  # the first point again
+        table = table[angle < 360.0]  # the point at 0 degrees again
     table[:, 0] %= 360.0
     table = table[np.argsort(table[:, 0], kind="stable")]
     if not 4 <= len(table) <= MOST_POINTS:

@@ -1,7 +1,7 @@
-"""Whether the numbers of a study mean anything: what its time step and its model resolve.
+"""Checks that time step, model and times of a study resolve its motions.
 
-The limits come from the errors that docs/stress.md measures. What cannot have a result is refused;
-what may be wanted goes on with a warning that stands in the result file and under its figures.
+The limits come from the errors that docs/stress.md measures. A study that cannot have a result is
+refused; a doubtful one continues, with warnings in its result file and under its figures.
 """
 
 from collections.abc import Iterator
@@ -21,22 +21,22 @@ from hpcrub.setup.problem import Problem
 
 STEPS_PER_BUMP_WIDTH = 12.0
 STEPS_PER_PERIOD = 16.0
-MODES_PER_BLADE = 2  # with the tips held, of a planar disk; one more when the bumps pass
-STEPS_PER_REBOUND = 36.0  # from a casing that gives or wears
+MODES_PER_BLADE = 2  # fixed-interface modes of a planar disk; one more beyond FAST
+STEPS_PER_REBOUND = 36.0  # time steps while a blade springs back from an elastic casing or coating
 FASTEST_TIP = 800.0  # [m/s]; fans run at 300 to 550
 WIDEST_CLEARANCE = 0.02  # of the tips' radius; fans have 0.001 to 0.005
-NOISE = 0.1  # of the height of a casing that blades meet, that smoothing may take away
-TRANSIENT = 0.05  # of a transient that may be left when the rule last_window first judges
-LOOKED_AT = 100  # mistuned disks of which flutter without contact is told before a run
-FAST = 1.5  # times as fast as the first family vibrates
+NOISE = 0.1  # share of the casing's height that blades meet, which smoothing may take away
+TRANSIENT = 0.05  # share of a transient that may be left at the first check of last_window
+LOOKED_AT = 100  # mistuned disks that are checked for flutter without contact before a run
+FAST = 1.5  # passing frequency of the bumps over the highest frequency of the first family
 
 
 def steady_problems(config: Config) -> Iterator[str]:
-    """Lines on why no point of a study could pass a test of its steady state."""
+    """Reasons why no point of a study could pass a test of its steady state."""
     steady, speeds = config.steady_state, config.speeds
     longest = steady.window_revolutions / speeds.from_hz  # window [s]
     windows = steady.window_revolutions / speeds.values_hz
-    # the ramp must be over before the last window begins, at the speed where that is first
+    # the bump ramp must end before the last window begins, at the speed where it begins first
     begins = (np.maximum(steady.first_check, 2.0 * windows) - windows).min()
     has_no_test = 2.0 * longest > steady.max_time
     return lines_of(
@@ -52,7 +52,7 @@ def steady_problems(config: Config) -> Iterator[str]:
 
 
 def warnings(config: Config, problem: Problem) -> Iterator[str]:
-    """Lines on what is not resolved; they go into the result file and under its figures."""
+    """Warnings about unresolved numbers, for the result file and its figures."""
     yield from _unit_warnings(config)
     yield from _air_warnings(config, problem)
     yield from _noise_warnings(config)
@@ -71,8 +71,8 @@ def _are_few(steps, wanted):
 
 
 def _step_warnings(config, problem):
-    """Too few time steps for bumps, at the highest speed and where the casing is grazed."""
-    in_bump = resolution.bump_time(config) / config.step  # inf: no contact
+    """Warn of too few time steps for bumps, also where the casing is only grazed."""
+    in_bump = resolution.bump_time(config) / config.step  # infinite without contact
     in_graze = resolution.bump_time(config, least=0.0) / config.step
     family = problem.reduced.tuned_eigenvalues[: config.disk.n_blades]
     in_period = 2.0 * np.pi / np.sqrt(family[-1]) / config.step
@@ -92,13 +92,13 @@ def _step_warnings(config, problem):
 
 
 def _air_warnings(config, problem):
-    """Modes that the air feeds, of the tuned disk and of the first mistuned ones."""
+    """Warn of modes that the air excites, in the tuned disk and the first mistuned disks."""
     if problem.reduced.air is None:
         return
     n_level, n = len(config.levels) - 1, min(LOOKED_AT, len(config.samples))
     drawn = [np.zeros(config.disk.n_blades), *(deviation(config, n_level, k) for k in range(n))]
     waves = [mistuned_modes(problem.reduced, blades).waves for blades in drawn]
-    least, *others = [found.damping_ratio.min() for found in waves if found]
+    least, *others = [of_disk.damping_ratio.min() for of_disk in waves if of_disk]
     fluttering = np.count_nonzero(np.array(others) <= 0.0)
     if least <= 0.0 or fluttering:
         yield (
@@ -108,7 +108,7 @@ def _air_warnings(config, problem):
 
 
 def _wave_warnings(config, problem):
-    """Waves of a casing that vibrates, and that the rotor overtakes."""
+    """Warn of waves around an elastic casing that the rotor overtakes."""
     casing = problem.reduced.casing
     if casing is None:
         return
@@ -123,7 +123,7 @@ def _wave_warnings(config, problem):
 
 
 def _unit_warnings(config):
-    """Numbers that no rotor has, as units that were mistaken give."""
+    """Warn of numbers that no rotor has and that wrong units give."""
     speed = 2.0 * np.pi * config.speeds.to_hz * config.disk.tip_radius
     share = config.clearance / config.disk.tip_radius
     return lines_of(
@@ -138,7 +138,7 @@ def _unit_warnings(config):
 
 
 def _noise_warnings(config):
-    """Noise of a measured casing that decides the results."""
+    """Warn of a measured casing whose noise, or smoothing, decides the results."""
     casing, outline = config.casing, config.casing.outline
     away = outline.smoothed_away
     nearest = config.clearance + config.disk.least_clearance
@@ -156,10 +156,10 @@ def _noise_warnings(config):
 
 
 def _time_warnings(config, problem):
-    """Windows and times that are too short for transients, or for the blades themselves."""
+    """Warn of windows shorter than a period, and of times too short for transients to decay."""
     omega = np.sqrt(problem.reduced.tuned_eigenvalues)
     steady, ratio = config.steady_state, ratios(config.damping, omega)
-    constant = 1.0 / float((ratio * omega).min())  # of the slowest transient
+    constant = 1.0 / float((ratio * omega).min())  # time constant of the slowest transient [s]
     needed = int(np.ceil(config.speeds.to_hz * 2.0 * np.pi / omega[0]))
     left = float(np.exp(-steady.first_check / constant))
     return lines_of(
@@ -193,12 +193,12 @@ def _friction_warnings(config, problem):
 
 
 def rebound_time(problem: Problem, stiffness: np.ndarray) -> float:
-    """Time in which a blade springs back that hits the casing in its first families' modes [s].
+    """Time in which a blade that hits the casing, moving in its first family, springs back [s].
 
-    stiffness: of what a contact point of a blade meets (points of the blade,) [N/m].
+    stiffness: of casing or coating at the contact points of one blade (points of the blade,) [N/m].
 
-    Half a period of the modes that the blade has on these springs: the mean of their squared
-    frequencies, each with the share of the springs' energy that such a hit gives it.
+    It is half a period of the blade's modes on these springs: of the mean of the squared periods,
+    each weighted by the share of the springs' energy that the hit gives to its mode.
     """
     face, n = problem.scene.interface, problem.scene.interface.n_blades
     modes = mistuned_modes(problem.reduced, np.zeros(n))

@@ -1,4 +1,4 @@
-"""What a study computes with: the tuned disk, full and reduced, and the scene."""
+"""Construction of the tuned disk, full and reduced, and of the scene."""
 
 import math
 from types import SimpleNamespace
@@ -19,28 +19,28 @@ from hpcrub.setup import imported
 from hpcrub.setup.aero import air_of
 from hpcrub.setup.casing import casing_modes_of
 
-# From so many samples on, a kernel of half the lanes gains more time than it takes to compile: on a
-# planar disk, on a model of a file (docs/kernel.md).
+# Numbers of samples, for a planar disk and for a model file, from which a kernel of half the lanes
+# gains more time than its compilation takes (docs/kernel.md).
 MANY_SAMPLES = 500, 20
-SMALLEST = 1e-13  # of the largest eigenvalue: a smaller one has hardly a correct digit
+SMALLEST = 1e-13  # of the largest eigenvalue: smaller eigenvalues have hardly a correct digit
 
 
 class Model(NamedTuple):
     """The tuned disk, full and reduced."""
 
-    disk: Any  # Disk, or assembled NeutralModel; None: only reduced
+    disk: Any  # Disk, or assembled NeutralModel; None: a model file that is reduced already
     reduced: ReducedModel
 
 
 class Problem(NamedTuple):
-    """What every rank needs in order to compute any sample."""
+    """Data from which every rank can compute any sample."""
 
     reduced: ReducedModel
     scene: Scene
 
 
 def build_model(config: Config) -> Model:
-    """The tuned disk and its air. Raises InputError for an impossible geometry or model file."""
+    """Build the tuned disk and its air. Raises InputError for impossible geometry or model file."""
     disk, reduced = imported.build(config) if config.disk.model else _planar(config)
     return Model(disk, reduced._replace(air=air_of(config, reduced)))
 
@@ -62,7 +62,7 @@ def _planar(config):
 
 
 def build_problem(config: Config) -> Problem:
-    """Tuned disk, reduced model and scene of a configuration.
+    """Build the reduced model and the scene of a configuration.
 
     Raises InputError for an impossible geometry, for a time step above the stability limit, and for
     a load without a known engine order.
@@ -73,7 +73,7 @@ def build_problem(config: Config) -> Problem:
             "load has; give their number"
         )
     reduced = build_model(config).reduced
-    # the motion of the full model is not needed any more, and would go to all ranks
+    # samples do not need the basis of the full model, which would be sent to all ranks
     no_basis = np.zeros((0, len(reduced.mass)))
     interface = _beside_rotation(config, reduced.interface)
     reduced = reduced._replace(basis=no_basis, casing=casing_modes_of(config), interface=interface)
@@ -120,7 +120,7 @@ def scene_of(config: Config, reduced: ReducedModel) -> Scene:
 
 
 def _beside_rotation(config, interface):
-    """The stress that is as bad without the rotation's, by Goodman's line, where that is known."""
+    """Interface with stresses raised for the stress of rotation (Goodman), where it is known."""
     strength, static = config.limits.strength_mpa, interface.stress_static
     if strength is None or not len(static):
         return interface
@@ -129,20 +129,20 @@ def _beside_rotation(config, interface):
 
 
 def coating_of(config: Config, interface: Interface) -> Coating | None:
-    """The coating that wears, None without."""
+    """Coating that wears; None unless the contact law is abradable."""
     if not config.contact.wears:
         return None
     c = config.contact.coating
     area, width = config.disk.blade.thickness * config.disk.width, config.disk.width
     if config.disk.model is not None:
-        width = float(np.ptp(interface.axial_position)) or np.nan  # one node does not tell it
+        width = float(np.ptp(interface.axial_position)) or np.nan  # unknown from one node
     if c.tip_area_mm2 is not None:
         area = c.tip_area_mm2 / 1e6
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area, width)
 
 
 def time_grid(config: Config) -> Any:
-    """What `cut_revolution` and `history.checks` need of a Scene, before there is a model."""
+    """Attributes of a Scene for `cut_revolution` and `history.checks`, before there is a model."""
     load_order = config.engine_order if config.forcing.in_contact else None
     return SimpleNamespace(
         steady=config.steady_state,

@@ -1,16 +1,15 @@
-"""Which motions differ, and how they go on from speed to speed.
+"""Distinct motions at each speed, and their branches over the speeds.
 
-At every speed, the motions from several initial states are split into groups (`split`). Then the
-groups of successive speeds are linked to branches (`label`): one group of a speed to one branch,
-the nearest ones together. Two groups of one speed are never of one branch, however close they come
-at another speed.
+At every speed, the motions from several initial states are split into groups (`split`). Then each
+group continues the nearest branch of the speeds before, or begins a new branch (`label`). Two
+groups of one speed always belong to different branches, however close they come at another speed.
 
-A motion is known by the amplitude and the localisation of many successive windows. Two motions
-differ when the mean of either quantity differs by more than chance and by more than what matters.
-Chance: windows resemble their neighbours, so the error of a mean is taken from the means of
-batches of windows, and it has a Student distribution (Welch); the level of the test is divided by
-the number of comparisons (Bonferroni). A motion that jumps within its windows has a large error and
-differs from none of those between which it jumps.
+Amplitude and localisation of many successive windows describe a motion. Two motions differ when
+the mean of either quantity differs by more than chance and by more than what matters. Windows
+resemble their neighbours. So the error of a mean is computed from the means of batches of windows
+and has a Student distribution (Welch). The level of the test is divided by the number of
+comparisons (Bonferroni). A motion that jumps between two others within its windows has a large
+error, and differs from neither of them.
 
 Batch means: Law, Simulation Modeling and Analysis (2015), section 9.5.3.
 """
@@ -23,31 +22,31 @@ from scipy.special import stdtrit
 from hpcrub.contact.status import AVERAGED, STEADY
 
 N_BATCHES = 12
-FALSE_SPLITS = 0.01  # pairs that chance alone separates, expected in a whole study
+FALSE_SPLITS = 0.01  # expected number of pairs in a whole study that chance alone separates
 ALIKE_AMPLITUDE, ALIKE_LOCALISATION = 0.03, 0.02  # differences that do not matter
 TINY = 1e-300
-LINK = 3.0  # standard deviations of windows by which a branch changes from speed to speed, at most
-REACH = 10  # speeds at which a branch may be missing and go on; the more, the nearer it must be
+LINK = 3.0  # largest change of a branch from speed to speed, in standard deviations of windows
+REACH = 10  # most speeds at which a branch may be missing; the more, the nearer it must continue
 
 
 class Group(NamedTuple):
-    """Motions of one speed that differ only by chance; [0] amplitude [m], [1] localisation."""
+    """Motions at one speed that differ only by chance; [0] amplitude [m], [1] localisation."""
 
     mean: np.ndarray  # (2,)
     scatter: np.ndarray  # standard deviation of the windows (2,)
-    speed: int
+    speed: int  # index
 
 
 def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndarray) -> np.ndarray:
-    """Branch of every steady point (starts, speeds), int, from 0, that with the most points first.
+    """Branch of every steady point (starts, speeds) int; branch 0 has the most points.
 
-    -1 where the motion is not steady. amplitude [m], localisation [-]: of the windows
+    It is -1 where the motion is not steady. amplitude [m], localisation [-]: of the windows
     (starts, speeds, windows); point_status: as `layout.POINT_STATUS` (starts, speeds).
     """
     windows = np.stack([amplitude, localisation])
     known = np.isin(point_status, (STEADY, AVERAGED)) & np.isfinite(windows).all(axis=(0, 3))
     n_points = known.sum(axis=0)
-    level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # two quantities a pair
+    level = FALSE_SPLITS / max(1, (n_points * (n_points - 1)).sum())  # each pair has two quantities
     branch_of = np.full(point_status.shape, -1)
     branches: list[Group] = []  # the last Group of each
     for speed in np.flatnonzero(n_points):
@@ -60,11 +59,11 @@ def label(amplitude: np.ndarray, localisation: np.ndarray, point_status: np.ndar
 
 
 def split(motions: np.ndarray, level: float) -> np.ndarray:
-    """Group of every motion of one speed (P,), int, from 0.
+    """Group of every motion at one speed (P,) int, counted from 0.
 
-    All pairs within a group are alike (complete linkage). A group is split only where a pair is
-    not. So clearly different motions are never together, and such as differ by chance never apart
-    for another reason.
+    All pairs within a group are alike (complete linkage), so that clearly different motions are
+    never together. Motions that differ by chance are apart only where another motion, which
+    differs from one of them, belongs to the group of the other.
 
     motions: amplitude and localisation of P motions in W windows (2, P, W); level: probability with
     which chance separates two motions in one of the quantities.
@@ -75,16 +74,16 @@ def split(motions: np.ndarray, level: float) -> np.ndarray:
     mean, error, degrees = _means(motions)
     largest = np.maximum(mean[0, first], mean[0, second])
     matters = np.stack([ALIKE_AMPLITUDE * largest, np.full(len(first), ALIKE_LOCALISATION)])
-    matters = np.maximum(matters, TINY)  # rest is like rest
+    matters = np.maximum(matters, TINY)  # two motions at rest are alike
     chance = _chance(error[:, first], error[:, second], degrees, level)
     apart = np.abs(mean[:, first] - mean[:, second]) / np.maximum(chance, matters)
-    from scipy.cluster.hierarchy import fcluster, linkage  # half a second, for no other study
+    from scipy.cluster.hierarchy import fcluster, linkage  # half a second that no other study needs
 
     return fcluster(linkage(apart.max(axis=0), "complete"), 1.0, "distance") - 1
 
 
 def _means(motions):
-    """Means (2, P) with their standard errors and the degrees of freedom of these."""
+    """Means (2, P), their standard errors (2, P), and the degrees of freedom of the errors."""
     n_batches = min(N_BATCHES, motions.shape[-1])
     length = motions.shape[-1] // n_batches
     batches = motions[..., -n_batches * length :].reshape(*motions.shape[:-1], n_batches, length)
@@ -93,14 +92,14 @@ def _means(motions):
 
 
 def _chance(a, b, degrees, level):
-    """Difference of two means with errors a and b that chance exceeds with probability `level`."""
+    """Difference of means with errors a and b that chance exceeds with probability `level`."""
     both = np.hypot(a, b)
     ratio = np.where(both > 0, (a**4 + b**4) / np.where(both > 0, both, 1.0) ** 4, 1.0)
     return -both * stdtrit(degrees / ratio, level / 2)
 
 
 def _link(branches, groups):
-    """Branch of each group (G,), int; the last groups of the branches are modified."""
+    """Branch of each group (G,) int; `branches`, the last group of each branch, is modified."""
     from scipy.optimize import linear_sum_assignment  # as in `split`
 
     cost = np.full((len(branches), len(groups)), LINK)
@@ -126,7 +125,7 @@ def _distance(a, b):
 
 
 def _by_size(branch_of):
-    """Numbers (modified) in the order of their counts, the largest 0; -1 stays."""
+    """Renumber the branches (modified) by size, the largest first; -1 stays."""
     known = branch_of >= 0
     rank = np.argsort(np.argsort(-np.bincount(branch_of[known]), kind="stable"))
     branch_of[known] = rank[branch_of[known]]
@@ -134,10 +133,10 @@ def _by_size(branch_of):
 
 
 def stretches(several: np.ndarray) -> np.ndarray:
-    """Runs of true values (S,) bool: first index of each and the one after its last, (n, 2)."""
+    """Uninterrupted stretches of true values (S,): first index and index after the last, (n, 2)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], several, [0]]))).reshape(-1, 2)
 
 
 def coexisting(branch_of: np.ndarray) -> np.ndarray:
-    """Number of different branches at every speed (S,); branch_of: as `label` returns."""
+    """Number of different branches at every speed (S,); branch_of: result of `label`."""
     return np.array([len(set(column[column >= 0])) for column in branch_of.T])

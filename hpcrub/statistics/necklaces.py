@@ -1,6 +1,6 @@
-"""Patterns of blade types around a disk, and which of them are better than others.
+"""Enumeration, search and comparison of patterns of blade types around a disk.
 
-Patterns that differ by a rotation alone are one, a *necklace*.
+Patterns that differ only by a rotation count as one, a *necklace*.
 """
 
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ from math import gcd
 import numpy as np
 from scipy.special import bdtr
 
-UNKNOWN = -2  # type of the blades of a pattern that a search is still to tell
-SEARCHED = 0.25  # of the patterns tried, where there are more than these: by a search
-ERROR = 0.005  # probability that a round calls any pattern worse that is not; ten rounds: 5 %
+UNKNOWN = -2  # type of the blades in a pattern that the search has not chosen yet
+SEARCHED = 0.25  # share of the tried patterns that a search chooses, if not all patterns are tried
+ERROR = 0.005  # probability that a round wrongly calls any pattern worse; ten rounds: 5 %
 
 
 def necklaces(n_blades: int, n_types: int) -> Iterator[tuple[int, ...]]:
-    """All patterns of n_blades of types 0 ... n_types − 1, as the first of their rotations, sorted.
+    """Yield all patterns of types 0 ... n_types − 1, sorted, each as its smallest rotation.
 
-    Source: Fredricksen and Maiorana, Discrete Mathematics 23 (1978); steps after Duval (1983).
+    Source: Fredricksen and Maiorana, Discrete Mathematics 23 (1978); algorithm of Duval (1983).
     """
     word = [-1]
     while word:
@@ -32,73 +32,73 @@ def necklaces(n_blades: int, n_types: int) -> Iterator[tuple[int, ...]]:
 
 
 def count(n_blades: int, n_types: int) -> int:
-    """Number of these patterns (Burnside)."""
+    """Number of patterns that `necklaces` yields (Burnside)."""
     return sum(n_types ** gcd(turn, n_blades) for turn in range(n_blades)) // n_blades
 
 
 def first_rotation(word: tuple[int, ...]) -> tuple[int, ...]:
-    """The pattern of which a word is a rotation."""
+    """Smallest rotation of a word, which stands for its pattern."""
     return min(word[turn:] + word[:turn] for turn in range(len(word)))
 
 
 def candidates(n_blades: int, n_types: int, most: int, seed: int) -> list[tuple[int, ...]]:
-    """Patterns to try, those of one type left out: all, or so many if there are more.
+    """Patterns of two or more types to try: all of them, or `most` if there are more.
 
-    Of more, those that repeat themselves around the disk come first, the shortest periods first;
-    random ones follow, and the last ones are UNKNOWN: see `neighbours`.
+    If there are more, patterns that repeat themselves around the disk come first, the shortest
+    periods first; then random patterns; the last are UNKNOWN, for `neighbours` to fill in.
     """
     if count(n_blades, n_types) - n_types <= most:
         return [word for word in necklaces(n_blades, n_types) if len(set(word)) > 1]
     searched = int(SEARCHED * most)
-    most, found = most - searched, dict[tuple[int, ...], None]()
+    most, words = most - searched, dict[tuple[int, ...], None]()
     for period in (p for p in range(2, n_blades) if n_blades % p == 0):
         for word in necklaces(period, n_types):
-            if len(set(word)) > 1 and len(found) < most:
-                found[word * (n_blades // period)] = None
-    _fill(found, n_blades, n_types, most, seed)
-    return [*found, *[(UNKNOWN,) * n_blades] * searched]
+            if len(set(word)) > 1 and len(words) < most:
+                words[word * (n_blades // period)] = None
+    _fill(words, n_blades, n_types, most, seed)
+    return [*words, *[(UNKNOWN,) * n_blades] * searched]
 
 
 def neighbours(
     ranked: list[tuple[int, ...]], n_types: int, n: int, seed: int
 ) -> list[tuple[int, ...]]:
-    """New patterns, each with one blade of another type than one that is known.
+    """New patterns, each of which differs from a known pattern in one blade.
 
-    - ranked: known patterns, the best first; the neighbours of the best come first.
-    - n: how many new ones, random where there are no more neighbours.
+    - ranked: known patterns, the best first; their neighbours come in this order.
+    - n: number of new patterns; random patterns follow when there are no more neighbours.
     """
-    found, most = dict.fromkeys(ranked), len(ranked) + n
+    words, most = dict.fromkeys(ranked), len(ranked) + n
     for word in ranked:
         for blade in range(len(word)):
             for kind in range(n_types):
                 changed = first_rotation((*word[:blade], kind, *word[blade + 1 :]))
-                if len(set(changed)) > 1 and len(found) < most:
-                    found[changed] = None
-    _fill(found, len(ranked[0]), n_types, most, seed)
-    return list(found)[len(ranked) :]
+                if len(set(changed)) > 1 and len(words) < most:
+                    words[changed] = None
+    _fill(words, len(ranked[0]), n_types, most, seed)
+    return list(words)[len(ranked) :]
 
 
-def _fill(found, n_blades, n_types, most, seed):
-    """Add random patterns until there are so many (found is modified)."""
+def _fill(words, n_blades, n_types, most, seed):
+    """Add random patterns to `words` until there are `most`."""
     drawn = np.random.Generator(np.random.Philox(seed))
-    while len(found) < most:
+    while len(words) < most:
         word = first_rotation(tuple(drawn.integers(n_types, size=n_blades).tolist()))
         if len(set(word)) > 1:
-            found[word] = None
+            words[word] = None
 
 
 def compare(values: np.ndarray, percentile: float) -> tuple[np.ndarray, np.ndarray]:
-    """Percentiles of patterns, and how much worse than the best of them each is for certain.
+    """Percentiles of patterns, and how much worse than the best pattern each certainly is.
 
-    On the same disks a sign test counts those that exceed the percentile of the best with one
-    pattern alone. How far a pattern can be lowered until the test no longer tells is the low end.
-    The error is shared among all ordered pairs, because the values also say which is the best.
-    The test compares how often this amplitude is exceeded: of few disks it is below or above the
-    true percentile of the best.
+    A sign test counts the disks that exceed the percentile of the best pattern with only one of
+    two patterns. The low end is the amount by which a pattern's values can be lowered until the
+    test no longer separates it from the best. The error is divided among all ordered pairs, because
+    the values also choose the best. With few disks, the percentile that the test uses as its limit
+    lies below or above the true percentile of the best.
 
     values: of the same disks with every pattern (P, n); infinite where a disk has no result.
     Returns percentiles (P,); low ends of their difference to the lowest (P,): above zero for a
-    pattern that is worse, −inf where so few disks say nothing.
+    pattern that is worse, −inf where the disks are too few to tell.
     """
     n_patterns, n = values.shape
     rank = int(np.ceil(percentile / 100.0 * (n - 1)))
@@ -108,7 +108,7 @@ def compare(values: np.ndarray, percentile: float) -> tuple[np.ndarray, np.ndarr
     taken = np.arange(1, n + 1)
     for p in range(n_patterns):
         order = np.argsort(-values[p], kind="stable")
-        both = np.cumsum(above[order])  # of the disks that exceed most with p
+        both = np.cumsum(above[order])  # among the disks with the largest values of p
         alone, best_alone = taken - both, above.sum() - both
         told = bdtr(best_alone, alone + best_alone, 0.5) * n_patterns**2 <= ERROR
         if told.any() and np.isfinite(known[best]):

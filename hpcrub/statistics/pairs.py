@@ -1,4 +1,4 @@
-"""Pairs of numbers, one for each sample: how often one is larger, rank correlation, density."""
+"""Statistics of pairs of numbers: share of pairs, rank correlation, density."""
 
 import numpy as np
 from scipy.stats import binomtest, gaussian_kde, norm, spearmanr
@@ -7,16 +7,16 @@ N_GRID = 80  # points of a density along each axis
 
 
 def share_interval(above: int, n: int) -> tuple[float, float]:
-    """Wilson's interval of 95 % of a share, above of n; NaN of none."""
+    """Wilson's 95 % interval of the share above / n; NaN if n is 0."""
     if n == 0:
         return np.nan, np.nan
     return tuple(binomtest(above, n).proportion_ci(method="wilson"))
 
 
 def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Spearman's correlation of n pairs, lower and upper end of its interval (3,) [-].
+    """Spearman's correlation of n pairs, with both ends of its 95 % interval (3,) [-].
 
-    NaN of fewer than four pairs. Source: Bonett and Wright (2000).
+    NaN for fewer than four pairs. Source: Bonett and Wright (2000).
     """
     n = len(x)
     if n < 4:
@@ -28,18 +28,18 @@ def rank_correlation(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def density(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Density of pairs, by a Gaussian kernel of Scott's width.
+    """Density of pairs, estimated with a Gaussian kernel of Scott's width.
 
-    Returns grids of x and of y (G,), as far as three standard deviations of the kernel beyond the
-    samples, and the density (G, G), whose largest is 1; None where the pairs lie on a line.
+    Returns grids of x and y (G,), which reach three standard deviations of the kernel beyond the
+    samples, and the density (G, G), whose maximum is 1; None if the pairs lie on a line.
     """
     grid_x, grid_y = map(_grid, (x, y))
     pairs = np.vstack([x, y])
     if np.linalg.matrix_rank(np.cov(pairs)) < 2:
         return grid_x, grid_y, None
     mesh = np.array(np.meshgrid(grid_x, grid_y, indexing="ij")).reshape(2, -1)
-    found = gaussian_kde(pairs)(mesh).reshape(N_GRID, N_GRID)
-    return grid_x, grid_y, found / found.max()
+    values = gaussian_kde(pairs)(mesh).reshape(N_GRID, N_GRID)
+    return grid_x, grid_y, values / values.max()
 
 
 def _grid(values):

@@ -1,4 +1,4 @@
-"""Amplifications in sample order to running percentiles and their convergence errors.
+"""Running percentiles of amplifications in sample order, and their convergence errors.
 
 Joachim, Nyssen, Batailly (2020), section 4.1. For every `step` samples, p_i is the percentile of
 the first i samples. The error of the sequence p_1 ... p_k is the standard error of its mean,
@@ -17,15 +17,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betaincinv, ndtr
 
-MIN_VALUES = 10  # percentile values that say that it has converged: two may agree by chance
+MIN_VALUES = 10  # least percentile values to judge convergence by: two may agree by chance
 Z_95 = 1.96  # normal quantile of 95 % confidence
 
 
 def probability_interval(count: int, n: int, z: float) -> tuple[float, float]:
-    """Confidence interval of a probability from the number of n independent trials that had it.
+    """Confidence interval of the probability of an event that had `count` of n independent trials.
 
-    By the binomial distribution, so that it holds the truth with the confidence 2 Phi(z) - 1 or
-    more. Source: Clopper, Pearson, Biometrika 26 (1934).
+    It contains the true probability with the confidence 2 Phi(z) - 1 or more, by the binomial
+    distribution. Source: Clopper, Pearson, Biometrika 26 (1934).
     """
     tail = float(ndtr(-z))
     low = float(betaincinv(count, n - count + 1, tail)) if count > 0 else 0.0
@@ -36,10 +36,10 @@ def probability_interval(count: int, n: int, z: float) -> tuple[float, float]:
 def widened(
     centre: np.ndarray, low: np.ndarray, high: np.ndarray, shared: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of intervals of values that share an uncertain factor, which adds in squares.
+    """Widen the intervals of values by the uncertainty of a common factor, added in squares.
 
-    centre, low, high: values and their ends, of any shape. shared: by which part of themselves all
-    values may be lower, and higher (2,); NaN is taken for zero.
+    centre, low, high: values and ends of their intervals, of any shape. shared: relative amounts by
+    which all values may be lower and higher (2,); NaN counts as zero. Returns the new ends.
     """
     below, above = np.nan_to_num(shared)
     return centre - np.hypot(centre - low, below * centre), centre + np.hypot(
@@ -48,12 +48,12 @@ def widened(
 
 
 def interval_in_words(*ends: float, form: str = ".3f") -> str:
-    """Both ends of an interval; one that is open, NaN, for too few samples is "-"."""
+    """Text with both ends of an interval; "-" for an end that is NaN, from too few samples."""
     return " to ".join(f"{end:{form}}" if np.isfinite(end) else "-" for end in ends)
 
 
 class RunningPercentiles(NamedTuple):
-    """Percentiles of the first samples_seen samples, and how far they have converged."""
+    """Percentiles of the first samples_seen samples, with their intervals and errors."""
 
     samples_seen: np.ndarray  # (K,) int64
     percentile: np.ndarray  # (P, K)
@@ -69,17 +69,17 @@ def running_percentiles(
     """Percentiles of the first step, 2 step, ... samples with equations (6) and (7).
 
     values (n,): in sample order; NaN (a failed sample) counts as seen and is left out of the
-    percentiles. percentiles (P,): in [0, 100], by linear interpolation as numpy does. step: samples
+    percentiles. percentiles (P,): in [0, 100], interpolated linearly as by numpy. step: samples
     between two percentile values. z: confidence coefficient Z.
-    Returns RunningPercentiles with K = n // step; NaN where nothing can be said. Of the intervals
-    nothing is assumed but independent samples: of n of them, the number below the percentile q of
-    the population is binomial (n, q), hence the interval between two order statistics holds it with
-    the confidence 2 Phi(z) - 1 or more.
+    Returns RunningPercentiles with K = n // step; NaN where samples are too few. The intervals
+    assume only that samples are independent: the number of n samples below the percentile q of the
+    population is binomial (n, q), hence the interval between two order statistics contains this
+    percentile with the confidence 2 Phi(z) - 1 or more.
     Source of the intervals: David, Nagaraja, Order Statistics (2003), section 7.1.
     """
     q = np.asarray(percentiles, dtype=np.float64)[:, None] / 100.0
-    n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid ones among the first ones (K,)
-    rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # the first as numpy has them
+    n = (~np.isnan(values)).cumsum()[step - 1 :: step]  # valid values so far (K,)
+    rank = np.concatenate([(n - 1) * q, *_interval_ranks(n, q, z)])  # numpy's, then the ends
     percentile, low, high = np.split(_order_statistics(values, step, rank), 3)
     mean, error = _mean_and_error(percentile, z)
     seen = step * np.arange(1, percentile.shape[1] + 1, dtype=np.int64)
@@ -97,17 +97,17 @@ def percentile_interval(
     """Ends (P,) of the confidence intervals of percentiles of all `values`."""
     if not len(values):
         return np.full(len(percentiles), np.nan), np.full(len(percentiles), np.nan)
-    found = running_percentiles(values, percentiles, len(values), z)
-    return found.percentile_low[:, -1], found.percentile_high[:, -1]
+    running = running_percentiles(values, percentiles, len(values), z)
+    return running.percentile_low[:, -1], running.percentile_high[:, -1]
 
 
 def _interval_ranks(n, q, z):
     """Positions (P, K) of the intervals' lower and upper ends among n (K,) sorted values.
 
-    NaN for none. Both are quantiles of the binomial distribution, each by its own small tail: 1
-    - tail would be 1 for large z.
+    NaN where there is no such end. Both are binomial quantiles, each from its own small tail,
+    because 1 - tail would be rounded to 1 for large z.
     """
-    from scipy.stats import binom  # half a second, on rank 0 alone
+    from scipy.stats import binom  # half a second, spent on rank 0 only
 
     tail = ndtr(-z)
     low, high = binom.ppf(tail, n, q), n - binom.ppf(tail, n, 1.0 - q)
@@ -115,9 +115,9 @@ def _interval_ranks(n, q, z):
 
 
 def _order_statistics(values, step, rank):
-    """Values at the positions rank (R, K) among the first step, 2 step, ... sorted ones.
+    """Values at the positions rank (R, K) among the first step, 2 step, ... values, sorted.
 
-    Positions between two values are interpolated, NaN for none. NaN values are left out.
+    Between two values it interpolates; a position NaN gives NaN. NaN values are left out.
     """
     values_at = np.full(rank.shape, np.nan)
     present = np.empty(0)  # all values so far, sorted
@@ -131,7 +131,7 @@ def _order_statistics(values, step, rank):
 
 
 def _at(ordered, rank):
-    """Values at positions between those of sorted ones, rounded as numpy.percentile rounds them."""
+    """Interpolate sorted values at the positions rank, with the rounding of numpy.percentile."""
     first = rank.astype(np.int64)
     t = rank - first
     a, b = ordered[first], ordered[np.minimum(first + 1, len(ordered) - 1)]
@@ -139,7 +139,7 @@ def _at(ordered, rank):
 
 
 def judged_error(criterion: str, found: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The error by which convergence is judged (..., P, K).
+    """Error by which convergence is judged (..., P, K).
 
     criterion: "standard_error", equation (6), or "interval", half of the confidence interval.
     found: values by their names in RunningPercentiles.
@@ -153,22 +153,22 @@ def first_converged(error: np.ndarray, target: float) -> int | None:
     """Number of percentile values after which every error is below the target.
 
     error (..., K): `judged_error` of all levels and percentiles.
-    Returns the smallest such k (1-based, at least MIN_VALUES), or None.
+    Returns the smallest such number, at least MIN_VALUES; None while there is none.
     """
     if error.shape[-1] < MIN_VALUES:
         return None
-    worst = error.reshape(-1, error.shape[-1]).max(axis=0)  # NaN stays NaN: not converged
+    worst = error.reshape(-1, error.shape[-1]).max(axis=0)  # NaN stays NaN, which is not converged
     below = np.flatnonzero(worst[MIN_VALUES - 1 :] < target)
     return int(below[0]) + MIN_VALUES if len(below) else None
 
 
 def _mean_and_error(percentile, z):
-    """Mean of p_1 ... p_k and equation (6) for every k; percentile (P, K), NaN values left out."""
+    """Mean of p_1 ... p_k and equation (6) for every k; percentile (P, K), NaN left out."""
     known = np.isfinite(percentile)
     count = known.cumsum(axis=1)
     centre = np.where(known, percentile, 0.0).sum(axis=1, keepdims=True)
     centre /= np.maximum(known.sum(axis=1, keepdims=True), 1)
-    off = np.where(known, percentile - centre, 0.0)  # small numbers: no cancellation below
+    off = np.where(known, percentile - centre, 0.0)  # small numbers avoid cancellation below
     total, squares = off.cumsum(axis=1), (off * off).cumsum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.where(count > 0, centre + total / count, np.nan)

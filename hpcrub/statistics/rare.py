@@ -1,11 +1,11 @@
-"""A small probability by double sampling: a cheap first look at all disks, a full result of some.
+"""Double sampling of a small probability: a cheap first look at all disks, full results of some.
 
-Every disk gets a first look; it is computed in full with an inclusion probability π that follows
-from the look alone. The disks beyond the limit among these, each counted 1/π times, estimate the
-probability without bias, whatever the look is worth (Horvitz, Thompson, J. Am. Stat. Assoc. 47,
-1952; Neyman, J. Am. Stat. Assoc. 33, 1938). A look that tells much makes it cheap: π is then large
-where the look is high, and small elsewhere. Results are *severities*: the largest amplitude or
-stress as a part of its limit, so that a disk is beyond a limit when its severity is above 1.
+The first look at a disk alone decides its inclusion probability π, with which the disk is computed
+in full. Fully computed disks beyond the limit, each counted 1/π times, give an estimate without
+bias, however little the look tells (Horvitz, Thompson, J. Am. Stat. Assoc. 47, 1952; Neyman, J. Am.
+Stat. Assoc. 33, 1938). A good look makes the estimate cheap: π is then large where the look is
+high, and small elsewhere. Results are *severities*: the largest amplitude or stress as a part of
+its limit, so that a disk is beyond a limit when its severity is above 1.
 """
 
 from typing import NamedTuple
@@ -14,23 +14,23 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
-TAIL = 0.025  # of each end of a 95 % interval
+TAIL = 0.025  # probability beyond each end of a 95 % interval
 LEAST = 0.5, 0.25, 0.125, 0.0625, 0.03125  # smallest inclusion probabilities that are tried
-FACTORS = 0.0625 * 2.0 ** np.arange(13)  # that are tried
-MOST = 1e12  # disks
-# of the disks beyond a limit, those whose look tells nothing: a motion in contact seldom repeats
-# itself. At first one of five, which the disks found to be beyond the limit correct.
+FACTORS = 0.0625 * 2.0 ** np.arange(13)  # factors of a `Rule` that are tried
+MOST = 1e12  # largest number of disks
+# Disks beyond a limit whose look tells nothing, because a motion in contact seldom repeats itself:
+# one of five is assumed before any disk is computed.
 ASTRAY, ASTRAY_OF = 1.0, 5.0
 
 
 class Goal(NamedTuple):
-    """When a probability is known well enough; None: not asked for."""
+    """Accuracy at which a probability is known well enough; None: not required."""
 
     error: float | None  # half of the interval, relative to the probability
-    below: float | None  # the interval lies on one side of it
+    below: float | None  # probability that the interval must not contain
 
     def is_met(self, chance: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Whether probabilities with their intervals' ends, all of one shape, are known."""
+        """Whether probabilities and ends of their intervals, all of one shape, meet the goal."""
         met = np.full(np.shape(chance), True)
         if self.error is not None:
             met &= (chance > 0.0) & (high - low <= 2.0 * self.error * chance)
@@ -40,45 +40,45 @@ class Goal(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """Inclusion probabilities of disks by their first look.
+    """Inclusion probabilities of disks as a function of their first look.
 
-    The severity is taken for log-normal about a power of the look, but for some disks, which may be
-    beyond the limit whatever the look says. That may be wrong: it changes how many disks are
-    needed, and never what the estimate tends to.
+    The rule assumes that the severity is log-normal about a power of the look, except for some
+    disks that may be beyond the limit whatever the look says. A wrong assumption changes how many
+    disks are needed, but never what the estimate tends to.
     """
 
-    slope: float = 0.0  # of the logarithm of the severity over that of the look
-    offset: float = 0.0  # of that straight line
-    scatter: float = 1.0  # standard deviation about it
-    factor: float = 1.0
-    least: float = 1.0
-    astray: float = 0.0  # probability to be beyond the limit whatever the look says
+    slope: float = 0.0  # of log(severity) over log(look)
+    offset: float = 0.0  # log(severity) at look 1
+    scatter: float = 1.0  # standard deviation of log(severity) about the line
+    factor: float = 1.0  # of the inclusion probability
+    least: float = 1.0  # smallest inclusion probability
+    astray: float = 0.0  # probability of being beyond the limit whatever the look says
 
     def chance(self, look: np.ndarray) -> np.ndarray:
-        """Probability that disks with these looks (n,) are beyond the limit; 1 without a look."""
+        """Probability that disks with the looks (n,) are beyond the limit; 1 without a look."""
         known = np.isfinite(look) & (look > 0.0)
         line = self.offset + self.slope * np.log(look, where=known, out=np.zeros(len(look)))
         return np.where(known, np.minimum(ndtr(line / self.scatter) + self.astray, 1.0), 1.0)
 
     def inclusion(self, look: np.ndarray) -> np.ndarray:
-        """Probability with which disks with these looks (n,) are computed in full."""
+        """Inclusion probabilities of disks with the looks (n,)."""
         return np.clip(self.factor * np.sqrt(self.chance(look)), self.least, 1.0)
 
 
 class Plan(NamedTuple):
-    """A rule, and what is expected of it."""
+    """A rule with its expected cost."""
 
     rule: Rule
-    n_disks: float  # that the goal needs
-    cost: float  # of these, in the unit of the costs given
-    saving: float  # this cost over that of plain sampling
+    n_disks: float  # number of disks that the goal needs
+    cost: float  # cost of n_disks, in the unit of the costs given
+    saving: float  # cost over the cost of plain sampling
 
 
 def estimate(above: np.ndarray, inclusion: np.ndarray) -> tuple[float, float, float]:
-    """Probability, and both ends of its 95 % interval, from n disks drawn alike.
+    """Probability and both ends of its 95 % interval, from n independent disks.
 
     - above: whether a disk is known to be beyond the limit (n,), False where not computed.
-    - inclusion: probability with which each was computed (n,), known before it was.
+    - inclusion: inclusion probability of each disk (n,), fixed before the disk is computed.
     """
     weight, n = 1.0 / inclusion[above], len(above)
     if not n:
@@ -93,14 +93,14 @@ def interval(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the 95 % interval of a probability from weighted counts, all of one shape.
 
-    - total, squares: sum of the weights and of their squares of all events among n disks.
+    - total, squares: sums of the weights, and of the squared weights, of all events among n disks.
     - next_one: weight that one more event would have.
 
-    The counts are taken for Poisson variables, whose variance is a little above the binomial one.
-    Of weights that are all 1 the ends are those of Garwood. Fay and Feuer give the next event the
-    largest weight of all. Here it is that of an event whose look tells nothing, one over the mean
-    inclusion probability: less by half or more, and still too much where a higher look makes an
-    event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
+    The counts are treated as Poisson variables, whose variance is a little above the binomial
+    variance. If all weights are 1, the ends are those of Garwood. Fay and Feuer give the next event
+    the largest weight of all. Callers here take the weight of an event whose look tells nothing:
+    one over the mean inclusion probability. It is smaller by half or more, and still too large if a
+    higher look makes an event more probable. Source: Fay, Feuer, Stat. Med. 16 (1997).
     """
     total, squares, next_one = map(np.asarray, (total, squares, next_one))
     some = np.maximum(total, 1e-300)
@@ -115,13 +115,13 @@ def interval(
 def n_needed(
     goal: Goal, chance: float, squares: npt.ArrayLike, next_one: npt.ArrayLike
 ) -> np.ndarray:
-    """Disks that a goal needs, where the sums of the weights are what is expected.
+    """Number of disks that a goal needs if the sums of the weights have their expected values.
 
-    - chance: probability.
+    - chance: probability of an event.
     - squares: mean over all disks of the squared weights of events, of any shape.
-    - next_one: as of `interval`, of this shape.
+    - next_one: see `interval`; of the shape of squares.
 
-    Returns numbers of this shape, at most MOST. Plain sampling has squares = chance, next_one = 1.
+    Returns numbers of that shape, at most MOST. Plain sampling has squares = chance, next_one = 1.
     """
     squares = np.asarray(squares)
     low, high = np.zeros(np.shape(squares)), np.full(np.shape(squares), np.log(MOST))
@@ -140,16 +140,15 @@ def plan(
     costs: tuple[float, float],
     goal: Goal,
 ) -> Plan:
-    """The rule that is expected to meet a goal at the least cost, and the least number of disks.
+    """Rule that is expected to meet a goal at the least cost.
 
     - look: of all disks so far (n,).
-    - severity: of those of them that were computed in full, NaN of others (n,). Which these are has
-      to follow from the looks alone.
-    - inclusion: probability with which each was computed (n,).
+    - severity: of the disks that were computed in full, NaN of the others (n,). The choice of these
+      disks must depend on the looks alone.
+    - inclusion: inclusion probability of each disk (n,).
     - costs: of a look and of a full result.
 
-    Of factors and smallest inclusion probabilities all are tried; plain sampling, which has no look
-    to pay for, is one of them.
+    All combinations of FACTORS and LEAST are tried, and plain sampling, which needs no looks.
     """
     known = np.isfinite(severity) & (severity > 0.0) & np.isfinite(look) & (look > 0.0)
     x, y = np.log(look[known]), np.log(severity[known])
@@ -169,15 +168,15 @@ def plan(
 
 
 def _expected(inclusion, chance):
-    """Mean inclusion probability, and mean squared weight of events."""
+    """Mean inclusion probability, and mean over all disks of the squared weights of events."""
     return inclusion.mean(), (chance / inclusion).mean()
 
 
 def _astray(chance, above, weight):
-    """Probability to be beyond the limit whatever the look says.
+    """Probability of being beyond the limit whatever the look says.
 
-    By maximum likelihood of the looks of the disks beyond it, as if ASTRAY of ASTRAY_OF had been
-    seen before. chance: by the looks alone (n,); weight: of those above.
+    It maximises the likelihood of the looks of the disks beyond the limit, as if ASTRAY of
+    ASTRAY_OF disks had been seen before. chance: from the looks alone (n,); weight: of those disks.
     """
     mean, share = max(float(chance.mean()), 1e-300), ASTRAY / ASTRAY_OF
     odds, weight = chance[above] / mean, weight * (len(weight) / max(weight.sum(), 1e-300))
@@ -190,14 +189,14 @@ def _astray(chance, above, weight):
 def extrapolated(
     severity: np.ndarray, weight: np.ndarray, at: np.ndarray, runs: int = 20
 ) -> dict[str, np.ndarray]:
-    """Probabilities to exceed values (X,) by distributions that are fitted to severities (n,).
+    """Probabilities of exceeding values (X,), from distributions fitted to severities (n,).
 
-    weight: how many disks each one stands for (n,); runs: of the bootstrap. Returns the percentiles
-    2.5, 50 and 97.5 of the probabilities (3, X) by name. Sources: Castanier, Pierre, J. Propuls.
+    weight: number of disks that each stands for (n,); runs: of the bootstrap. Returns percentiles
+    2.5, 50 and 97.5 of the probabilities, {name: (3, X)}. Sources: Castanier, Pierre, J. Propuls.
     Power 22 (2006), on the Weibull distribution of largest values, which has an upper end;
     Pickands, Ann. Stat. 3 (1975), on what is above the 90th percentile.
     """
-    from scipy.stats import genpareto, weibull_max  # half a second, where it is drawn alone
+    from scipy.stats import genpareto, weibull_max  # half a second, spent for figures only
 
     rng, share = np.random.default_rng(0), weight / weight.sum()
     n = min(int(1.0 / (share * share).sum()), len(severity))
@@ -209,7 +208,7 @@ def extrapolated(
         weibull[run] = weibull_max.sf(at, *weibull_max.fit(drawn))
         least = np.quantile(drawn, 0.9)
         beyond = drawn[drawn > least] - least
-        if len(beyond):  # else the largest are all alike
+        if len(beyond):  # else the largest severities are equal
             shape = genpareto.fit(beyond, floc=0.0)
             pareto[run] = np.where(at > least, 0.1 * genpareto.sf(at - least, *shape), np.nan)
     ends = [2.5, 50.0, 97.5]

@@ -1,9 +1,9 @@
-"""Where a probability crosses a target along the values of a key: which disks to compute next.
+"""Search for the value of a key at which a probability crosses a target.
 
-At every value the same disks are drawn. A value is *certain* once the interval of its probability
-lies on one side of the target; samples go where that is not so yet, value by value, and bisection
-leaves out the rest. What comes next depends on what is known alone, so that a run that goes on
-after an interruption takes the same way.
+The same disks are drawn at every value. A value is *certain* once the interval of its probability
+lies on one side of the target. The search adds disks to one uncertain value after another, and
+leaves values out by bisection. Each step depends only on the disks computed so far, so that a run
+resumed after an interruption takes the same steps.
 """
 
 from typing import NamedTuple
@@ -12,34 +12,34 @@ import numpy as np
 
 from hpcrub.statistics.percentiles import probability_interval
 
-Z = 2.5758  # of every look at a value: 99 %, because there are several looks
-FIRST = 20  # disks of a value at first
-GROWTH = 1.5  # of their number from one look to the next
-COARSE = 5  # values that are looked at in any case: does the probability rise and fall again?
+Z = 2.5758  # normal quantile of each test of a value: 99 %, because a value is tested repeatedly
+FIRST = 20  # disks of a value in its first test
+GROWTH = 1.5  # factor of the number of disks from one test to the next
+COARSE = 5  # values that are always tested: the probability may rise and fall again
 BELOW, UNKNOWN, ABOVE = -1, 0, 1
 
 
 class Search(NamedTuple):
-    """Values of a key, what is known of them, and what is asked for."""
+    """State of a search over V values of a key, with its target."""
 
     n_done: np.ndarray  # disks computed at every value (V,) int
-    n_above: np.ndarray  # those beyond the limit (V,) int
+    n_above: np.ndarray  # disks beyond the limit at every value (V,) int
     target: float  # probability [-]
-    most: int  # disks of a value
+    most: int  # largest number of disks of a value
 
     def sides(self) -> np.ndarray:
-        """Whether each probability is certainly BELOW or ABOVE the target, else UNKNOWN (V,)."""
+        """Side of the target on which each probability lies: BELOW, ABOVE or UNKNOWN (V,)."""
         ends = [probability_interval(int(k), int(n), Z) if n else (0.0, 1.0)
                 for k, n in zip(self.n_above, self.n_done, strict=True)]  # fmt: skip
         low, high = np.array(ends).T
         return np.where(high < self.target, BELOW, np.where(low > self.target, ABOVE, UNKNOWN))
 
     def is_final(self) -> np.ndarray:
-        """Whether no more disks are needed at a value (V,)."""
+        """Whether each value needs no more disks (V,)."""
         return (self.sides() != UNKNOWN) | (self.n_done >= self.most)
 
     def next_look(self) -> tuple[int, int] | None:
-        """The next value to look at, and its number of disks then; None: nothing is left to do."""
+        """Index of the next value to test, and its number of disks then; None at the end."""
         n, last = len(self.n_done), len(self.n_done) - 1
         final, sides = self.is_final(), self.sides()
         for value in sorted({round(k * last / (COARSE - 1)) for k in range(COARSE)}):
@@ -52,7 +52,7 @@ class Search(NamedTuple):
         return None
 
     def crossing(self) -> tuple[int, int] | None:
-        """Neighbouring certain values on either side of the crossing; None: there is none."""
+        """Indices of the nearest certain values on both sides of the crossing; None without one."""
         sides = self.sides()
         if UNKNOWN in (sides[0], sides[-1]) or sides[0] == sides[-1]:
             return None
@@ -61,15 +61,15 @@ class Search(NamedTuple):
         return int(begin[begin < end].max()), end
 
     def is_monotone(self) -> bool:
-        """Whether the certain values change sides once at most."""
+        """Whether the certain values change sides at most once."""
         certain = self.sides()
         certain = certain[certain != UNKNOWN]
         return int(np.count_nonzero(np.diff(certain))) <= 1
 
     def _boundary(self, sides, final, side):
-        """Value to look at between the last one certain on a side and the first final other one.
+        """Value to test between the last value on a side and the first final value beyond it.
 
-        None where these are neighbours, or where both ends are on one side.
+        None if these two are neighbours, or if both ends are on one side of the target.
         """
         if sides[0] == sides[-1] or side == UNKNOWN:
             return None

@@ -1,6 +1,6 @@
-"""Bladed disks of any finite-element program: the neutral file, its disk, the reduced model.
+"""Bladed disks of any finite-element program: model file, assembled disk, reduced model.
 
-In: arrays of a model file, or what a reader made of the files of another program.
-Out: a ReducedModel like the planar disk's.
+In: arrays of a model file, also those that a reader makes from files of another program.
+Out: a ReducedModel, as the planar disk has one.
 Imports of hpcrub: its errors and the rest of the model room.
 """

@@ -1,4 +1,4 @@
-"""Arrays of a model file, taken out one by one with their types and shapes checked."""
+"""Access to the arrays of a model file, with checks of their types and shapes."""
 
 from typing import Any
 
@@ -7,19 +7,19 @@ import scipy.sparse as sp
 
 from hpcrub.errors import InputError
 
-PARTS = "data", "indices", "indptr"  # of a sparse matrix by compressed rows
-SYMMETRY = 1e-8  # largest difference from the transpose, as a share of the largest entry
+PARTS = "data", "indices", "indptr"  # arrays of a sparse matrix in compressed rows (CSR)
+SYMMETRY = 1e-8  # largest allowed difference from the transpose, as a share of the largest entry
 
 
 def finite(name: str, matrix: Any) -> Any:
-    """The matrix, dense or sparse. Raises InputError where a number of it is not finite."""
+    """Return the matrix, dense or sparse. Raises InputError when a number is not finite."""
     if not np.isfinite(matrix.data if sp.issparse(matrix) else matrix).all():
         raise InputError(f"{name}: holds numbers that are not finite")
     return matrix
 
 
 def symmetric(name: str, matrix: Any) -> Any:
-    """A symmetric matrix from all of it or a triangle. Raises InputError if it is neither."""
+    """Complete a symmetric matrix that is given whole or as a triangle. Raises InputError."""
     sparse = sp.issparse(matrix)
     lower, upper = (sp.tril, sp.triu) if sparse else (np.tril, np.triu)
     finite(name, matrix)
@@ -38,7 +38,7 @@ def symmetric(name: str, matrix: Any) -> Any:
 
 
 def stored(name: str, matrix: Any) -> dict:
-    """A matrix as arrays of a model file: itself, or the parts of a sparse one."""
+    """Return the arrays that store a matrix: itself, or the three parts of a sparse matrix."""
     if not sp.issparse(matrix):
         return {name: matrix}
     rows = sp.csr_array(matrix)
@@ -46,7 +46,7 @@ def stored(name: str, matrix: Any) -> dict:
 
 
 class Arrays:
-    """The arrays of a file, taken out one by one; InputError names what is missing or wrong."""
+    """The arrays of a file; each method removes one and raises InputError if it is wrong."""
 
     def __init__(self, arrays):
         self.left = dict(arrays)
@@ -56,7 +56,7 @@ class Arrays:
         return name in self.left or f"{name}/{PARTS[0]}" in self.left
 
     def finish(self) -> None:
-        """Refuse arrays that nobody took."""
+        """Raise InputError when unknown arrays are left."""
         if self.left:
             raise InputError(f"{min(self.left)}: no array of a model file has this name")
 
@@ -66,44 +66,44 @@ class Arrays:
         return np.asarray(self.left.pop(name, default))
 
     def text(self, name: str, default: str | None = None) -> str:
-        """One word."""
+        """Take one word."""
         value = self._take(name, default)
         if value.size != 1:
             raise InputError(f"{name}: one word is expected")
         return str(value.item())
 
     def word(self, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
-        """One of some words."""
+        """Take one of the allowed words."""
         text = self.text(name, default)
         if text not in allowed:
             raise InputError(f'{name}: "{text}" is none of {", ".join(allowed)}')
         return text
 
     def number(self, name: str, default: int | None = None) -> int:
-        """One whole number."""
+        """Take one whole number."""
         value = self._take(name, default)
         if value.size != 1 or value.dtype.kind not in "iu":
             raise InputError(f"{name}: one whole number is expected")
         return int(value.item())
 
     def _checked(self, name, value, kinds, what, shape):
-        """The values, if they are of these kinds and this shape, None for any length."""
+        """Return the values if their kind and shape are right; None stands for any length."""
         fits = value.ndim == len(shape) and all(
             wanted in (None, length) for wanted, length in zip(shape, value.shape, strict=True)
         )
         if not fits or value.dtype.kind not in kinds:
             lengths = " x ".join("any" if n is None else str(n) for n in shape)
-            found = f"shape {value.shape}, {value.dtype}"
-            raise InputError(f"{name}: {found}; {what}, {lengths}, are expected")
+            given = f"shape {value.shape}, {value.dtype}"
+            raise InputError(f"{name}: {given}; {what}, {lengths}, are expected")
         return value
 
     def integers(self, name: str, *shape: int, default: np.ndarray | None = None) -> np.ndarray:
-        """Whole numbers of a shape whose first length is any."""
+        """Take whole numbers of the shape (any, *shape)."""
         value = self._take(name, default)
         return self._checked(name, value, "iu", "whole numbers", (None, *shape)).astype(np.int64)
 
     def floats(self, name: str, *shape: int | None, default: Any = None) -> np.ndarray:
-        """Numbers of a shape whose first length is any."""
+        """Take numbers of the shape (any, *shape)."""
         value = self._take(name, default)
         value = self._checked(name, value, "fiu", "numbers", (None, *shape)).astype(float)
         if not (np.isfinite(value) | ((name == "nodes") & np.isnan(value))).all():
@@ -111,7 +111,7 @@ class Arrays:
         return value
 
     def matrix(self, name: str, n_rows: int, n: int) -> Any:
-        """A dense or sparse matrix (n_rows, n) on the n rows of dof."""
+        """Take a dense or sparse matrix (n_rows, n); n is the number of rows of dof."""
         return finite(name, self._matrix(name, n_rows, n))
 
     def _matrix(self, name, n_rows, n):
@@ -129,5 +129,5 @@ class Arrays:
         return self._checked(name, matrix, "fiu", what, (n_rows, n)).astype(float)
 
     def symmetric(self, name: str, n: int) -> Any:
-        """A symmetric matrix (n, n) from all of it or a triangle."""
+        """Take a symmetric matrix (n, n) that is given whole or as a triangle."""
         return symmetric(name, self._matrix(name, n, n))

@@ -1,4 +1,4 @@
-"""A whole disk from a neutral model: cyclic assembly, supports, blades, contact points."""
+"""Assembly of a whole disk from a neutral model: sectors, supports, blades, contact points."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,20 +10,20 @@ from hpcrub.model.imported.frames import to_cylindrical
 from hpcrub.model.imported.neutral import NONE, NeutralModel, contact_rows, row_table
 
 PAIRING = 1e-4  # largest distance of paired nodes, as a share of the largest radius
-SHARED = 1e-9  # of the largest entry: below, a stiffness joins no rows
+SHARED = 1e-9  # of the largest entry: smaller entries do not connect rows
 
 
 def pair_sides(
     nodes: np.ndarray, low: np.ndarray, high: np.ndarray, n_sectors: int
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Nodes of the low side in the order of those that they become one sector further on.
+    """Pair each node of the high side with the node of the low side one sector behind it.
 
-    nodes: (n_nodes, 3) [m]; low, high: (p,) of the sides, which may be exchanged.
-    Returns low, high (p,) in pairs; largest distance of a pair [m].
+    nodes: (n_nodes, 3) [m]; low, high: (p,) nodes of the sides, which may be exchanged.
+    Returns low, high (p,) in pairs; largest distance in a pair [m].
     Raises InputError: the sides do not pair.
     """
-    found = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
-    low, high, error = min(found, key=lambda pairs: pairs[2])
+    pairings = [_pair(nodes, a, b, n_sectors) for a, b in ((low, high), (high, low))]
+    low, high, error = min(pairings, key=lambda pairs: pairs[2])
     reach = np.hypot(nodes[high, 0], nodes[high, 1]).max()
     if not error <= PAIRING * reach or len(np.unique(low)) != len(low):
         raise InputError(
@@ -34,7 +34,7 @@ def pair_sides(
 
 
 def _pair(nodes, low, high, n_sectors):
-    from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
+    from scipy.spatial import cKDTree  # slow to import, and needed by imports only
 
     if not np.isfinite(nodes[np.concatenate([low, high])]).all():
         raise InputError("low, high: a node of the sides has no place")
@@ -43,10 +43,10 @@ def _pair(nodes, low, high, n_sectors):
 
 
 def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the whole disk that the rows of its sectors are; model: cylindrical, a sector.
+    """Rows of the whole disk for the rows of each sector; model: a sector, cylindrical.
 
-    Returns rows (n_sectors, n), sector by sector; own (n_own,), rows of a sector that are not those
-    of the next one's low side.
+    Returns rows (n_sectors, n), sector by sector; own (n_own,), the rows of a sector that it does
+    not share with the low side of the next sector.
     """
     low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
     table = row_table(model.dof, len(model.nodes))
@@ -66,10 +66,10 @@ def disk_rows(model: NeutralModel) -> tuple[np.ndarray, np.ndarray]:
 
 
 def assemble(model: NeutralModel) -> NeutralModel:
-    """The whole disk of a NeutralModel on its free rows, in cylindrical node frames.
+    """Assemble the whole disk of a NeutralModel on its free rows, in cylindrical node frames.
 
-    A reduced model stays on its coordinates.
-    Raises InputError: sides do not pair, a contact node lacks rows, or a blade has none.
+    A reduced model keeps its coordinates.
+    Raises InputError: sides do not pair, a contact node lacks rows, or a blade has no contact node.
     """
     model = to_cylindrical(model)
     if model.kind == "reduced":
@@ -90,18 +90,18 @@ def assemble(model: NeutralModel) -> NeutralModel:
         blade_stiffness=None if blade is None else of_free(blade),
         stress=model.stress[:, free] if len(model.stress_blade) else np.zeros((0, len(free))),
     )
-    contact_rows(disk)  # refuses what lacks them
+    contact_rows(disk)  # refuses contact nodes without rows
     return disk if blade is None else disk._replace(row_blade=blade_of_rows(disk))
 
 
 def _unfold(model):
-    """The whole disk, of kind "disk", of a sector in cylindrical node frames."""
+    """Repeat a sector in cylindrical node frames around the disk, to a model of kind "disk"."""
     rows, own = disk_rows(model)
     n, N, n_nodes = rows.max() + 1, model.n_sectors, len(model.nodes)
     n_places = len(model.stress_blade)
 
     def whole(matrix, at):
-        """A matrix of all sectors; at: rows of each sector in it (N, any)."""
+        """Sum of the sectors' matrices; at: where the rows of each sector go (N, any)."""
         entries = sp.coo_array(matrix)
         i, j = at[:, entries.row].ravel(), rows[:, entries.col].ravel()
         shape = (1 + at.max(initial=-1), n)
@@ -133,7 +133,7 @@ def _unfold(model):
 
 
 def _surface(model, first):
-    """Faces of all sectors, the nodes of a high side replaced by those that own their rows."""
+    """Faces of all sectors, each node of a high side replaced by its partner in the next sector."""
     low, high, _ = pair_sides(model.nodes, model.low, model.high, model.n_sectors)
     owner = np.arange(len(model.nodes))[None] + first
     owner[:, high] = np.roll(owner, -1, axis=0)[:, low]
@@ -147,17 +147,17 @@ def turned(nodes: np.ndarray, angle: float) -> np.ndarray:
 
 
 def joined(K: sp.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Connected part (n,) int of every row of a sparse stiffness; whether it has any (n,) bool."""
+    """Connected part (n,) int of every row of K; whether the row has any stiffness (n,) bool."""
     strong = abs(K) > SHARED * abs(K).max()
     _, part = connected_components(strong, directed=False)
     return part, np.asarray(strong.sum(axis=0)).ravel() > 0
 
 
 def blade_numbers(arrays: dict) -> np.ndarray:
-    """Blade of every contact node of a whole disk (C,) int, counted by angle from that at x > 0.
+    """Blade of every contact node of a whole disk (C,) int, counted by angle from the x axis.
 
-    arrays: of a model file, whose sparse K_blade tells the blades apart: its connected parts.
-    Raises InputError: there is none, or a contact node is on no row.
+    arrays: of a model file; each connected part of the sparse K_blade is a blade.
+    Raises InputError: there is no K_blade, or a contact node has no row.
     """
     if f"K_blade/{PARTS[0]}" not in arrays:
         raise InputError(
@@ -173,16 +173,16 @@ def blade_numbers(arrays: dict) -> np.ndarray:
     _, group = np.unique(part[[row[node] for node in contact_node.tolist()]], return_inverse=True)
     x, y = (np.bincount(group, nodes[contact_node, axis]) for axis in (0, 1))
     pitch = 2 * np.pi / len(x)
-    turn = np.mod(np.arctan2(y, x) + pitch / 2, 2 * np.pi)  # the first one may lie about 0
+    turn = np.mod(np.arctan2(y, x) + pitch / 2, 2 * np.pi)  # the first blade may lie about 0
     order = np.empty(len(x), dtype=np.int64)
     order[np.argsort(turn)] = np.arange(len(x))
     return order[group]
 
 
 def blade_of_rows(disk: NeutralModel) -> np.ndarray:
-    """Blade of every row (n,): the connected part of the blades' stiffness that it belongs to.
+    """Blade of every row (n,), -1 for none, from the connected parts of the blades' stiffness.
 
-    Raises InputError when a part has no contact node, or those of two blades.
+    Raises InputError when a part has no contact node, or has contact nodes of two blades.
     """
     part, touched = joined(disk.blade_stiffness)
     blade = np.full(part.max() + 1, -1)

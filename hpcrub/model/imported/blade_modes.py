@@ -1,4 +1,4 @@
-"""Component mode mistuning: blades known by the frequencies that each has alone, root held.
+"""Component mode mistuning: blades known by their own frequencies, with the root held.
 
 With u = psi u_root + phi q in a blade, phi its cantilever modes, a blade whose cantilever
 eigenvalues differ by delta adds delta q^T Lambda q to the stiffness, and q follows from the motion
@@ -15,7 +15,7 @@ from hpcrub.model.imported.neutral import NeutralModel
 
 
 def inner_rows(disk: NeutralModel) -> list[np.ndarray]:
-    """Rows of every blade that have no stiffness of the disk: all of it but its root."""
+    """Rows of every blade without its root: the rest of the disk has no stiffness in them."""
     K = disk.stiffness[0]
     foreign = abs(K - disk.blade_stiffness).max(axis=1).toarray().ravel()
     own = np.where(foreign < SHARED * abs(K).max(), disk.row_blade, -1)
@@ -25,10 +25,10 @@ def inner_rows(disk: NeutralModel) -> list[np.ndarray]:
 def cantilever(
     disk: NeutralModel, basis: np.ndarray, n_modes: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Cantilever modes of every blade, on the coordinates of a basis.
+    """Cantilever modes of every blade, expressed in the coordinates of a basis.
 
     disk: assembled, with the blades' stiffness; basis: (n, m); n_modes: modes of each blade.
-    Returns frequencies (N, n_modes) of every blade alone, its root held, at rest [Hz];
+    Returns frequencies (N, n_modes) of every blade alone, at rest, with its root held [Hz];
     participation (N, n_modes, m), amplitude of each mode per unit coordinate [sqrt(kg)].
     Raises InputError: a blade has fewer rows than modes.
     """

@@ -1,4 +1,4 @@
-"""What an imported model is, in numbers, and what in it cannot be right."""
+"""Checks of an imported model: its mass, size and balance, and errors such as wrong units."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -9,27 +9,27 @@ from hpcrub.errors import InputError
 from hpcrub.model.imported.frames import turn
 from hpcrub.model.imported.neutral import NeutralModel
 
-FREQUENCIES = 0.1, 1e6  # [Hz] a first frequency outside is one of wrong units
+FREQUENCIES = 0.1, 1e6  # [Hz] a first frequency outside comes from wrong units
 TIP_RADII = 1e-3, 20.0  # [m]
-HEAVIEST = 3e4  # [kg/m3] of all space that the disk sweeps
-RIGID = 1e-3  # a row is unbalanced above, as a share of its own entries
-UNBALANCED = 0.5  # of the rows: no stiffness of a body
-CLEARANCE = 0.1  # of the tip radius: a larger one of a contact node is one of wrong units
-TIP = 0.2  # contact nodes lie in the outer part of the radii
+HEAVIEST = 3e4  # [kg/m3] mass over the volume of the space that the disk sweeps
+RIGID = 1e-3  # residual of a row, as a share of its entries, above which it is unbalanced
+UNBALANCED = 0.5  # share of unbalanced rows above which K is no stiffness of a body
+CLEARANCE = 0.1  # of the tip radius; a larger clearance comes from wrong units
+TIP = 0.2  # contact nodes lie in this outer part of the radii
 
 
 class Findings(NamedTuple):
-    """What a neutral model was found to be."""
+    """Measured properties of a neutral model."""
 
-    mass: float  # of all rows of the file [kg]; NaN of a reduced model
-    rigid_residual: float  # median of the rows' unbalanced share in rigid motions; NaN likewise
-    loaded_rows: int  # rows whose share is above RIGID: near supports that have no rows
-    tip_radius: float  # of the contact nodes, largest [m]
-    tip_gap: float  # smallest radius of a contact node below it [m]
+    mass: float  # of the whole disk, as far as it has rows [kg]; NaN for a reduced model
+    rigid_residual: float  # median of `unbalanced` over the rows; NaN for a reduced model
+    loaded_rows: int  # rows with `unbalanced` above RIGID: next to held nodes without rows
+    tip_radius: float  # largest radius of a contact node [m]
+    tip_gap: float  # tip_radius less the smallest radius of a contact node [m]
 
 
 def check(model: NeutralModel) -> Findings:
-    """Measure a NeutralModel. Raises InputError for what cannot be right."""
+    """Measure a NeutralModel. Raises InputError for impossible values."""
     radius = np.hypot(model.nodes[:, 0], model.nodes[:, 1])
     _check_contact_nodes(model, radius)
     tip = radius[model.contact_node]
@@ -44,7 +44,7 @@ def check(model: NeutralModel) -> Findings:
             raise InputError("M: the mass matrix is not positive definite")
         return Findings(np.nan, np.nan, 0, float(tip.max()), float(np.ptp(tip)))
     rigid = rigid_motions(model)
-    # of a translation along an axis in which it can move [kg]
+    # mass that moves in a translation along each axis; held rows may lack in one [kg]
     masses = np.einsum("nk,nk->k", rigid[:, :3], model.mass @ rigid[:, :3])
     mass = float(masses.max()) * (model.n_sectors or 1)
     _check_mass(model, mass, radius)
@@ -75,9 +75,9 @@ def check_frequency(first_hz: float) -> None:
 
 
 def at_speed(name: str, check: Callable[[float], Any], speed: float) -> Any:
-    """check(speed); where it raises InputError, and a disk at rest passes, the speed is named.
+    """Return check(speed). If it fails where check(0) passes, the error names the speed.
 
-    name: of what sets the speed; speed: of rotation [rad/s]. Raises InputError.
+    name: key that sets the speed; speed: of rotation [rad/s]. Raises InputError.
     """
     try:
         return check(speed)
@@ -87,7 +87,7 @@ def at_speed(name: str, check: Callable[[float], Any], speed: float) -> Any:
 
 
 def too_fast(name: str, speed: float) -> InputError:
-    """The error of a speed of rotation [rad/s] at which the stiffness is not that of a disk."""
+    """Error for a speed of rotation [rad/s] at which the stiffness is not that of a disk."""
     return InputError(
         f"{name}: at {speed / (2 * np.pi):g} Hz the stiffness of this model is not that of a disk, "
         "at rest it is: the speed is beyond those of the model's matrices, or is not in Hz"
@@ -95,11 +95,11 @@ def too_fast(name: str, speed: float) -> InputError:
 
 
 def rigid_motions(model: NeutralModel) -> np.ndarray:
-    """Three translations and three rotations on the rows of a NeutralModel, (n, 6)."""
+    """Rigid translations and rotations about x, y, z on the rows of a NeutralModel, (n, 6)."""
     nodes = np.nan_to_num(model.nodes[np.maximum(model.dof[:, 0], 0)])
     placed = np.isfinite(model.nodes).all(axis=1)[model.dof[:, 0]] & (model.dof[:, 1] > 0)
     x, y, z = nodes.T
-    motion = np.zeros((6, 6, len(x)))  # of directions 1 to 6, translations first
+    motion = np.zeros((6, 6, len(x)))  # (motion, direction, row), translations first
     motion[np.arange(6), np.arange(6)] = 1.0
     motion[0, 4], motion[0, 5] = z, -y
     motion[1, 3], motion[1, 5] = -z, x
@@ -112,7 +112,7 @@ def rigid_motions(model: NeutralModel) -> np.ndarray:
 
 
 def unbalanced(K: Any, rigid: np.ndarray) -> np.ndarray:
-    """Share of every row that a rigid motion leaves: |K r| over |K| |r|, largest of the motions."""
+    """Unbalanced share of every row (n,): largest |K r| / |K| |r| in the rigid motions r (n, 6)."""
     force, size = np.abs(K @ rigid), abs(K) @ np.abs(rigid)
     size = np.where(size > 1e-12 * size.max(axis=0), size, np.inf)
     return (force / size).max(axis=1)

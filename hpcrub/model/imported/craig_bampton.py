@@ -11,17 +11,17 @@ from hpcrub.model import families
 from hpcrub.model.imported.assembly import PAIRING, turned
 from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_at
 
-AT_ONCE = 64  # columns solved for together
+AT_ONCE = 64  # right-hand sides of one solution
 BLOCK = 12  # vectors of the Lanczos iteration
 SMALLEST = 200  # rows below which matrices are treated as dense
-TOLERANCE = 1e-8  # of the modes' residuals; the eigenvalues' errors are its square
+TOLERANCE = 1e-8  # largest residual of modes; errors of eigenvalues are about its square
 
 
 def basis(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Craig-Bampton basis of an assembled disk at one speed of rotation.
 
-    n_modes: fixed-interface modes kept, by whole families; speed: that of the mode shapes [rad/s].
-    Returns basis (n, m), for the rows of `contact_rows`, then for the modes; these rows.
+    n_modes: fixed-interface modes kept, by whole families; speed: of rotation [rad/s].
+    Returns basis (n, m), first a column for each of the `contact_rows`, then the modes; these rows.
     Raises InputError: the disk is not held, or has fewer modes.
     """
     boundary = contact_rows(disk).ravel()
@@ -48,24 +48,24 @@ def basis(disk: NeutralModel, n_modes: int, speed: float = 0.0) -> tuple[np.ndar
 
 
 def like_rows(disk: NeutralModel) -> np.ndarray:
-    """Rows of like nodes of all sectors, (N, p); p is 0 where the mesh does not repeat itself."""
-    from scipy.spatial import cKDTree  # a twentieth of the start, for imports alone
+    """Rows of corresponding nodes in all sectors (N, p); p is 0 unless the mesh is cyclic."""
+    from scipy.spatial import cKDTree  # slow to import, and needed by imports only
 
     N = disk.n_blades
     placed = np.flatnonzero(np.isfinite(disk.nodes).all(axis=1) & (disk.row >= 0).all(axis=1))
     at = disk.nodes[placed]
     tree, orbit = cKDTree(at), [np.arange(len(at))]
     for sector in range(1, N):
-        apart, found = tree.query(turned(at, sector * (2 * np.pi / N)))
+        apart, nearest = tree.query(turned(at, sector * (2 * np.pi / N)))
         if not len(at) or apart.max() > PAIRING * np.abs(at).max():
             return np.zeros((N, 0), dtype=int)
-        orbit.append(found)
-    first = np.min(orbit, axis=0) == orbit[0]  # one node of each round of like ones
+        orbit.append(nearest)
+    first = np.min(orbit, axis=0) == orbit[0]  # one of each set of corresponding nodes
     return disk.row[placed[np.array(orbit)[:, first]]].reshape(N, -1)
 
 
 def _families(K, M, n_modes, factor, like):
-    """Lowest modes by whole families; of a mesh that does not repeat itself the lowest of all."""
+    """Lowest modes by whole families; by frequency alone where the mesh is not cyclic."""
     like = like[:, (like >= 0).all(axis=0)]
     if not like.size:
         return lowest_modes(K, M, n_modes, factor)[1]
@@ -99,15 +99,15 @@ def lowest_modes(
     """Lowest modes of two sparse matrices, real or Hermitian, by block Lanczos iteration on K^-1 M.
 
     A block finds the double modes of a cyclic disk, which an iteration of one vector can miss. The
-    blocks start from fixed random numbers: the same bits in every call.
+    first block holds fixed random numbers, so that every call returns the same bits.
 
-    K, M: (n, n), K positive definite, M with or without rows of zeros; factor: `factorised` K.
+    K, M: (n, n), K positive definite; M may have rows of zeros; factor: `factorised` K.
     Returns eigenvalues (n_modes,) increasing [rad2/s2]; modes (n, n_modes) mass-normalised.
-    Raises InputError: there are none: the disk is not held, or M is no mass matrix.
+    Raises InputError when there are none: the disk is not held, or M is no mass matrix.
     """
     try:
         values, modes = _lowest_modes(K, M, n_modes, factor)
-    except (ValueError, np.linalg.LinAlgError):  # not finite, not positive
+    except (ValueError, np.linalg.LinAlgError):  # not finite, not positive definite
         values = np.zeros(0)
     if not np.isfinite(values).sum() == n_modes:
         raise InputError(
@@ -120,7 +120,7 @@ def lowest_modes(
 def _lowest_modes(K, M, n_modes, factor):
     n = K.shape[0]
     if n < SMALLEST or n_modes > n // 6:
-        # of M against K: inner nodes of elements may have no mass
+        # the inverse problem, M y = K y / w^2: inner nodes of elements may have no mass
         inverse, y = eigh(M.toarray(), K.toarray(), subset_by_index=[n - n_modes, n - 1])
         inverse, y = inverse[::-1], y[:, ::-1]
         return 1.0 / inverse, y / np.sqrt(inverse)
@@ -132,7 +132,7 @@ def _lowest_modes(K, M, n_modes, factor):
         W = factor.solve(M @ V[:, -BLOCK:])
         C = V.conj().T @ (M @ W)
         W -= V @ C
-        W -= V @ (V.conj().T @ (M @ W))  # what rounding left
+        W -= V @ (V.conj().T @ (M @ W))  # removes what rounding left
         T = np.pad(T, ((0, BLOCK), (0, BLOCK)))
         T[:, -BLOCK:], T[-BLOCK:] = C, C.conj().T
         V_next, R = _orthonormal(W, M)
@@ -145,7 +145,7 @@ def _lowest_modes(K, M, n_modes, factor):
 
 
 def _orthonormal(W, M):
-    """Columns made orthonormal in M, and the triangle that they were multiples of."""
+    """Return Q, orthonormal in M, and the upper triangle R of W = Q R."""
     R = cholesky(W.conj().T @ (M @ W))
     return solve_triangular(R, W.T, trans="T").T, R
 

@@ -1,6 +1,6 @@
-"""Natural frequencies by nodal diameter: of one sector, of a whole disk, of a reduced model.
+"""Natural frequencies by nodal diameter, of one sector, of a whole disk or of a reduced model.
 
-And whether matrices at three speeds tell the stiffness between them.
+`error_between` tests whether matrices at three speeds describe the stiffness between them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,18 +18,18 @@ from hpcrub.model.imported.neutral import NeutralModel, contact_rows, stiffness_
 from hpcrub.model.reduction import ReducedModel
 
 MODES_PER_DIAMETER = 3
-MODES_OF_DISK = 4  # for each blade
-DEPENDENT = 1e-12  # eigenvalue of a basis over the largest, below which its columns are dependent
+MODES_OF_DISK = 4  # modes of a whole disk per blade
+DEPENDENT = 1e-12  # smallest eigenvalue over the largest of a basis whose columns are independent
 
 
 def sector_frequencies(
     model: NeutralModel, n_diameters: int, n_modes: int, speed: float = 0.0
 ) -> np.ndarray:
-    """Frequencies of the modes with some nodal diameters, from one sector.
+    """Frequencies of the modes with n_diameters nodal diameters, from one sector.
 
     model: of kind "sector"; speed: of rotation [rad/s].
-    n_diameters: u of the next sector is u e^{2 pi i n_diameters / n_sectors}.
-    Returns (n_modes,) [Hz]; every double frequency once.
+    n_diameters: the next sector's displacements have a factor e^{2 pi i n_diameters / n_sectors}.
+    Returns (n_modes,) [Hz]; double frequencies appear once.
     """
     _, K, M = wave_matrices(to_cylindrical(model), n_diameters, speed)
     values, _ = lowest_modes(K, M, n_modes)
@@ -39,7 +39,7 @@ def sector_frequencies(
 def wave_matrices(
     model: NeutralModel, n_diameters: int, speed: float
 ) -> tuple[sp.csr_array, sp.csc_array, sp.csc_array]:
-    """Motions of a sector in cylindrical frames with some nodal diameters, their K and M."""
+    """Basis of a sector's motions with n_diameters (`wave`), and K and M projected on it."""
     P = wave(model, n_diameters)
     K, M = (
         (P.conj().T @ matrix @ P).tocsc()
@@ -51,7 +51,7 @@ def wave_matrices(
 
 
 def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
-    """Rows of a sector in cylindrical frames of its free own ones, in a motion of n_diameters."""
+    """Matrix from free own rows of a cylindrical sector to all rows, in a motion of n_diameters."""
     rows, own = disk_rows(model)
     rows, n_own = rows[0], len(own)
     turn = np.exp(2j * np.pi * n_diameters / model.n_sectors)
@@ -65,8 +65,8 @@ def wave(model: NeutralModel, n_diameters: int) -> sp.csr_array:
 def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list, np.ndarray]]:
     """Stiffness and mass of each number of nodal diameters, on its lowest modes at some speeds.
 
-    The frequencies are those of the model at these speeds [rad/s], and nearly so between them.
-    Yields K0, K1, ... of the stiffness, each (k, k), and the mass (k, k), for 0, 1, ... diameters.
+    Their natural frequencies are exact at these speeds [rad/s], and nearly so between them.
+    Yields [K0, K1, ...], each (k, k), and the mass (k, k), for 0, 1, ... nodal diameters.
     """
     is_sector = model.kind == "sector"
     model = to_cylindrical(model) if is_sector else assemble(model)
@@ -82,14 +82,14 @@ def pencils(model: NeutralModel, speeds: Sequence[float]) -> Iterator[tuple[list
 
 
 def _sector_modes(model, speed):
-    """Lowest modes of each number of diameters, on the rows of a sector in cylindrical frames."""
+    """Yield the lowest modes of 0, 1, ... nodal diameters, on all rows of a cylindrical sector."""
     for diameters in range(model.n_blades // 2 + 1):
         P, K, M = wave_matrices(model, diameters, speed)
         yield P @ lowest_modes(K, M, MODES_PER_DIAMETER)[1]
 
 
 def _disk_modes(model, speed):
-    """Lowest modes of a whole disk by number of diameters."""
+    """Yield the lowest modes of a whole disk with 0, 1, ... nodal diameters."""
     n_modes = MODES_OF_DISK * model.n_blades
     K, M = stiffness_at(model.stiffness, speed), model.mass
     if model.kind == "disk":
@@ -106,8 +106,8 @@ def _disk_modes(model, speed):
 def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
     """First frequencies of each number of nodal diameters (H, MODES_PER_DIAMETER) [Hz].
 
-    speed: of rotation [rad/s]. NaN where fewer are known.
-    Raises InputError for a first frequency that no disk has.
+    speed: of rotation [rad/s]. NaN where fewer frequencies are known.
+    Raises InputError when no disk can have the lowest frequency.
     """
     table = np.full((model.n_blades // 2 + 1, MODES_PER_DIAMETER), np.nan)
     for h, (K, M) in enumerate(pencils(model, [speed])):
@@ -120,9 +120,9 @@ def frequencies_by_diameter(model: NeutralModel, speed: float) -> np.ndarray:
 
 
 def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
-    """Outward motion of the tips for each unit of their way back, when friction acts on all alike.
+    """Outward over backward displacement of the tips under equal friction forces on all tips [-].
 
-    Positive: friction presses them against the casing. speed: of rotation [rad/s].
+    Positive: friction presses the tips against the casing. speed: of rotation [rad/s].
     """
     model = to_cylindrical(model)
     n = len(model.dof)
@@ -140,7 +140,7 @@ def friction_lift(model: NeutralModel, speed: float = 0.0) -> float:
 
 
 def nodal_diameters(shapes: np.ndarray, angle: np.ndarray, n_blades: int) -> np.ndarray:
-    """Nodal diameters of every mode from displacements of like points of all blades.
+    """Nodal diameters of every mode from displacements of corresponding points of all blades.
 
     shapes: (p, N, K) p displacements of N blades in K modes; angle: (N,) [rad]. Returns (K,) int.
     """
@@ -159,10 +159,10 @@ def diameters_of(shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray) -> np
 def of_blades(
     shapes: np.ndarray, blade: np.ndarray, angle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements of like points of all blades, and the angles of the blades.
+    """Displacements of corresponding points of all blades, and the angles of the blades.
 
     shapes: (p, C, K) p displacements of each of C points in K modes; blade, angle: (C,) [rad] of
-        each point. The first points of all blades are taken to be alike.
+        each point. Points of two blades correspond when they have the same place in their order.
     Returns (q, N, K) and (N,) [rad].
     """
     count = np.bincount(blade)
@@ -173,14 +173,14 @@ def of_blades(
 
 
 def tuned_tips(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Motion of like contact points of all blades in the tuned modes, as `of_blades`."""
+    """Motion of corresponding contact points in the tuned modes, as `of_blades` returns it."""
     face = reduced.interface
     rows = [part for part in (face.normal, face.tangential, face.axial) if len(part)]
     return of_blades(np.array(rows) @ reduced.tuned_modes, face.blade, face.angle)
 
 
 def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
-    """Nodal diameters of the tuned modes, by the motion of their contact points (m,) int."""
+    """Nodal diameters of the tuned modes (m,) int, from the motion of the contact points."""
     blades, angle = tuned_tips(reduced)
     return nodal_diameters(blades, angle, len(angle))
 
@@ -188,13 +188,13 @@ def tuned_diameters(reduced: ReducedModel) -> np.ndarray:
 def error_between(model: NeutralModel, speeds: np.ndarray) -> float:
     """Relative error of the first frequency half-way between the speeds of a model's matrices.
 
-    Rotation changes the square of a frequency smoothly with the square of the speed. The entries of
-    the matrices do not, where blades turn by degrees: a parabola through each of them then gives a
-    blade that is none.
+    Rotation changes the square of a frequency smoothly with the square of the speed. Where blades
+    turn by degrees, the entries of the matrices change less smoothly: a parabola through each entry
+    then describes no real blade.
 
     model: of kind "sector" or "disk", with stiffness fitted through three speeds.
-    speeds: (3,) these speeds, 0 among them [rad/s].
-    Returns the larger error; the parabola through the frequencies' squares is taken to be right.
+    speeds: (3,) of the matrices, one of them 0 [rad/s].
+    Returns the larger error, judged by the parabola through the squares of the frequencies.
     """
     square = np.sort(speeds) ** 2
     middles = (square[1:] + square[:-1]) / 2

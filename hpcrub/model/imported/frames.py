@@ -1,4 +1,4 @@
-"""Node frames: Cartesian rows of a model to radial, tangential and axial ones, node by node."""
+"""Conversion of displacements between Cartesian axes and the cylindrical frame of each node."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,9 +14,9 @@ def node_angle(nodes: np.ndarray) -> np.ndarray:
 
 
 def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Displacements x, y, z of nodes whose radial, tangential and axial ones are known.
+    """Convert radial, tangential and axial displacements of nodes to x, y, z.
 
-    nodes: (n, 3) [m]; parts: (n, 3, ...), as what is returned.
+    nodes: (n, 3) [m]; parts: (n, 3, ...). Returns (n, 3, ...).
     """
     angle = node_angle(nodes).reshape(-1, *(1,) * (parts.ndim - 2))
     c, s = np.cos(angle), np.sin(angle)
@@ -25,9 +25,9 @@ def to_cartesian(nodes: np.ndarray, parts: np.ndarray) -> np.ndarray:
 
 
 def to_cylindrical(model: NeutralModel) -> NeutralModel:
-    """Turn the rows of a NeutralModel into the frame of each row's own node.
+    """Turn the rows of a NeutralModel into the cylindrical frames of their nodes.
 
-    Rows of nodes without a place, and of nodes that lack one of a pair of directions, stay.
+    Rows stay as they are where a node has no place or lacks one direction of a pair.
     """
     if model.frame == "cylindrical":
         return model
@@ -54,7 +54,7 @@ def to_cylindrical(model: NeutralModel) -> NeutralModel:
 
 
 def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
-    """Cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
+    """Matrix from cylindrical to Cartesian displacements of all rows, (n, n) sparse."""
     table, angle = row_table(dof, len(nodes)), node_angle(nodes)
     values = np.ones(len(dof))
     rows, columns, off = [np.arange(len(dof))], [np.arange(len(dof))], []
@@ -71,7 +71,7 @@ def turn(dof: np.ndarray, nodes: np.ndarray) -> sp.csr_array:
 
 
 def about_z(arrays: dict, axis: str) -> None:
-    """Name the axes of a model file's arrays anew so that the disk turns about z (modified)."""
+    """Rename the axes in the arrays of a model file (modified) so that the disk turns about z."""
     shift = {"z": 0, "x": 1, "y": 2}[axis]  # x, y, z become y, z, x for a rotation about x
     if not shift:
         return

@@ -1,6 +1,6 @@
-"""The neutral model file: what any finite-element program can say of a bladed disk, as arrays.
+"""The neutral model file: arrays that any finite-element program can write of a bladed disk.
 
-`docs/model_file.md` specifies the arrays. A `NeutralModel` holds them checked and in SI units.
+`docs/model_file.md` specifies the arrays. `NeutralModel` holds them in SI units and checked.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ TIMES = {"s": 1.0, "ms": 1e-3}  # [s]
 POLYNOMIAL = "K0", "K1", "K2"
 AT_SPEEDS = "K_at_1", "K_at_2", "K_at_3"
 ROTATIONS = 4, 5, 6  # directions that are angles
-UNIT = 1e-6  # by which the length of a unit vector may be wrong
+UNIT = 1e-6  # largest error in the length of a unit vector
 NONE, NO_FACES, NO_STRESS = np.zeros(0, int), np.zeros((0, 4), int), np.zeros((0, 0))
 
 
@@ -33,39 +33,39 @@ class NeutralModel(NamedTuple):
     mass: Any  # (n, n); sparse, but dense in a reduced model
     stiffness: tuple  # K0, or K0, K1, K2 of K0 + W^2 K1 + W^4 K2, W in [rad/s]; each (n, n)
     nodes: np.ndarray  # (n_nodes, 3) x, y, z [m]; NaN for nodes without a place
-    dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, 4-6 rotations, 0 anything else
-    frame: str  # of the directions: one of FRAMES
-    contact_node: np.ndarray  # (C,) nodes that may touch the casing; of one sector, if it is one
-    contact_blade: np.ndarray  # (C,) blade of each, from 0
-    contact_clearance: np.ndarray  # (C,) beyond the casing's own [m]
-    contact_normal: np.ndarray  # (C, 3) outward unit normal of the casing there: r, theta (0), z
-    fixed: np.ndarray = NONE  # rows that are held
+    dof: np.ndarray  # (n, 2) node and direction of every row: 1-3, rotations 4-6, other 0
+    frame: str  # frame of the directions 1-6: one of FRAMES
+    contact_node: np.ndarray  # (C,) nodes that may touch the casing; of kind sector: its own
+    contact_blade: np.ndarray  # (C,) blade of each contact node, from 0
+    contact_clearance: np.ndarray  # (C,) added to the casing's clearance [m]
+    contact_normal: np.ndarray  # (C, 3) outward unit normal of the casing at each: r, theta (0), z
+    fixed: np.ndarray = NONE  # held rows
     low: np.ndarray = NONE  # nodes of the sector's side at the smaller angle
-    high: np.ndarray = NONE  # and at the larger angle
-    n_sectors: int = 0  # of a sector
+    high: np.ndarray = NONE  # nodes of its side at the larger angle
+    n_sectors: int = 0  # number in a whole disk; 0 unless of kind sector
     blade_stiffness: Any = None  # (n, n) of all blades; reduced: (N, m, m)
     surface: np.ndarray = NO_FACES  # (F, 4) nodes of faces to draw
     blade_frequencies: Any = None  # reduced: (N, c) of every blade alone, root held [Hz]
-    participation: Any = None  # (N, c, n) their modes per unit coordinate [sqrt(kg)]
-    stress: Any = NO_STRESS  # (R, n) at some places [Pa per coordinate]; sparse if not reduced
+    participation: Any = None  # (N, c, n) modes of every blade per unit coordinate [sqrt(kg)]
+    stress: Any = NO_STRESS  # (R, n) stress at R places [Pa per coordinate]; sparse unless reduced
     stress_blade: np.ndarray = NONE  # (R,) blade of each place
-    stress_static: np.ndarray = np.zeros(0)  # (R,) of the rotation there [Pa]; (0,): not known
-    # (n,) of an assembled disk: blade that has stiffness in the row, -1 for the disk's own
+    stress_static: np.ndarray = np.zeros(0)  # (R,) stress by the rotation [Pa]; (0,): not known
+    # (n,) in an assembled disk: blade that has stiffness in the row, -1 where no blade has any
     row_blade: np.ndarray = NONE
 
     @property
     def n_blades(self) -> int:
-        """Blades of the whole disk."""
+        """Number of blades of the whole disk."""
         return self.n_sectors or int(self.contact_blade.max()) + 1
 
     @property
     def row(self) -> np.ndarray:
-        """Rows of the three displacements of every node (n_nodes, 3), -1 where there is none."""
+        """Rows of the three displacements of every node (n_nodes, 3), -1 for a missing row."""
         return row_table(self.dof, len(self.nodes))[:, 1:4]
 
 
 def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
-    """Row of every node and direction, (n_nodes, 7) int, -1 where there is none."""
+    """Row of every node and direction, (n_nodes, 7) int, -1 for a missing row."""
     table = np.full((n_nodes, 7), -1)
     placed = dof[:, 1] > 0
     table[dof[placed, 0], dof[placed, 1]] = np.flatnonzero(placed)
@@ -73,7 +73,7 @@ def row_table(dof: np.ndarray, n_nodes: int) -> np.ndarray:
 
 
 def contact_rows(model: NeutralModel) -> np.ndarray:
-    """Rows of u_r, u_theta and, where there is any, u_z of the contact nodes (2 or 3, C).
+    """Rows of u_r, u_theta and, if the nodes have it, u_z of the contact nodes (2 or 3, C).
 
     model: in cylindrical node frames. Raises InputError for a contact node that lacks a row.
     """
@@ -102,9 +102,9 @@ def stiffness_at(stiffness: Sequence, speed: float) -> Any:
 
 
 def from_arrays(arrays: dict) -> NeutralModel:
-    """The model of a model file's arrays, in SI units, all matrices whole and symmetric.
+    """Model from the arrays of a model file, in SI units, with whole, symmetric matrices.
 
-    Raises InputError: says which array is missing, has another shape, or holds what cannot be.
+    Raises InputError, which names the array that is missing or has wrong shape or values.
     """
     left = Arrays(arrays)
     version = left.number("hpcrub_model")
@@ -120,7 +120,7 @@ def from_arrays(arrays: dict) -> NeutralModel:
     _check_dof(dof, len(nodes))
     scale = np.where(np.isin(dof[:, 1], ROTATIONS), 1.0, 1.0 / length)
     scale *= np.where(dof[:, 1] > 0, flip[(dof[:, 1] - 1) % 3], 1.0)
-    work = mass * (length / time) ** 2  # one unit of work [J]
+    work = mass * (length / time) ** 2  # the file's unit of work [J]
     contact_node = left.integers("contact_node")
     zeros = np.zeros(len(contact_node))
     radial = np.tile([1.0, 0.0, 0.0], (len(contact_node), 1))
@@ -255,9 +255,9 @@ def _units(text):
 
 
 def _flip(turns):
-    """Signs of x, y, z (of r, theta, z likewise) in axes about whose z the disk turns positively.
+    """Signs that turn x, y, z (and r, theta, z) so that the disk rotates positively about z.
 
-    Half a turn about x, and no mirror: a disk that turns clockwise is seen from the other side.
+    They turn the axes by half a turn about x, so that a clockwise disk is seen from behind.
     """
     if turns not in (1, -1):
         raise InputError(f"turns: {turns} is neither 1 nor -1")
@@ -275,7 +275,7 @@ def _unit_normals(normal):
 
 
 def _stiffness(left, n, time):
-    """K0, or K0, K1, K2, in the file's units."""
+    """Return (K0,) or (K0, K1, K2), in the file's units."""
     if left.has("K"):
         return (left.symmetric("K", n),)
     if left.has(POLYNOMIAL[0]):
@@ -322,7 +322,7 @@ def _stress(left, kind, n, scale, unit):
 
 
 def _scaled(matrix, scale, factor):
-    """A matrix in SI units: scale of every row's displacement, factor of its work."""
+    """Matrix in SI units; scale: of each row's displacement (n,), factor: of the unit of work."""
     if np.all(scale == 1.0) and factor == 1.0:
         return matrix
     if sp.issparse(matrix):

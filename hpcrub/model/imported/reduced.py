@@ -1,4 +1,4 @@
-"""Imported models to the ReducedModel that every study starts from."""
+"""Conversion of imported models to the ReducedModel that every study starts from."""
 
 import numpy as np
 
@@ -11,17 +11,17 @@ from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import ReducedModel
 
 BLADE_MODES = 4  # cantilever modes of each blade that are kept
-# of the blades' stiffness at rest in that of the whole disk at a speed, in any motion
+# limits of the blades' stiffness at rest as a share of the disk's at a speed, in any motion
 SMALLEST_SHARE, LARGEST_SHARE = 1e-6, 1.5
-SOLVABLE = 1e100  # share of the stiffness up to which eigenvalues are found without overflow
+SOLVABLE = 1e100  # share of the stiffness up to which eigenvalues do not overflow
 
 
 def reduce_disk(
     disk: NeutralModel, n_modes: int, speed: float = 0.0
 ) -> tuple[NeutralModel, np.ndarray]:
-    """Reduce a NeutralModel of kind "disk", assembled, to one of kind "reduced".
+    """Reduce an assembled NeutralModel of kind "disk" to one of kind "reduced".
 
-    n_modes, speed: as of `craig_bampton.basis`. Returns model; basis (n, m) on rows of the disk.
+    n_modes, speed: see `craig_bampton.basis`. Returns model; basis (n, m) on rows of the disk.
     """
     basis, boundary = craig_bampton.basis(disk, n_modes, speed)
     n_points, m = len(disk.contact_node), basis.shape[1]
@@ -61,7 +61,7 @@ def interface(model: NeutralModel) -> Interface:
     at = model.nodes[model.contact_node]
     normal, tangential, axial = one[rows[0]], one[rows[1]], one[rows[2:].ravel()]
     outward, along = model.contact_normal[:, [0]], model.contact_normal[:, [2]]
-    if along.any():  # a cone: the normal, and the direction along its generator
+    if along.any():  # conical casing: axial becomes the generator's direction
         if not len(axial):
             raise InputError("contact_normal: a contact node that moves in x and y alone has none")
         normal, axial = outward * normal + along * axial, outward * axial - along * normal
@@ -83,10 +83,10 @@ def interface(model: NeutralModel) -> Interface:
 
 
 def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> ReducedModel:
-    """What the studies start from, of a NeutralModel of kind "reduced".
+    """Convert a NeutralModel of kind "reduced" to a ReducedModel.
 
-    speed: of rotation, that of the mode shapes [rad/s].
-    by_modes: whether blades are mistuned by their cantilever modes, and not by all stiffness.
+    speed: speed of rotation at which the mode shapes are computed [rad/s].
+    by_modes: whether mistuning changes the cantilever modes of a blade, not all its stiffness.
     Raises InputError: the model is not positive definite, or has no cantilever modes.
     """
     model = to_cylindrical(model)
@@ -101,20 +101,20 @@ def reduced_model(model: NeutralModel, speed: float, by_modes: bool = False) -> 
         blades = model.blade_stiffness
     K, face, slopes = stiffness_at(model.stiffness, speed), interface(model), model.stiffness[1:]
     try:
-        found = reduction.reduced_model(model.mass, K, blades, np.eye(m), face, speed, slopes)
+        result = reduction.reduced_model(model.mass, K, blades, np.eye(m), face, speed, slopes)
     except np.linalg.LinAlgError:
         raise InputError("M: the mass matrix is not positive definite") from None
-    if found.tuned_eigenvalues[0] <= 0:
+    if result.tuned_eigenvalues[0] <= 0:
         raise InputError("K: the disk is not held: its lowest eigenvalue is not positive")
-    _check_blades(found)
-    return found
+    _check_blades(result)
+    return result
 
 
-def _check_blades(found):
-    """Refuse stiffness of the blades that is no part of the disk's."""
-    if found.modal_blade_stiffness.any():
-        scale = 1.0 / np.sqrt(found.tuned_eigenvalues)
-        part = found.modal_blade_stiffness.sum(axis=0) * np.outer(scale, scale)
+def _check_blades(model):
+    """Raise InputError when the blades' stiffness cannot be a part of the disk's stiffness."""
+    if model.modal_blade_stiffness.any():
+        scale = 1.0 / np.sqrt(model.tuned_eigenvalues)
+        part = model.modal_blade_stiffness.sum(axis=0) * np.outer(scale, scale)
         low, high = 0.0, float(np.abs(part).max())
         if high < SOLVABLE:
             low, *_, high = np.linalg.eigvalsh(part)

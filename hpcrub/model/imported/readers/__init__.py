@@ -1,1 +1,1 @@
-"""Files of finite-element programs to the arrays of a model file, one module for each program."""
+"""Readers of files of finite-element programs; each returns the arrays of a model file."""

@@ -1,4 +1,4 @@
-"""Ansys: matrices of `.full` files, mesh and components of a `.cdb` archive.
+"""Reader of Ansys: matrices of `.full` files, mesh and components of a `.cdb` archive.
 
 Needs the package ansys-mapdl-reader.
 """
@@ -17,7 +17,7 @@ from hpcrub.model.imported.readers.rows import File, Files, Lists, Mesh, Rows, a
 def read(
     path: File, mesh: File, lists: Lists, blade: File | None = None, stiffness: Files | None = None
 ) -> dict:
-    """Arrays of a model file from Ansys's files.
+    """Read the arrays of a model file from files of Ansys.
 
     path: NAME.full of the disk at rest (WRFULL, or a modal analysis).
     mesh: NAME.cdb (CDWRITE) with the nodes and their components, which `lists` names.
@@ -36,21 +36,21 @@ def read(
     components = {name.upper(): nodes for name, nodes in archive.node_components.items()}
     order = np.argsort(archive.nnum)
     number, place = np.asarray(archive.nnum)[order], np.asarray(archive.nodes)[order, :3]
-    # a degenerate hexahedron has corners twice
+    # a degenerate hexahedron lists some corners twice
     corners = [dict.fromkeys(map(int, e[10:18])) for e in archive.elem if len(e) >= 18]
     elements = [[node for node in nodes if node] for nodes in corners]
 
     def nodes_of(name):
         return listed(components, name, f"{mesh}: there is no node component")
 
-    found = Mesh(number, place, nodes_of, elements)
+    grid = Mesh(number, place, nodes_of, elements)
     K, M = full_matrices(path)
     others = {speed: full_matrices(name)[0] for speed, name in (stiffness or {}).items()}
-    return arrays_of(found, lists, {0.0: K} | others, M, full_matrices(blade)[0] if blade else None)
+    return arrays_of(grid, lists, {0.0: K} | others, M, full_matrices(blade)[0] if blade else None)
 
 
 def full_matrices(path: File) -> tuple[Rows, Rows]:
-    """Stiffness and mass of a `.full` file, without held rows. Raises InputError."""
+    """Stiffness and mass of a `.full` file, which has no held rows. Raises InputError."""
     from ansys.mapdl.reader import read_binary
 
     dof, K, M = _quietly(path, lambda: read_binary(str(path)).load_km(as_sparse=True, sort=True))
@@ -59,12 +59,12 @@ def full_matrices(path: File) -> tuple[Rows, Rows]:
 
 
 def _upper(matrix):
-    """The stored triangle as the upper one: a row that `sort` moved lies in the other."""
+    """Move all entries into the upper triangle: `sort` may have moved some below the diagonal."""
     upper, lower = sp.triu(matrix), sp.tril(matrix, -1)
     return sp.csr_array(upper + lower.T)
 
 
 def _quietly(path, work):
-    """What a reader returns, without its warnings on the screen."""
+    """Call a reader, and keep its warnings off the screen."""
     with reading(path), contextlib.redirect_stdout(io.StringIO()):
         return work()

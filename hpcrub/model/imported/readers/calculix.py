@@ -1,4 +1,4 @@
-"""CalculiX: matrices of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, mesh and sets of the deck, stress."""
+"""Reader of CalculiX: matrices of SOLVER=MATRIXSTORAGE, mesh and sets of the deck, stress."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -22,13 +22,13 @@ def read(
     stiffness: dict[float, str | Path] | None = None,
     stress: str | Path | None = None,
 ) -> dict:
-    """Arrays of a model file from jobs of CalculiX.
+    """Read the arrays of a model file from jobs of CalculiX.
 
-    path: deck NAME.inp of the disk at rest, with node sets that `lists` names; NAME.sti, NAME.mas
-        and NAME.dof lie beside it, as beside the others.
+    path: deck NAME.inp of the disk at rest, with node sets that `lists` names. NAME.sti, NAME.mas
+        and NAME.dof lie beside each deck.
     blade: deck with the elements of the blades alone.
     stiffness: decks of jobs at two other speeds [Hz].
-    stress: .dat file with displacements and stresses of modes of the same mesh; the model then has
+    stress: .dat file with displacements and stresses of modes of this mesh; the model then gets
         a group of six rows of stress for each integration point, see `imported.stress`.
     Raises InputError: a file or a set is missing or cannot be read.
     """
@@ -53,7 +53,7 @@ def read(
 
 
 def job_matrix(path: str | Path, kind: str) -> Rows:
-    """A matrix, "sti" (stiffness) or "mas" (mass), of the deck NAME.inp. Raises InputError."""
+    """Read the stiffness ("sti") or mass ("mas") of the deck NAME.inp. Raises InputError."""
     name, rows = (Path(path).with_suffix(f".{ending}") for ending in (kind, "dof"))
     for file in (rows, name):
         if not file.exists():
@@ -72,7 +72,7 @@ def job_matrix(path: str | Path, kind: str) -> Rows:
 
 
 def _blade_matrix(path, deck):
-    """Stiffness of the blades' job, inner nodes of its elements numbered as in the disk's."""
+    """Stiffness of the blades alone, with the inner nodes of elements numbered as in the disk."""
     blade, part = decks.read(path), job_matrix(path, "sti")
     inner = part.dof[:, 0] > blade.node.max()
     if not inner.any():
@@ -90,9 +90,9 @@ def _blade_matrix(path, deck):
 
 
 def _printed(path, elements, number):
-    """Nodes, displacements and stresses of the modes for each element that a .dat file prints.
+    """Yield nodes, displacements and stresses in the modes of each element in a .dat file.
 
-    elements: nodes of each by its label; number: of all nodes of the model, increasing.
+    elements: {label: node numbers}; number: of all nodes of the model, increasing.
     """
     with reading(path):
         modes = list(_modes(Path(path).read_text("ascii", errors="replace").splitlines()))
@@ -114,7 +114,7 @@ def _printed(path, elements, number):
 
 
 def _modes(lines):
-    """Displacements (nodes, 4) and stresses (points, 8) of one mode after another."""
+    """Yield displacements (nodes, 4) and stresses (points, 8) mode by mode."""
     blocks = [("", [])]
     for words in filter(None, map(str.split, lines)):
         if words[0].isdigit():

@@ -1,4 +1,4 @@
-"""Keyword decks of CalculiX and Abaqus: nodes, elements and node sets."""
+"""Nodes, elements and node sets of keyword decks, as CalculiX and Abaqus read them."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -11,16 +11,16 @@ MOST = 10_000_000  # numbers that a line of a set may generate
 
 
 class Deck(NamedTuple):
-    """What a deck says of its mesh; numbers are those of the deck, names in capitals."""
+    """The mesh of a deck, with the numbers of the deck; names are in capitals."""
 
     node: np.ndarray  # (n,) numbers, increasing
-    place: np.ndarray  # (n, 3)
-    sets: dict  # names to node numbers
+    place: np.ndarray  # (n, 3) coordinates
+    sets: dict  # {name: node numbers}
     elements: list  # (type, label, corner numbers) in the order of the deck
 
 
 def read(path: str | Path) -> Deck:
-    """Read a deck and what it includes. Raises InputError: unreadable, or without nodes."""
+    """Read a deck with its included files. Raises InputError: unreadable, or without nodes."""
     nodes: dict = {}
     sets: dict = {}
     elements: list = []
@@ -43,9 +43,9 @@ def read(path: str | Path) -> Deck:
 
 
 def listed(lists: dict, name: str, what: str) -> np.ndarray:
-    """Node numbers of a list by its name; the names of all lists are in capitals.
+    """Node numbers of the list `name`; the keys of `lists` are in capitals.
 
-    what: f"{file}: there is no node set". Raises InputError that names the lists that there are.
+    what: f"{file}: there is no node set". Raises InputError, which names all lists of the file.
     """
     if name.upper() not in lists:
         there = ", ".join(sorted(lists)) or "none"
@@ -54,9 +54,9 @@ def listed(lists: dict, name: str, what: str) -> np.ndarray:
 
 
 def _blocks(path):
-    """(keyword, options, data lines) of a deck, one after another."""
+    """Yield (keyword, options, data lines) of every block of a deck."""
     keyword, options, lines = None, {}, []
-    for line in (*_lines(path), "*"):  # which ends the last one
+    for line in (*_lines(path), "*"):  # "*" ends the last block
         if not line.startswith("*"):
             lines.append(line)
             continue
@@ -96,7 +96,7 @@ def _set(lines, sets, generate):
         rows = [[int(word) for word in line.rstrip(",").split(",")] for line in lines]
         numbers = [range(first, last + 1, *step) for first, last, *step in rows]
         if any(row[MOST:] for row in numbers):
-            raise ValueError  # more than any mesh has: a slip of the pen, and all memory
+            raise ValueError  # a typing error: so many nodes would fill the memory
         return set().union(*numbers)
     return set().union(*(sets.get(word.upper()) or [int(word)] for word in set(words)))
 
@@ -107,7 +107,7 @@ def _extend(sets, name, numbers):
 
 
 def _elements(kind, lines):
-    """(type, label, nodes); an element goes on in the next line after a comma."""
+    """List of (type, label, nodes); an element continues on the next line after a comma."""
     elements, row = [], []
     for line in lines:
         row += [int(word) for word in line.split(",") if word.strip()]

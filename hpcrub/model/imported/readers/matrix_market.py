@@ -1,4 +1,4 @@
-"""MatrixMarket files with CSV lists, which Abaqus, Code_Aster and many scripts can write."""
+"""Reader of MatrixMarket files with CSV lists, as Abaqus, Code_Aster and scripts write them."""
 
 from pathlib import Path
 
@@ -13,13 +13,13 @@ MATRICES = "K", "M", *POLYNOMIAL, *AT_SPEEDS, "K_blade"
 
 
 def read(folder: str | Path, n_sectors: int = 0) -> dict:
-    """Arrays of a model file from a folder.
+    """Read the arrays of a model file from a folder.
 
     folder: with NAME.mtx of M and K (or K0, K1, K2, or K_at_1 to K_at_3 and speeds_hz.csv), and
-        K_blade.mtx if there is one; nodes.csv (number, x, y, z), dof.csv (node number, direction of
-        every row), contact.csv (node number[, blade from 0[, clearance]]), and where they apply
-        low.csv, high.csv (node numbers of the sides), fixed.csv (node number[, direction]).
-    n_sectors: of one sector.
+        optionally K_blade.mtx; nodes.csv (number, x, y, z), dof.csv (node number, direction of
+        every row), contact.csv (node number[, blade from 0[, clearance]]); for a sector low.csv,
+        high.csv (node numbers of the sides); optionally fixed.csv (node number[, direction]).
+    n_sectors: number of sectors, 0 for a whole disk.
     Raises InputError: a file is missing or cannot be read.
     """
     folder = Path(folder)
@@ -61,7 +61,7 @@ def read(folder: str | Path, n_sectors: int = 0) -> dict:
 
 
 def _fixed(held, dof):
-    """Rows that are held: of whole nodes, or of a node's one direction."""
+    """Indices of held rows; held: (k, 1) nodes, or (k, 2) nodes and directions."""
     if held.shape[1] == 1:
         return np.flatnonzero(np.isin(dof[:, 0], held[:, 0]) & (dof[:, 1] > 0))
     both = (dof[:, None, :] == held[None, :, :2]).all(axis=2)
@@ -69,9 +69,9 @@ def _fixed(held, dof):
 
 
 def matrix(path: Path, n: int) -> sp.csr_array:
-    """A real matrix (n, n) of a MatrixMarket file, with exponents of C or of Fortran (D).
+    """Read a real matrix (n, n) from a MatrixMarket file, with exponents of C or Fortran (D).
 
-    SciPy's own reader crashes on a file that was cut off. Raises InputError.
+    It replaces SciPy's reader, which crashes on a truncated file. Raises InputError.
     """
     with reading(path):
         text = path.read_text("ascii").upper()
@@ -97,7 +97,7 @@ def matrix(path: Path, n: int) -> sp.csr_array:
 
 
 def _table(path, columns=0):
-    """Numbers of a CSV file, after an optional line of names, (lines, columns)."""
+    """Numbers of a CSV file (lines, columns); a first line of names is skipped."""
     with reading(path):
         lines = path.read_text("utf-8-sig").splitlines()
         has_names = bool(lines) and lines[0].lstrip()[:1].isalpha()

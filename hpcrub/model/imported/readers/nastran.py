@@ -1,4 +1,4 @@
-"""Nastran: matrices of a text OP4 file, grid points of a bulk data deck, lists of nodes as CSV.
+"""Reader of Nastran: matrices of a text OP4 file, grid points of bulk data, node lists as CSV.
 
 Needs the package pyNastran.
 """
@@ -16,13 +16,13 @@ DIRECTIONS = 6
 def read(
     path: File, mesh: File, lists: Lists, blade: File | None = None, stiffness: Files | None = None
 ) -> dict:
-    """Arrays of a model file from Nastran's files.
+    """Read the arrays of a model file from files of Nastran.
 
     path: text OP4 file with KGG and MGG: six rows for every grid point, by increasing number.
-    mesh: bulk data with the grid points; lists: names of CSV files of their numbers.
-    blade: OP4 file whose KGG is that of the blades alone, on the same grid points.
-    stiffness: OP4 files whose KGG is that at two other speeds [Hz].
-    Returns arrays without rows that have no mass and stiffness.
+    mesh: bulk data with the grid points; lists: names of CSV files with grid point numbers.
+    blade: OP4 file with KGG of the blades alone, on all grid points.
+    stiffness: OP4 files with KGG at two other speeds, {speed [Hz]: file}.
+    Returns arrays without the rows that have neither mass nor stiffness.
     Raises InputError: the package or a file is missing or cannot be read.
     """
     try:
@@ -45,17 +45,17 @@ def read(
     speeds = {0.0: path} | (stiffness or {})
     K = {speed: _rows(name, STIFFNESS, number, used) for speed, name in speeds.items()}
     K_blade = _rows(blade, STIFFNESS, number, used) if blade else None
-    found = Mesh(number, place, _numbers, corners)
-    return arrays_of(found, lists, K, _rows(path, MASS, number, used), K_blade)
+    grid_points = Mesh(number, place, _numbers, corners)
+    return arrays_of(grid_points, lists, K, _rows(path, MASS, number, used), K_blade)
 
 
 def op4_matrices(path: File) -> dict:
-    """Matrices of an OP4 file by name, sparse. Raises InputError when it cannot be read."""
+    """Read the matrices of an OP4 file, {name: sparse}. Raises InputError when it fails."""
     from pyNastran.op4.op4 import read_op4
 
     with reading(path):
-        found = read_op4(str(path), debug=None)
-    return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in found.items()}
+        matrices = read_op4(str(path), debug=None)
+    return {name.upper(): sp.csr_array(getattr(m, "data", m[1])) for name, m in matrices.items()}
 
 
 def _rows(path, name, number, used):

@@ -1,4 +1,4 @@
-"""What the readers share: a mesh and its skin, lists of nodes, matrices by (node, direction)."""
+"""Types and functions that all readers share: mesh, skin, node lists, matrices with their rows."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from hpcrub.model.imported.arrays import stored, symmetric
 from hpcrub.model.imported.neutral import AT_SPEEDS
 
 File = str | Path
-Files = dict[float, File]  # by speeds of rotation [Hz]
+Files = dict[float, File]  # {speed of rotation [Hz]: file}
 TETRAHEDRON = ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
 WEDGE = ((0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (0, 2, 5, 3))
 HEXAHEDRON = (
@@ -22,20 +22,20 @@ FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20
 
 
 class Rows(NamedTuple):
-    """A matrix whose rows are (node number, direction) of another program."""
+    """A matrix whose rows have the node numbers and directions of another program."""
 
-    matrix: sp.csr_array  # (n, n)
-    dof: np.ndarray  # (n, 2)
+    matrix: sp.csr_array  # (n, n) stiffness or mass
+    dof: np.ndarray  # (n, 2) node number and direction
     name: str  # of its file, for messages
 
 
 class Mesh(NamedTuple):
-    """Nodes of another program, by their numbers there."""
+    """Nodes of another program, by that program's numbers."""
 
-    number: np.ndarray  # (n,) increasing
-    place: np.ndarray  # (n, 3)
-    nodes_of: Callable[[str], np.ndarray]  # name of a list to node numbers
-    elements: list  # of corner numbers; may be empty
+    number: np.ndarray  # (n,) node numbers, increasing
+    place: np.ndarray  # (n, 3) coordinates
+    nodes_of: Callable[[str], np.ndarray]  # returns the node numbers of a list by name
+    elements: list  # node numbers of each element, corners first; may be empty
 
 
 class Lists(NamedTuple):
@@ -43,18 +43,18 @@ class Lists(NamedTuple):
 
     contact: str  # nodes that may touch the casing
     low: str | None = None  # of one sector: its side at the smaller angle
-    high: str | None = None
+    high: str | None = None  # its other side
     n_sectors: int = 0
-    fixed: str | None = None  # nodes that are held, if the matrices still have them
+    fixed: str | None = None  # held nodes, if the matrices still have rows for them
 
 
 def arrays_of(
     mesh: Mesh, lists: Lists, stiffness: dict[float, Rows], mass: Rows, blade: Rows | None = None
 ) -> dict:
-    """Arrays of a model file, but for `units` and the blades' numbers in a whole disk.
+    """Arrays of a model file, without `units` and, for a whole disk, `contact_blade`.
 
-    stiffness: by speed of rotation [Hz], one or three; blade: of the blades alone.
-    Raises InputError: a list or a node is missing, or a matrix has rows of its own.
+    stiffness: {speed [Hz]: matrix} at one or three speeds; blade: stiffness of the blades alone.
+    Raises InputError: a list or node is missing, or a matrix has rows that the mass matrix lacks.
     """
     dof = mass.dof
     number = np.union1d(mesh.number, dof[:, 0])  # inner nodes of elements have no place
@@ -89,7 +89,7 @@ def arrays_of(
 
 
 def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
-    """A symmetric matrix on other rows (n, n). Raises InputError when they lack one of its own."""
+    """Spread a symmetric matrix onto the n rows `dof`. Raises InputError when dof lacks a row."""
     place = {tuple(pair): k for k, pair in enumerate(dof.tolist())}
     try:
         at = np.array([place[tuple(pair)] for pair in part.dof.tolist()])
@@ -98,20 +98,20 @@ def spread(part: Rows, dof: np.ndarray) -> sp.csr_array:
         raise InputError(
             f"{part.name}: node {node}, direction {direction} is no row of the mass matrix"
         ) from None
-    entries = sp.coo_array(symmetric(part.name, part.matrix))  # before rows change triangles
+    entries = sp.coo_array(symmetric(part.name, part.matrix))  # rows may change their order
     shape = (len(dof), len(dof))
     return sp.coo_array((entries.data, (at[entries.row], at[entries.col])), shape=shape).tocsr()
 
 
 def store(arrays: dict, name: str, matrix: sp.csr_array) -> None:
-    """Put a sparse matrix among the arrays of a model file (modified)."""
+    """Add a sparse matrix to the arrays of a model file (modified)."""
     rows = matrix.tocsr()
     rows.sum_duplicates()
     arrays |= stored(name, rows)
 
 
 def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
-    """Places of node numbers in the increasing list `nodes`. Raises InputError for a stranger."""
+    """Indices of node numbers in the increasing `nodes`. Raises InputError for unknown ones."""
     numbers = np.asarray(numbers)
     at = np.minimum(np.searchsorted(nodes, numbers), len(nodes) - 1)
     wrong = nodes[at] != numbers
@@ -121,7 +121,7 @@ def places(numbers: np.ndarray, nodes: np.ndarray, what: str) -> np.ndarray:
 
 
 def whole(values: np.ndarray, what: str) -> np.ndarray:
-    """Numbers of a table as integers. Raises InputError for one that is not whole."""
+    """Convert numbers of a table to integers. Raises InputError for a fraction."""
     integers = values.astype(np.int64)
     if (integers != values).any():
         raise InputError(f"{what}: {values[integers != values][0]:g} is no whole number")
@@ -129,10 +129,10 @@ def whole(values: np.ndarray, what: str) -> np.ndarray:
 
 
 def skin(elements: list) -> np.ndarray:
-    """Faces that belong to one element only.
+    """Outer faces of a mesh: those that belong to one element only.
 
-    elements: nodes of each, corners first; tetrahedra, wedges and hexahedra have faces.
-    Returns corners (F, 4) int of every outer face, a triangle's last one twice.
+    elements: nodes of each, corners first; only tetrahedra, wedges and hexahedra have faces.
+    Returns corners (F, 4) int of every outer face; a triangle repeats its last corner.
     """
     seen = {}
     for nodes in elements:
