@@ -172,7 +172,7 @@ class Modal(Study):
         yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Lowest frequencies of both models, spread and crossing of the first family, and the air."""
+        """First frequencies of both models, spread and crossing of the first family, and air."""
         for kind in ("full", "reduced"):
             frequencies = file.read(f"{kind}/frequencies_hz")
             if not len(frequencies):  # a model file that is reduced already has no full model
