@@ -19,7 +19,7 @@ from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
 
-DIFFERENT = 0.1  # relative change of an amplitude that is another motion or accuracy
+DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
 ROUNDING = 1e-9  # share of clearance and casing height below which nothing is an amplitude
 
 

@@ -28,7 +28,7 @@ SAMPLES_SEEN = "statistics/samples_seen"  # shared by all kinds
 KINDS = (
     Kind("contact", "amplification", "1", "contact amplifications"),
     Kind("linear", "linear_amplification", "1", "linear amplifications"),
-    Kind("stress", "peak_stress_pa", "Pa", "largest stresses of any speed"),  # with stresses
+    Kind("stress", "peak_stress_pa", "Pa", "largest stresses of any speed"),  # if observed
     Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),  # of a coating
     Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
 )
