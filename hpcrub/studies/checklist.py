@@ -101,7 +101,7 @@ class Checklist(Study):
         return len(CHANGES) * _n_disks(config)
 
     def cost(self, config: Config) -> Cost:
-        """Cost; changes of speeds, step and time take twice as long as the others."""
+        """Cost of all changes; those of speeds, step and time take twice as long as others."""
         disks = _n_disks(config)
         return Cost((len(CHANGES) + 3) * disks, disks=len(CHANGES) * disks)
 

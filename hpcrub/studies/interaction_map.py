@@ -124,17 +124,17 @@ class InteractionMap(StudyInTime):
         disk, number = divmod(task, len(groups))
         modes, group = problem.modes[disk], groups[number]
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
-        followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
+        followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
-            for lane, one in enumerate(followed):
-                one.take(piece, lane)
+            for lane, follower in enumerate(followers):
+                follower.take(piece, lane)
             touching = scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
             parts.append((piece.time, piece.observed, touching, piece.reason))
         *values, reasons = zip(*parts, strict=True)
         time, tips, touching = map(np.concatenate, values)
         if group[0] == groups[0][0]:
             yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
-        for lane, (speed, one) in enumerate(zip(group, followed, strict=True)):
+        for lane, (speed, follower) in enumerate(zip(group, followers, strict=True)):
             if config.disk.model is not None:
                 there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
                 yield AT_SPEED.name, (disk, speed), there
@@ -150,11 +150,11 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield "point_status", (disk, speed), one.found.status
-            yield "mean_amplitude_m", (disk, speed), one.found.amplitude
-            yield "mean_error_m", (disk, speed), one.found.error
+            yield "point_status", (disk, speed), follower.found.status
+            yield "mean_amplitude_m", (disk, speed), follower.found.amplitude
+            yield "mean_error_m", (disk, speed), follower.found.error
             if scene.coating:
-                yield from worn.of_speed(one.wear, (disk, speed))
+                yield from worn.of_speed(follower.wear, (disk, speed))
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()

@@ -90,7 +90,7 @@ def _diameters(shapes, n_blades):
 
 
 def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
-    """Displacements of the nodes in x and y, scaled to a largest one of 1.
+    """Displacements of the nodes in x and y, scaled so that the largest is 1.
 
     points: disk.Points; shapes: (n, K). Returns (K, n_nodes, 2).
     """

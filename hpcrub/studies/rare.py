@@ -92,7 +92,7 @@ class Sampling(Job):
     def _choose_look(self, goal):
         """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
         tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
-        speeds, best = min(tried.items(), key=lambda one: one[1].saving)
+        speeds, best = min(tried.items(), key=lambda item: item[1].saving)
         looks = _looks(self.file, speeds)
         if best.rule == Rule():
             speeds = ()
@@ -251,8 +251,8 @@ def candidates(file: ResultFile) -> list[tuple[int, ...]]:
     at = np.sort(file.read("pilot_peak_hz"))
     at = at[np.isfinite(at)] if np.isfinite(at).any() else file.config.speeds.values_hz
     places = (((np.arange(few) + 0.5) / few * len(at)).astype(int) for few in FEW)
-    speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[one])) for one in places)
-    return list(dict.fromkeys(tuple(map(int, one)) for one in speeds))
+    speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[i])) for i in places)
+    return list(dict.fromkeys(tuple(map(int, indices)) for indices in speeds))
 
 
 def costs(file: ResultFile, speeds: Any) -> tuple[float, float]:
@@ -304,8 +304,8 @@ def look_in_words(file: ResultFile) -> str:
     speeds, (n, (chance, low, high)) = np.flatnonzero(file.read("look_speeds")), last_estimate(file)
     tried = [tuple(map(int, speeds))] if len(speeds) else candidates(file)
     agree = "; ".join(
-        f"{len(one)} speeds {spearmanr(_looks(file, one), severities(file)[:PILOT])[0]:.2f}"
-        for one in tried
+        f"{len(look)} speeds {spearmanr(_looks(file, look), severities(file)[:PILOT])[0]:.2f}"
+        for look in tried
     )
     text = f"{in_words(file.config, speeds)} (rank correlation with full results: {agree})"
     early, full = costs(file, speeds)

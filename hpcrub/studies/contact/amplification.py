@@ -82,7 +82,7 @@ def _problem_of(text):
 
 
 def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
-    """Effect of half the time step on a disk, by names in the result file; if it is checked."""
+    """Effect of half the time step on a disk, by names in the result file; empty if unchecked."""
     if found.result is None or found.half_step is None:
         return {}
     whole, half = amplitudes(found.result), amplitudes(found.half_step)

@@ -30,7 +30,7 @@ def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
     """Write one sample, its status last; one rank.
 
-    values: by their names in the group, `status` included; a failed sample may lack all others.
+    values: {name in the group: value}, `status` included; a failed sample may lack all others.
     Raises WriteError when the file cannot be written.
     """
     there = {f"samples/{n}": values[n] for n in names(file, "samples") if n in values}

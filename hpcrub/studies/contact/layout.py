@@ -137,12 +137,12 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 
 def amplitude(config: Config) -> str:
-    """Name of the dataset whose largest value is the peak of a disk; it depends on the coating."""
+    """Dataset whose largest value is the peak of a disk; with a coating that of any time."""
     return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
 
 
 def amplitude_in_words(config: Config) -> str:
-    """Name of these amplitudes in the glossary."""
+    """Name that the glossary has for the amplitudes in the dataset `amplitude`."""
     return AMPLITUDES[amplitude(config)]
 
 

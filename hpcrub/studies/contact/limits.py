@@ -1,4 +1,4 @@
-"""Limits of a study, in lines: largest amplitude, probabilities of exceeding, worn depths."""
+"""Lines about limits: largest amplitude, probabilities of exceeding limits, worn depths."""
 
 from collections.abc import Iterator
 
@@ -99,7 +99,7 @@ def _stress_in_words(config):
 
 
 def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
-    """Probability of exceeding the limits, by level; usable: whether the verdict says so."""
+    """Probability of exceeding the limits, by level; usable: False adds a warning."""
     config, limits = file.config, file.config.limits
     caveat = "" if usable else "; not to be signed, the verdict says why"
     levels = range(len(config.levels))

@@ -1,4 +1,4 @@
-"""Merging of the files of parts of a contact study into the file of the whole study.
+"""Merge the files of parts of a contact study into the file of the whole study.
 
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,

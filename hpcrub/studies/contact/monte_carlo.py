@@ -57,7 +57,7 @@ class MonteCarlo(Job):
         self.kinds = kinds(config)
         self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
         self.tasks: Any = ()  # on rank 0
-        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # on rank 0
+        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # of samples that are cut (rank 0)
         self.failure = ""  # message of the last sample that failed (rank 0)
 
     def run(self) -> None:

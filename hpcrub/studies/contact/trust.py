@@ -68,7 +68,7 @@ def _worn_through(file):
 
 
 def _speeds(file, counts):
-    """Peaks at the edge of the speeds, and peaks between them."""
+    """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
     n, speeds = max(1, int(counts.peaks.sum())), file.config.speeds
     yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in (speeds.from_hz, speeds.to_hz):

@@ -52,7 +52,7 @@ def sizes(config: Config) -> dict[str, int]:
 
 
 def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> np.ndarray:
-    """Speeds at which waves of the casing meet blades, in the order of `crossings` [Hz]."""
+    """Speeds at which waves of the casing meet blades, as of `crossings.interactions` [Hz]."""
     highest = 2.0 * np.pi * REACH * config.speeds.to_hz
     speeds = crossings.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
     return speeds / (2.0 * np.pi)
