@@ -28,7 +28,7 @@ def open_result(
 ) -> ResultFile:
     """Open a result file of any version that holds all that its study needs.
 
-    config: what the file must have been computed from; mode: "r" to read, "r+" to write too.
+    config: configuration that the file must have, None: any; mode: "r" to read, "r+" to write.
     Raises InputError, which says what is wrong with the file.
     """
 

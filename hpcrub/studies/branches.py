@@ -79,7 +79,7 @@ def windows(
 ) -> Any:
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
-    motion: Motion of all speeds, which goes on. Also returns the codes of ``status`` (S,); the code
+    motion: Motion of all speeds to start from. Also returns the codes of ``status`` (S,); the code
     of a speed that has diverged before means nothing.
     """
     results = np.full((2, len(speeds_hz), N_WINDOWS), np.nan)

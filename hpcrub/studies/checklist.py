@@ -34,7 +34,7 @@ class Change(NamedTuple):
     what: str
     key: str  # key to look at where the change moves the answer
     values: Callable[[Config], dict[str, Any]]  # {key: value}; empty: does not apply
-    is_error: bool  # of the computation; False: of an input that is not known exactly
+    is_error: bool  # shows an error of the computation; False: an input that is uncertain
     start: float = 0.0  # added to the stiffness deviation of all blades [-]
 
 
@@ -153,10 +153,10 @@ class Checklist(Study):
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
-    """Mean relative change, half its 95 % interval and the largest of a disk, per change.
+    """Mean relative change, half its 95 % interval and largest change of a disk, by row.
 
     size: largest amplitudes (changes, disks), row 0 without a change. NaN where fewer than two
-    disks have an amplitude with the change and without it.
+    disks have an amplitude in the row and in row 0.
     """
     moves = []
     for row in size[1:]:

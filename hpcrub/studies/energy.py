@@ -69,7 +69,7 @@ def energies(
 ) -> tuple[np.ndarray, SweepResult]:
     """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
 
-    stiffness: matrices of the blades in these modes (N, K, K) [rad2/s2].
+    stiffness: matrices of the blades in modal coordinates (N, K, K) [rad2/s2].
     Also returns the SweepResult.
     """
     motion = Motion.at_rest(len(speeds_hz), modes.n_rows)

@@ -98,7 +98,7 @@ class Rounds:
             self.n_disks[here] = n
             self.percentile[here], self.worse_by[here] = compare(amplification, asked.percentile)
             self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
-            if len(self.unknown):  # neighbours of the best come first
+            if len(self.unknown):  # first, neighbours of the best are named
                 self.missing = here, n
                 return
             if n == self.most:

@@ -20,7 +20,7 @@ from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
 
 DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
-ROUNDING = 1e-9  # share of clearance and casing height below which nothing is an amplitude
+ROUNDING = 1e-9  # share of clearance plus casing height up to which a motion is rounding
 
 
 class Reference(NamedTuple):
@@ -28,7 +28,7 @@ class Reference(NamedTuple):
 
     contact: float  # median over all tuned runs
     linear: float  # linear response
-    rounding: float = 0.0  # value up to which `contact` is no amplitude
+    rounding: float = 0.0  # up to this value `contact` is rounding
 
     @property
     def usable(self) -> bool:
@@ -102,7 +102,7 @@ def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
-    assert config.engine_order is not None  # `contact.problems` sees to it
+    assert config.engine_order is not None  # `Contact.problems` has checked it
     load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 

@@ -114,7 +114,7 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     """
     title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
     names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: of the first
+    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: by A_nl only
     if of_coating:
         title = "Coating: percentiles and their intervals (95 %) [mm]"
         names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}

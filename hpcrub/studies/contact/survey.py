@@ -67,8 +67,8 @@ def survey(file: ResultFile) -> Survey:
 def n_counted(file: ResultFile) -> int:
     """Number of samples of each level that the tables count.
 
-    Of a study that stops when it has converged, only samples up to there count: how many more there
-    are depends on the number of ranks.
+    A study that stops when it has converged counts its samples up to there only: how many more it
+    has computed depends on the number of ranks.
     """
     n_all = len(file.config.samples)
     if not file.config.convergence.stop_when_converged:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from hpcrub.ranks.schedule import Tasks
 
-PART = 8  # speeds of a part: as many as are integrated together in the narrowest lanes
+PART = 8  # speeds of a part: as many as the kernel integrates at once, at least
 
 
 class TunedPart(NamedTuple):
