@@ -1,7 +1,7 @@
-"""What can be computed: every module here, but `shared`, is the study of its name.
+"""The studies: every module here, except `shared`, is the study of its name.
 
-In: a `Config`. Out: all that a result file holds. `docs/developing_a_study.md` shows how to add one
-more.
+A study takes a `Config` and computes all that its result file holds. How to add a study is shown in
+`docs/developing_a_study.md`.
 """
 
 import os
@@ -19,7 +19,7 @@ STUDIES: dict[str, Study] = {
 
 
 def run_of(config: Config) -> Run:
-    """The run that a configuration describes."""
+    """Run that a configuration describes."""
     return Run(STUDIES[config.study], config)
 
 
@@ -28,7 +28,7 @@ def open_result(
 ) -> ResultFile:
     """Open a result file of any version that holds all that its study needs.
 
-    config: the configuration that it must have; None for any. mode: "r" to read, "r+" to write too.
+    config: configuration that the file must have, None: any; mode: "r" to read, "r+" to write.
     Raises InputError, which says what is wrong with the file.
     """
 

@@ -1,12 +1,12 @@
 """Coexisting stable motions: the same speeds integrated from several initial states.
 
 A motion that passes the steady-state test is often not periodic, and its amplitude differs from
-window to window; some jump to another motion after a second or two. So after the test they go on
-for N_WINDOWS windows more, and `coexistence` tells from these which motions differ.
+window to window; some motions jump to another one after a second or two. So every motion goes on
+for N_WINDOWS windows after the test, and `coexistence` tells by these windows which motions differ.
 
-- rest: as in every other study
-- up, down: every speed starts from where the one below, or above, has ended
-- perturbed: from a random deflection of the blades; several of them
+- rest: the disk is at rest, as in every other study
+- up, down: every speed starts from the final motion of the next lower, or higher, speed
+- perturbed: the blades have a random deflection; there are several of these states
 """
 
 from collections.abc import Callable, Iterator
@@ -42,7 +42,7 @@ LAYOUT = (
     Dataset("point_reason", _SS, "1", POINT_REASON, "u1"),
 )
 LISTED = 6  # branches that the report describes, those with the most points
-N_WINDOWS = 60  # five seconds at 36 Hz; within the first one many motions jump to another
+N_WINDOWS = 60  # 5 s at 36 Hz; many motions jump to another one within the first second
 
 
 def starts(config: Config) -> list[str]:
@@ -58,7 +58,7 @@ def follow(
     downwards: bool,
     poll: Callable[[], object] | None = None,
 ) -> SweepResult:
-    """Every speed from the motion at the end of the one before (modified); the first as given."""
+    """Integrate every speed from the final motion of the speed before it; modifies `motion`."""
     order = range(len(speeds_hz))[:: -1 if downwards else 1]
     whole = SweepResult.empty(len(speeds_hz))
     for before, i in zip((None, *order), order, strict=False):
@@ -79,10 +79,10 @@ def windows(
 ) -> Any:
     """Amplitude [m] and localisation of the N_WINDOWS windows that follow, (S, N_WINDOWS) each.
 
-    motion: Motion of all speeds. Returns the codes of ``status`` (S,), too; those of speeds whose
-    motion was lost before mean nothing.
+    motion: Motion of all speeds to start from. Also returns the codes of ``status`` (S,); the code
+    of a speed that has diverged before means nothing.
     """
-    found = np.full((2, len(speeds_hz), N_WINDOWS), np.nan)
+    results = np.full((2, len(speeds_hz), N_WINDOWS), np.nan)
     reason = np.zeros(len(speeds_hz), dtype=np.uint8)
     for group in history.groups(speeds_hz):
         part = Motion(*(values[group] for values in motion))
@@ -94,13 +94,13 @@ def windows(
             largest = scene.interface.of_blades(largest)  # (speeds of the group, N)
             well = ~status.are_fatal(piece.reason)
             at, largest = group[well], largest[well]
-            found[:, at, window] = largest.max(axis=1), steady.localisation(largest)
+            results[:, at, window] = largest.max(axis=1), steady.localisation(largest)
             reason[group] = np.where(status.are_fatal(reason[group]), reason[group], piece.reason)
-    return *found, reason
+    return *results, reason
 
 
 def deflection(modes: Modes, n_family: int, seed: int, task: int, size: float) -> np.ndarray:
-    """Random modal coordinates (K,) in the first family, largest observed |u| = size [m]."""
+    """Random modal coordinates (K,) in the first family, scaled to largest |u| = size [m]."""
     random = mistuning.uniform(seed, mistuning.START, 0, task, n_family)
     random *= size / np.abs(modes.observed[:, :n_family] @ random).max()
     return np.append(random, np.zeros(len(modes.omega) - n_family))
@@ -122,24 +122,24 @@ class Branches(StudyInTime):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {"start": len(starts(config)), "window": N_WINDOWS}
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """The blades of the disk."""
+        """Stiffness deviations of the disk."""
         return {"deviation": disks(config)[-1]}
 
     def n_tasks(self, config: Config) -> int:
-        """One for every initial state."""
+        """One task for every initial state."""
         return len(starts(config))
 
     def cost(self, config: Config) -> Cost:
-        """Every start at every speed; a continuation has seven idle lanes."""
+        """Cost of every start at every speed; a continuation leaves seven lanes idle."""
         n, revolutions = self.n_tasks(config), N_WINDOWS * config.steady_state.window_revolutions
         return Cost(2 * 8 + n - 2, n * revolutions / config.speeds.from_hz, 1)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """All speeds from one initial state."""
+        """Integrate all speeds from one initial state."""
         scene, modes = problem.problem.scene, problem.modes[-1]
         name, speeds = starts(config)[task], config.speeds.values_hz
         motion = Motion.at_rest(len(speeds), modes.n_rows)
@@ -164,14 +164,14 @@ class Branches(StudyInTime):
             yield name, task, getattr(result, name)
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Where several branches coexist, and what went wrong."""
-        found = label_file(file)
-        several = coexistence.coexisting(found) > 1
+        """Points without a result, speeds at which branches coexist, and the largest branches."""
+        labels = label_file(file)
+        several = coexistence.coexisting(labels) > 1
         speeds, local = file.read("speeds_hz"), file.read("window_localisation").mean(axis=-1)
         reason = file.read("point_reason")
         yield from status.lines(status.count(reason), reason.size)
         share = np.mean(file.read("point_status") == STEADY)
-        n_branches = found.max() + 1
+        n_branches = labels.max() + 1
         branches = "1 branch" if n_branches == 1 else f"{n_branches} branches"
         yield f"{100 * share:.0f} % of the points are steady, {branches}"
         if several.any():
@@ -180,14 +180,14 @@ class Branches(StudyInTime):
                 f"{speeds[several].min():.6g} and {speeds[several].max():.6g} Hz"
             )
         for branch in range(min(LISTED, n_branches)):
-            mine = found == branch
+            mine = labels == branch
             at = speeds[mine.any(axis=0)]
             yield (
                 f"branch {branch + 1}: {at.min():.6g} to {at.max():.6g} Hz, mean localisation "
                 f"{100 * local[mine].mean():.1f} %, {mine.sum()} points"
             )
         if n_branches > LISTED:
-            left = np.count_nonzero(found >= LISTED)
+            left = np.count_nonzero(labels >= LISTED)
             yield f"branches {LISTED + 1} to {n_branches}: {left} points in all"
 
 

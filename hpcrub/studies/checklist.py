@@ -1,8 +1,8 @@
-"""What moves the answer of a contact study: a few disks again with one thing changed.
+"""Sensitivity of a contact study: a few disks are computed again, with one change at a time.
 
-A changed grid, step or model shows the error of the computation, a changed input how much the
-answer owes to a number that is not known well. Another start of the same disks shows how much they
-change by chance.
+A changed grid, step or model shows the error of the computation. A changed input shows how much the
+answer depends on a number that is not known well. Another start of the same disks shows how much
+their amplitudes change by chance.
 """
 
 import contextlib
@@ -24,22 +24,22 @@ from hpcrub.setup.disks import APART, deviation
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.contact.amplification import peaks_of
 
-LEAST = 0.01  # mean change of the disks that counts [-]
-LARGE = 0.05  # and one of the computation that makes a study useless [-]
+LEAST = 0.01  # smallest mean change of the disks that counts [-]
+LARGE = 0.05  # mean change by grid, step or model that makes a study useless [-]
 
 
 class Change(NamedTuple):
-    """One thing that is changed."""
+    """One change of the input."""
 
     what: str
-    key: str  # to look at where the answer moves
-    values: Callable[[Config], dict[str, Any]]  # of other keys; empty where the scene has no such
-    is_error: bool  # of the computation; False: an input that is not known exactly
+    key: str  # key to look at where the change moves the answer
+    values: Callable[[Config], dict[str, Any]]  # {key: value}; empty: does not apply
+    is_error: bool  # shows an error of the computation; False: an input that is uncertain
     start: float = 0.0  # added to the stiffness deviation of all blades [-]
 
 
 def _times(factors, where=lambda config: True):
-    """Change of keys that are not null to so many times their values; where: else none changes."""
+    """Return a function that multiplies keys, unless null; where: whether the change applies."""
 
     def values(config):
         before = flatten(config.model_dump(mode="json")) if where(config) else {}
@@ -84,7 +84,7 @@ LAYOUT = (
 
 
 class Checklist(Study):
-    """A few disks of a contact study with one thing changed after the other."""
+    """A few disks of a contact study, with one change after the other."""
 
     name = "checklist"
     what = "what moves the answer of a contact study, before it is signed"
@@ -93,33 +93,33 @@ class Checklist(Study):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Changes, and the tuned disk beside the mistuned ones."""
+        """Numbers of changes and of disks, the tuned one included."""
         return {"change": len(CHANGES), "disk": _n_disks(config)}
 
     def n_tasks(self, config: Config) -> int:
-        """One for every change and disk, so that the disks of one change follow each other."""
+        """One task for every change and disk; the disks of one change follow each other."""
         return len(CHANGES) * _n_disks(config)
 
     def cost(self, config: Config) -> Cost:
-        """The changes of speeds, step and time take twice as long as the others."""
+        """Cost of all changes; those of speeds, step and time take twice as long as others."""
         disks = _n_disks(config)
         return Cost((len(CHANGES) + 3) * disks, disks=len(CHANGES) * disks)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """One disk with one change; nothing where the scene has no such thing."""
+        """Compute one disk with one change; nothing where the change does not apply."""
         number, disk = divmod(task, _n_disks(config))
         change, level = CHANGES[number], len(config.mistuning.half_range) - 1
         values = change.values(config)
         if number and not values and not change.start:
             return
         own = deviation(config, level, disk - 1) if disk else np.zeros(config.disk.n_blades)
-        with contextlib.suppress(InputError):  # more modes than a model has, for one
+        with contextlib.suppress(InputError):  # for example more modes than a model has
             size, stress = peaks_of(config.replace(values), own + change.start, poll)
             yield "peak_amplitude_m", (number, disk), size
             yield "peak_stress_pa", (number, disk), stress
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """What every change does."""
+        """Lines about the effect of every change."""
         size = 1e3 * file.read("peak_amplitude_m")
         if not np.isfinite(size[0]).any():
             yield "no disk has a largest amplitude yet"
@@ -153,30 +153,30 @@ class Checklist(Study):
 
 
 def moved(size: np.ndarray) -> list[tuple[float, float, float]]:
-    """Mean relative change, half of its 95 % interval and largest of a disk, of every change.
+    """Mean relative change, half its 95 % interval and largest change of a disk, by row.
 
-    size: largest amplitudes (changes, disks), the first row as asked. NaN where fewer than two
-    disks have both.
+    size: largest amplitudes (changes, disks), row 0 without a change. NaN where fewer than two
+    disks have an amplitude in the row and in row 0.
     """
-    found = []
+    moves = []
     for row in size[1:]:
         ratio = row / size[0] - 1.0
         ratio = ratio[np.isfinite(ratio)]
         if len(ratio) < 2:
-            found.append((np.nan, np.nan, np.nan))
+            moves.append((np.nan, np.nan, np.nan))
             continue
         error = Z_95 * ratio.std(ddof=1) / np.sqrt(len(ratio))
-        found.append((float(ratio.mean()), float(error), float(np.abs(ratio).max())))
-    return found
+        moves.append((float(ratio.mean()), float(error), float(np.abs(ratio).max())))
+    return moves
 
 
 def _n_disks(config):
-    """The tuned disk, and mistuned ones as far as there are so many."""
+    """Number of disks: the tuned one, and mistuned ones up to the number of samples."""
     return 1 + min(config.checklist.disks, config.mistuning.samples)
 
 
 def _counts(mean, error):
-    """Whether a change is more than chance, and more than nothing."""
+    """Whether a change is larger than chance and than LEAST."""
     return bool(abs(mean) > max(error, LEAST))
 
 

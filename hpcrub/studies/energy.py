@@ -1,8 +1,8 @@
 """Strain energy of the blades, for the samples of a contact study with the largest A_nl.
 
-Every speed is integrated to its steady state as in the contact study, and then, from where it
-stands, over the revolutions of one more window, in which the energy is taken. On a coating that
-is the one that has been worn until then, and what its wear has taken is kept, too.
+Every speed is integrated to its steady state as in the contact study, and from there over one more
+window, in which the energy is taken. The window begins with the coating as it is worn by then, and
+the energy that wear has taken is kept, too.
 """
 
 from collections.abc import Callable, Iterator
@@ -54,10 +54,10 @@ _STRESS = (
 
 
 class Chosen(NamedTuple):
-    """What every rank needs."""
+    """Data that every rank needs."""
 
     problem: Problem  # of the tuned disk
-    deviation: np.ndarray  # of the samples that were chosen (n, N)
+    deviation: np.ndarray  # stiffness deviations of the chosen samples (n, N)
 
 
 def energies(
@@ -69,8 +69,8 @@ def energies(
 ) -> tuple[np.ndarray, SweepResult]:
     """Largest strain energy of every blade at every speed, (S, N) [J]; NaN where diverged.
 
-    stiffness: of the blades, in these modes (N, K, K) [rad2/s2].
-    Returns the sweep.SweepResult, too.
+    stiffness: matrices of the blades in modal coordinates (N, K, K) [rad2/s2].
+    Also returns the SweepResult.
     """
     motion = Motion.at_rest(len(speeds_hz), modes.n_rows)
     result = run_sweep(modes, scene, speeds_hz, poll, motion=motion)
@@ -82,11 +82,11 @@ def energies(
             continue
         part = Motion(*(values[usable] for values in motion))
         duration = scene.steady.window_revolutions / speeds_hz[usable].max()
-        found = -np.inf
+        peak = -np.inf
         for piece in history.integrate(modes, scene, speeds_hz[usable], duration, part, poll):
-            found = np.maximum(found, strain_energy(stiffness, piece.position).max(axis=0))
+            peak = np.maximum(peak, strain_energy(stiffness, piece.position).max(axis=0))
             reason[usable] = piece.reason
-        energy[usable] = found
+        energy[usable] = peak
     result = result.continued(reason)
     energy[result.point_status == DIVERGED] = np.nan
     return energy, result
@@ -102,18 +102,18 @@ def strain_energy(stiffness: np.ndarray, position: np.ndarray) -> np.ndarray:
 def amplification(file: ResultFile) -> np.ndarray:
     """A_nl(E) of every sample: its largest energy over the tuned disk's, (n,).
 
-    NaN where all points of the sample have diverged, or of the tuned disk.
+    NaN where all points of the sample or of the tuned disk have diverged.
     """
-    found, tuned = largest(file, "energy_j")
-    return found / (tuned if tuned > 0.0 else np.nan)
+    energy, tuned = largest(file, "energy_j")
+    return energy / (tuned if tuned > 0.0 else np.nan)
 
 
 def largest(file: ResultFile, name: str) -> tuple[np.ndarray, float]:
-    """Largest number of a dataset in every sample (n,), and in the tuned disk; NaN: none known."""
+    """Largest value of a dataset for every sample (n,) and for the tuned disk; NaN: none known."""
     disks = file.read(f"tuned/{name}"), *file.read(name)
     known = (values[np.isfinite(values)] for values in disks)
-    tuned, *found = (values.max() if len(values) else np.nan for values in known)
-    return np.array(found), tuned
+    tuned, *samples = (values.max() if len(values) else np.nan for values in known)
+    return np.array(samples), tuned
 
 
 class Energy(StudyInTime):
@@ -127,22 +127,22 @@ class Energy(StudyInTime):
     n_sources = 1
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """The samples."""
+        """Number of samples."""
         return {"sample": config.energy.samples}
 
     def prepare(self, config: Config) -> Chosen:
-        """The tuned disk, and the blades of the samples. Raises InputError as `constants`."""
+        """Return the tuned disk and the chosen samples. Raises InputError as `constants` does."""
         return Chosen(build_problem(config), self.constants(config)["deviation"])
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
+        """Datasets of the result file."""
         stress = _STRESS if config.observes_stress else ()
         return LAYOUT + (_COATING if config.contact.wears else ()) + stress
 
     def constants(self, config: Config) -> dict[str, Any]:
         """The samples with the largest A_nl of the source.
 
-        Raises InputError when it has too few finished samples or other physics.
+        Raises InputError when the source has too few finished samples or other physics.
         """
         n_wanted = config.energy.samples
         with open_contact(config.sources[0]) as file:
@@ -164,23 +164,23 @@ class Energy(StudyInTime):
             }
 
     def n_tasks(self, config: Config) -> int:
-        """The tuned disk, then the samples."""
+        """One task for the tuned disk, then one for every sample."""
         return 1 + config.energy.samples
 
     def cost(self, config: Config) -> Cost:
-        """Every disk at every speed until it is steady, and over one more window."""
+        """Cost of every disk at every speed, until it is steady and over one more window."""
         n, window = self.n_tasks(config), config.steady_state.window_revolutions
         return Cost(n, n * window / config.speeds.from_hz, n)
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Energies of one disk."""
+        """Compute the strain energies of one disk."""
         tuned, samples = problem
         deviation = samples[task - 1] if task else np.zeros(config.disk.n_blades)
         modes = modes_of(config, tuned, deviation)
         stiffness = blade_stiffness(tuned.reduced, deviation, modes)
-        found, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
+        energy, result = energies(modes, stiffness, tuned.scene, config.speeds.values_hz, poll)
         group, where = ("", task - 1) if task else ("tuned/", ())
-        yield f"{group}energy_j", where, found
+        yield f"{group}energy_j", where, energy
         yield f"{group}point_status", where, result.point_status
         yield f"{group}point_reason", where, result.point_reason
         if config.contact.wears:
@@ -189,19 +189,19 @@ class Energy(StudyInTime):
             yield f"{group}stress_pa", where, result.stress
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Ranges of both amplifications, and what went wrong."""
+        """Points without a result, and ranges of both amplifications."""
         reason = np.vstack([file.read("tuned/point_reason"), file.read("point_reason")])
         yield from status.lines(status.count(reason), reason.size)
-        found, known = amplification(file), file.read("amplification")
-        yield f"{len(found)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
-        found = found[np.isfinite(found)]
-        if not len(found):
+        by_energy, known = amplification(file), file.read("amplification")
+        yield f"{len(by_energy)} samples: A_nl {known.min():.3f} to {known.max():.3f}"
+        by_energy = by_energy[np.isfinite(by_energy)]
+        if not len(by_energy):
             yield (
                 "by strain energy: not known, all points of the tuned disk or of the samples "
                 "diverged"
             )
             return
-        low, middle, high = np.percentile(found, [0, 50, 100])
+        low, middle, high = np.percentile(by_energy, [0, 50, 100])
         yield f"by strain energy: {low:.3f} to {high:.3f}, median {middle:.3f}"
         if "wear_energy_j" in file:
             wear, tuned = largest(file, "wear_energy_j")
@@ -209,11 +209,11 @@ class Energy(StudyInTime):
             yield f"wear takes {low:.3g} to {high:.3g} J, tuned {tuned:.3g} J"
         if "stress_pa" in file:
             stress, tuned = largest(file, "stress_pa")
-            low, high, tuned = (1e-6 * found for found in (stress.min(), stress.max(), tuned))
+            low, high, tuned = (1e-6 * value for value in (stress.min(), stress.max(), tuned))
             yield f"largest stress {low:,.0f} to {high:,.0f} MPa, tuned {tuned:,.0f}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What speaks against the points of all disks; of the largest energies, the edges."""
+        """Reasons to distrust points of disks, and largest energies at an end of the speeds."""
         names = "energy_j", "point_status", "point_reason"
         of_all = (np.concatenate([file.read(f"tuned/{n}")[None], file.read(n)]) for n in names)
         energy, states, reasons = of_all

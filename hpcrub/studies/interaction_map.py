@@ -35,7 +35,7 @@ LAYOUT = (
 _OF_MODEL = "the same at each speed; of a model file, whose stiffness depends on it"
 AT_SPEED = Dataset("natural_frequencies_at_speed_hz", (*_DS, "mode"), "Hz", _OF_MODEL)
 DISKS = "tuned disk", "pattern"
-SPECTRUM_RECORDS = 16  # of a window whose spectrum is computed, at least
+SPECTRUM_RECORDS = 16  # fewest records in a window whose spectrum is computed
 
 
 def _longest_interval(config):
@@ -45,12 +45,12 @@ def _longest_interval(config):
 
 
 def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
-    """Amplitudes of harmonic parts of signals, their means aside.
+    """Amplitudes of the harmonic parts of signals, without their means.
 
-    signals: (T, n); interval between two values [s]; wanted: step_hz, n_frequencies.
+    signals: (T, n); interval: between two values [s]; wanted: has step_hz and n_frequencies.
     Returns amplitudes (n, F) [as the signals] at 0, step_hz, ..., through a Hann window.
     """
-    from scipy.signal import windows, zoom_fft  # a second, for no other study
+    from scipy.signal import windows, zoom_fft  # its import takes a second, no other study needs it
 
     window = windows.hann(len(signals), sym=False)
     top = wanted.step_hz * wanted.n_frequencies
@@ -60,17 +60,17 @@ def spectrum(signals: np.ndarray, interval: float, wanted: Any) -> np.ndarray:
 
 
 def how_known(file: ResultFile, disk: int) -> str:
-    """How many points of a disk are steady, averaged or neither, and what that means."""
-    found = file.read("point_status", disk)
+    """Numbers of points of a disk that are steady, averaged or neither, in words."""
+    states = file.read("point_status", disk)
     n_steady, n_averaged, n_lost = (
-        int(np.count_nonzero(found == s)) for s in (STEADY, AVERAGED, NOT_STEADY)
+        int(np.count_nonzero(states == s)) for s in (STEADY, AVERAGED, NOT_STEADY)
     )
     relative = file.read("mean_error_m", disk) / file.read("mean_amplitude_m", disk)
-    relative = relative[found == AVERAGED]
+    relative = relative[states == AVERAGED]
     error = f", means known to {100 * np.median(relative):.1f} %" if n_averaged else ""
     lost = ", each one draw of many" if n_lost else ""
     return (
-        f"of {len(found)} points {n_steady} are steady, {n_averaged} averaged{error}, "
+        f"of {len(states)} points {n_steady} are steady, {n_averaged} averaged{error}, "
         f"{n_lost} not steady{lost}"
     )
 
@@ -85,16 +85,16 @@ class InteractionMap(StudyInTime):
     scales = {"frequency": "frequencies_hz"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of a planar disk, or of a model file; with what is worn of a coating."""
+        """Datasets for a planar disk or a model file, and for a coating."""
         of_model = () if config.disk.model is None else (AT_SPEED,)
         return *LAYOUT, *of_model, *worn.layout(config, _DS)
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {"frequency": config.spectrum.n_frequencies, "disk": len(disks(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """The scales."""
+        """Frequencies of the spectra, and stiffness deviations of the disks."""
         return {
             "frequencies_hz": config.spectrum.step_hz * np.arange(config.spectrum.n_frequencies),
             "deviation": disks(config),
@@ -119,22 +119,22 @@ class InteractionMap(StudyInTime):
             )
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Spectra of one group of speeds of one disk; of speeds that diverge, say why."""
+        """Compute the spectra of one disk at a group of speeds, or why speeds have diverged."""
         scene, groups = problem.problem.scene, history.groups(config.speeds.values_hz)
         disk, number = divmod(task, len(groups))
         modes, group = problem.modes[disk], groups[number]
         speeds, duration = config.speeds.values_hz[group], config.history.duration_s
-        followed, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
+        followers, parts = [history.Follower(modes, scene, at, duration) for at in speeds], []
         for piece in history.integrate(modes, scene, speeds, duration, poll=poll):
-            for lane, one in enumerate(followed):
-                one.take(piece, lane)
+            for lane, follower in enumerate(followers):
+                follower.take(piece, lane)
             touching = scene.interface.of_points(np.swapaxes(piece.normal_force > 0.0, 1, 2))
             parts.append((piece.time, piece.observed, touching, piece.reason))
         *values, reasons = zip(*parts, strict=True)
         time, tips, touching = map(np.concatenate, values)
         if group[0] == groups[0][0]:
             yield "natural_frequencies_hz", disk, modes.omega / (2 * np.pi)
-        for lane, (speed, one) in enumerate(zip(group, followed, strict=True)):
+        for lane, (speed, follower) in enumerate(zip(group, followers, strict=True)):
             if config.disk.model is not None:
                 there = modes.omega_at(2 * np.pi * speeds[lane]) / (2 * np.pi)
                 yield AT_SPEED.name, (disk, speed), there
@@ -150,17 +150,17 @@ class InteractionMap(StudyInTime):
             yield "point_status", (disk, speed), DIVERGED
             if status.are_fatal(reason):
                 continue
-            yield "point_status", (disk, speed), one.found.status
-            yield "mean_amplitude_m", (disk, speed), one.found.amplitude
-            yield "mean_error_m", (disk, speed), one.found.error
+            yield "point_status", (disk, speed), follower.found.status
+            yield "mean_amplitude_m", (disk, speed), follower.found.amplitude
+            yield "mean_error_m", (disk, speed), follower.found.error
             if scene.coating:
-                yield from worn.of_speed(one.wear, (disk, speed))
+                yield from worn.of_speed(follower.wear, (disk, speed))
             spectra = spectrum(window, interval, config.spectrum)
             yield "spectrum_m", (disk, speed), spectra.max(axis=0)
             yield "amplitude_m", (disk, speed), np.abs(window).max()
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """The strongest interactions of every disk, and what went wrong."""
+        """Points of every disk without a result, and its strongest interaction."""
         speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
         for disk in range(len(file.read("deviation"))):
             amplitude, reason = file.read("amplitude_m", disk), file.read("point_reason", disk)

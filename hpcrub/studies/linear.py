@@ -1,7 +1,7 @@
 """Linear amplification of many samples under engine-order excitation.
 
-One eigenproblem per sample serves all its loads: the samples of all nodal diameters are the same.
-They are also those of the contact study with the same seed and levels.
+One eigenproblem per sample serves all its loads, so that the samples of all nodal diameters are
+the same. A contact study with the same seed and levels has these samples, too.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from hpcrub.setup.problem import Model, build_model
 from hpcrub.statistics.percentiles import Z_95, interval_in_words, percentile_interval
 from hpcrub.studies.shared import air
 
-ROUNDING = 1e-9  # of the radial displacement: no tangential amplitude below
+ROUNDING = 1e-9  # share of the radial displacement below which a tangential one is rounding
 CHUNK = 50  # samples of a level that make a task
 _VDN = ("level", "n_diameters", "sample")
 LAYOUT = (
@@ -41,7 +41,7 @@ def _chunks(config):
 
 
 def _peaks(config, model, modes):
-    """Amplitude [m] and speed [Hz] under every load, (D, 2)."""
+    """Largest amplitude [m] and its speed [Hz] under every load, (D, 2)."""
     return np.array([
         linear_peak(
             modes, config.damping, config.forcing.amplitude, config.forcing.sense * n_diameters,
@@ -61,7 +61,7 @@ class Linear(Study):
     scales = {"level": "half_range"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets, with those of disks in air."""
+        """Datasets of the study, and of disks in air."""
         return LAYOUT + air.layout(config, air.TUNED, air.MISTUNED)
 
     def loads(self, config: Config) -> tuple[int, ...]:
@@ -69,7 +69,7 @@ class Linear(Study):
         return config.linear.n_diameters
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {"n_diameters": len(config.linear.n_diameters)} | air.sizes(config)
 
     def constants(self, config: Config) -> dict[str, Any]:
@@ -81,11 +81,11 @@ class Linear(Study):
         }
 
     def n_tasks(self, config: Config) -> int:
-        """Chunks of samples, level by level."""
+        """One task for every chunk of samples, level by level."""
         return len(config.mistuning.half_range) * _chunks(config)
 
     def cost(self, config: Config) -> Cost:
-        """An eigenproblem for every sample, no time steps."""
+        """Cost of an eigenproblem for every sample, without time steps."""
         return Cost(disks=len(config.mistuning.half_range) * config.mistuning.samples)
 
     def prepare(self, config: Config) -> tuple[Model, np.ndarray]:
@@ -106,7 +106,7 @@ class Linear(Study):
         return model, tuned
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Amplifications of a chunk of samples of one level."""
+        """Compute the amplifications of a chunk of samples of one level."""
         model, tuned = problem
         level, chunk = divmod(task, _chunks(config))
         samples = range(chunk * CHUNK, min((chunk + 1) * CHUNK, config.mistuning.samples))
@@ -114,9 +114,9 @@ class Linear(Study):
         for i, sample in enumerate(samples):
             modes = modes_of(config, model, deviation(config, level, sample))
             waves += [modes.waves] if modes.waves else []
-            found = _peaks(config, model, modes)
-            known = np.isfinite(found[:, 0] + tuned[:, 0])  # a disk in flutter has no response
-            amplification[known, i] = found[known, 0] / tuned[known, 0]
+            peaks = _peaks(config, model, modes)
+            known = np.isfinite(peaks[:, 0] + tuned[:, 0])  # a disk in flutter has no response
+            amplification[known, i] = peaks[known, 0] / tuned[known, 0]
             poll()
         if waves:
             yield from air.values(waves, level, samples.start)
@@ -128,7 +128,7 @@ class Linear(Study):
         yield "amplification", where, amplification
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Percentiles at every level and load, and what the air does."""
+        """Damping by the air, and percentiles at every level and load."""
         yield from air.report_of_tuned(file)
         yield from air.report_of_mistuned(file)
         names = "/".join(f"{p:g}" for p in file.config.convergence.percentiles)
@@ -147,7 +147,7 @@ class Linear(Study):
                 yield f"n_d = {n_diameters}, sigma = {100 * sigma:.2f} %: {text}"
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """Percentiles that so few samples do not tell; no peak lies on a grid of speeds."""
+        """Percentiles that need more samples; no grid of speeds could miss a peak."""
         yield from verdict.few(file.config.convergence.percentiles, file.config.mistuning.samples)
 
 

@@ -1,4 +1,4 @@
-"""Modes of the tuned disk: full model beside the reduced one, shapes to draw."""
+"""Modes of the tuned disk: frequencies of the full and the reduced model, shapes for figures."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,7 +21,7 @@ from hpcrub.setup import imported
 from hpcrub.setup.problem import Model, build_model
 from hpcrub.studies.shared import air, casing_waves
 
-FAR_OFF = 0.01  # of the first family's frequencies by the reduction: more moves all crossings
+FAR_OFF = 0.01  # error of the first family's frequencies that moves all crossings too far
 MOST_SHAPES = 48  # modes whose shapes are kept
 _DIAMETERS = "nodal diameters of a mode"
 _FREQUENCIES = (
@@ -41,7 +41,7 @@ PLANAR = (
     Dataset("spokes", ("blade", "end"), "1", "inner and outer node of every spoke", "i8"),
     *_FREQUENCIES,
 )
-OF_FILE = (  # of a model file
+OF_FILE = (  # for a model file
     Dataset("position_m", ("node", "axis"), "m", "nodes of the disk, x, y and z"),
     Dataset("surface", ("face", "corner"), "1", "nodes of the faces of its surface", "i8"),
     Dataset("contact_node", ("point",), "1", "node of every contact point", "i8"),
@@ -51,7 +51,7 @@ OF_FILE = (  # of a model file
 
 
 def _of_file(config: Config, model: Model) -> Iterator[Values]:
-    """The same of a model file: the disk of the middle of the band of speeds."""
+    """Results for a model file, with the stiffness at the middle of the band of speeds."""
     disk, reduced = model
     seen, face = imported.scenery(config), reduced.interface
     for name in ("surface", "contact_node", "contact_blade"):
@@ -68,14 +68,14 @@ def _of_file(config: Config, model: Model) -> Iterator[Values]:
         yield "full/frequencies_hz", (), np.sqrt(values) / (2 * np.pi)
         yield "full/nodal_diameters", (), cyclic.diameters_of(tips, face.blade, face.angle)
     shapes = reduced.basis @ reduced.tuned_modes[:, :MOST_SHAPES]
-    shapes = np.vstack([shapes, np.zeros(shapes.shape[1])])  # row -1 is held
+    shapes = np.vstack([shapes, np.zeros(shapes.shape[1])])  # row -1: nodes that are held
     xyz = to_cartesian(seen.nodes, shapes[seen.rows])  # (n, 3, K)
     largest = np.linalg.norm(xyz, axis=1).max(axis=0)
     yield "shapes", (), np.moveaxis(xyz / largest, 2, 0)
 
 
 def _of_reduced(config, reduced, diameters):
-    """Modes of the reduced model, which have these nodal diameters, and its first family."""
+    """Modes and first family of the reduced model; diameters: nodal diameters of the modes."""
     yield "reduced/frequencies_hz", (), np.sqrt(reduced.tuned_eigenvalues) / (2 * np.pi)
     yield "reduced/nodal_diameters", (), diameters
     yield "crossing_hz", (), crossings.of_disk(reduced, diameters, config.casing.main_order)
@@ -83,14 +83,14 @@ def _of_reduced(config, reduced, diameters):
 
 
 def _diameters(shapes, n_blades):
-    """Nodal diameters of modes (n, K) on dof that come sector by sector in turning frames."""
+    """Nodal diameters of modes (n, K) whose dof are sorted by sector, each in its own frame."""
     sectors = shapes.reshape(n_blades, -1, shapes.shape[1])
     angle = 2 * np.pi * np.arange(n_blades) / n_blades
     return cyclic.nodal_diameters(sectors.swapaxes(0, 1), angle, n_blades)
 
 
 def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
-    """Displacements of the nodes in x and y, scaled to 1.
+    """Displacements of the nodes in x and y, scaled so that the largest is 1.
 
     points: disk.Points; shapes: (n, K). Returns (K, n_nodes, 2).
     """
@@ -103,7 +103,7 @@ def displacements(points: Points, shapes: np.ndarray) -> np.ndarray:
 
 
 def met(file: ResultFile) -> str:
-    """Where the casing's order meets the first family, in words."""
+    """Speed at which the casing's order meets the first family, in words."""
     speed = float(file.read("crossing_hz"))
     if not np.isfinite(speed):
         return "never meets the first family"
@@ -120,22 +120,22 @@ class Modal(Study):
     mistunes = False
 
     def prepare(self, config: Config) -> Model:
-        """The tuned disk, in full and reduced."""
+        """Return the full and the reduced model of the tuned disk."""
         return build_model(config)
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets of the disk, planar or of a model file, of its casing's waves and of the air."""
+        """Datasets for a planar disk or a model file, for waves of the casing and for air."""
         of_disk = PLANAR if config.disk.model is None else OF_FILE
         return of_disk + casing_waves.layout(config) + air.layout(config, air.TUNED)
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own that does not need a look into a model file."""
+        """Lengths of this study's own dimensions, as far as no model file has to be read."""
         shapes = {"shape": min(MOST_SHAPES, config.n_coordinates)}
-        found = shapes | casing_waves.sizes(config) | air.sizes(config)
+        lengths = shapes | casing_waves.sizes(config) | air.sizes(config)
         if config.disk.model is not None:
-            return found | {"axis": 3, "corner": 4, "point": config.disk.n_points}
+            return lengths | {"axis": 3, "corner": 4, "point": config.disk.n_points}
         blade = config.disk.blade
-        return found | {
+        return lengths | {
             "node": config.disk.n_blades * (blade.n_elements + 2),
             "axis": 2,
             "end": 2,
@@ -144,7 +144,7 @@ class Modal(Study):
         }
 
     def source_sizes(self, config: Config) -> dict[str, int]:
-        """Nodes, faces and frequencies of a model file."""
+        """Numbers of nodes, faces and frequencies of a model file."""
         if config.disk.model is None:
             return {}
         seen = imported.scenery(config)
@@ -152,7 +152,7 @@ class Modal(Study):
         return {"node": len(seen.nodes), "face": len(seen.surface), "dof": n_modes}
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Frequencies and shapes, the waves of a casing that vibrates, and damping by the air."""
+        """Compute frequencies, shapes, waves of a casing that vibrates, and damping by the air."""
         yield from casing_waves.values(config, problem.reduced)
         yield from air.values_of_tuned(config, problem.reduced)
         if config.disk.model is not None:
@@ -172,10 +172,10 @@ class Modal(Study):
         yield "shapes", (), displacements(points, shapes[:, :MOST_SHAPES])
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """First frequencies of both models, and what rules the first family."""
+        """First frequencies of both models, spread and crossing of the first family, and air."""
         for kind in ("full", "reduced"):
             frequencies = file.read(f"{kind}/frequencies_hz")
-            if not len(frequencies):  # of a model file that is reduced
+            if not len(frequencies):  # a model file that is reduced already has no full model
                 continue
             modes = zip(frequencies, file.read(f"{kind}/nodal_diameters"), strict=True)
             words = [f"{f:.4f} ({d})" for f, d in modes][: file.config.disk.n_blades + 2]
@@ -190,7 +190,7 @@ class Modal(Study):
         yield from air.report_of_tuned(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A reduced model whose first family is not that of the full one."""
+        """Error of the first family's frequencies by the reduction."""
         full, reduced = _first_families(file)
         if len(full):
             error = float(np.abs(np.sort(reduced) / np.sort(full) - 1.0).max())

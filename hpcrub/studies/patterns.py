@@ -1,8 +1,8 @@
-"""Which pattern of blade types makes mistuned disks vibrate least: intentional mistuning.
+"""Intentional mistuning: search for the pattern of blade types with which disks vibrate least.
 
-Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles the disks of the
-patterns that are left and drops the worse half of them. All patterns get the same random disks.
-Where there are too many patterns to try all, the first round also names neighbours of the best.
+Successive halving (Karnin, Koren and Somekh, ICML 2013): every round doubles the number of disks
+and drops the worse half of the patterns. All patterns get the same random disks. Where there are
+too many patterns to try all, the search adds neighbours of the best ones after the first round.
 """
 
 from collections.abc import Iterator
@@ -43,23 +43,23 @@ LAYOUT = (
 
 
 class Task(NamedTuple):
-    """Some disks with one pattern, linear, or one of them in contact."""
+    """Linear analysis of some disks with one pattern, or one of the disks in contact."""
 
     pattern: int
-    disks: Any  # range, or the number of the one in contact
+    disks: Any  # range of disks, or the number of the disk in contact
     word: tuple[int, ...]  # types of the blades, which the files of other ranks may lack yet
 
 
 def words_of(config: Config) -> np.ndarray:
-    """Types of the blades of every pattern (P, N); the first row, −1, is the disk without one.
+    """Types of the blades of every pattern (P, N); row 0, all −1, is the disk without a pattern.
 
-    The last ones may be UNKNOWN until the first round is over.
+    The last rows may be UNKNOWN until the first round is over.
     """
     asked = config.patterns
-    found = candidates(
+    words = candidates(
         config.disk.n_blades, len(asked.types_percent), asked.candidates, config.mistuning.seed
     )
-    return np.vstack([np.full(config.disk.n_blades, -1), found])
+    return np.vstack([np.full(config.disk.n_blades, -1), words])
 
 
 def in_letters(word: np.ndarray) -> str:
@@ -72,10 +72,10 @@ def in_letters(word: np.ndarray) -> str:
 
 
 class Rounds:
-    """What the disks in a file say of the patterns, round by round."""
+    """Ranking of the patterns by the disks in a file, round by round."""
 
     def __init__(self, file: ResultFile) -> None:
-        """Of the disks that are done."""
+        """Go through the rounds whose disks are done."""
         config, asked = file.config, file.config.patterns
         self.words, self.most = file.read("types"), config.mistuning.samples
         self.status, self.contact_status = file.read("status"), file.read("contact_status")
@@ -84,8 +84,8 @@ class Rounds:
         self.percentile, self.worse_by = np.full((2, n_patterns), np.nan)
         self.n_disks = np.zeros(n_patterns, dtype=int)
         self.left, n = np.arange(1, n_patterns), min(FIRST, self.most)
-        # patterns whose first n disks the next round needs, and n; None: all rounds are over. All
-        # of these disks may be there: then a search has to name the patterns `unknown`
+        # patterns whose first n disks the next round needs, and n; None: all rounds are over. If
+        # these disks are all done, a search has to name the patterns `unknown` first
         self.missing: tuple[np.ndarray, int] | None = None
         self.unknown = np.flatnonzero(self.words[:, 0] == UNKNOWN)
         self.left = self.left[: n_patterns - 1 - len(self.unknown)]
@@ -94,11 +94,11 @@ class Rounds:
             if (self.status[here, :n] == PENDING).any():
                 self.missing = here, n
                 return
-            found = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
+            amplification = np.where(np.isfinite(values[here, :n]), values[here, :n], np.inf)
             self.n_disks[here] = n
-            self.percentile[here], self.worse_by[here] = compare(found, asked.percentile)
+            self.percentile[here], self.worse_by[here] = compare(amplification, asked.percentile)
             self.left = self.left[np.argsort(self.percentile[self.left], kind="stable")]
-            if len(self.unknown):  # neighbours of the best
+            if len(self.unknown):  # first, neighbours of the best are named
                 self.missing = here, n
                 return
             if n == self.most:
@@ -108,17 +108,17 @@ class Rounds:
             n = min(2 * n, self.most)
 
     def missing_in_contact(self) -> np.ndarray:
-        """Patterns and samples (n, 2) of the disks in contact that are pending."""
+        """Pairs of pattern and sample (n, 2) of the pending disks in contact."""
         here = np.append(0, self.left)
         rows, samples = np.nonzero(self.contact_status[here] == PENDING)
         return np.column_stack([here[rows], samples])
 
 
 class Halving(Job):
-    """Round after round of linear analyses, then the patterns left in contact (all ranks)."""
+    """Job of the search: rounds of linear analyses, then the patterns left in contact."""
 
     def run(self) -> None:
-        """Compute what the next round needs, until all is there."""
+        """Compute round after round, then the disks in contact; on all ranks."""
         self.planned = 0
         self.tuned = self.team.on_root(self._tuned)
         self.phase("linear disks")
@@ -131,7 +131,7 @@ class Halving(Job):
         self.team.run_tasks(disks, self._compute, self._collect)
 
     def n_done(self) -> tuple[int, int]:
-        """Tasks computed in this run, and those that are known of so far (rank 0)."""
+        """Number of tasks computed in this run, and of tasks planned so far (rank 0)."""
         return self.work.n_done, self.planned
 
     def _tuned(self):
@@ -143,38 +143,38 @@ class Halving(Job):
 
     def _blocks(self):
         """Linear tasks of the next round; none: all rounds are over (rank 0)."""
-        found = Rounds(self.file)
+        rounds = Rounds(self.file)
         for name in ("n_disks", "percentile", "worse_by"):
-            self.file.write({name: getattr(found, name)}, ())
-        while found.missing:
-            here, n = found.missing
+            self.file.write({name: getattr(rounds, name)}, ())
+        while rounds.missing:
+            here, n = rounds.missing
             blocks = [
-                Task(int(p), disks, tuple(found.words[p].tolist()))
+                Task(int(p), disks, tuple(rounds.words[p].tolist()))
                 for p in here
                 for first in range(0, n, BLOCK)
                 for disks in [range(first, min(first + BLOCK, n))]
-                if (found.status[p, disks] == PENDING).any()
+                if (rounds.status[p, disks] == PENDING).any()
             ]
             if blocks:
                 self.planned += len(blocks)
                 return blocks
-            self._search(found)
-            found = Rounds(self.file)
+            self._search(rounds)
+            rounds = Rounds(self.file)
         return []
 
-    def _search(self, found):
+    def _search(self, rounds):
         """Name the patterns that are not known yet: neighbours of the best after one round."""
-        ranked = [tuple(found.words[p].tolist()) for p in found.left]
+        ranked = [tuple(rounds.words[p].tolist()) for p in rounds.left]
         n_types, seed = len(self.config.patterns.types_percent), self.config.mistuning.seed
-        words = neighbours(ranked, n_types, len(found.unknown), seed)
-        self.file.write({"types": np.array(words)}, slice(found.unknown[0], None))
+        words = neighbours(ranked, n_types, len(rounds.unknown), seed)
+        self.file.write({"types": np.array(words)}, slice(rounds.unknown[0], None))
 
     def _contact(self):
-        """Tasks in contact (rank 0)."""
-        found = Rounds(self.file)
+        """Tasks of the pending disks in contact (rank 0)."""
+        rounds = Rounds(self.file)
         disks = [
-            Task(int(p), int(sample), tuple(found.words[p].tolist()))
-            for p, sample in found.missing_in_contact()
+            Task(int(p), int(sample), tuple(rounds.words[p].tolist()))
+            for p, sample in rounds.missing_in_contact()
         ]
         self.planned += len(disks)
         return disks
@@ -183,16 +183,16 @@ class Halving(Job):
         return (self._linear if isinstance(task.disks, range) else self._in_contact)(task, poll)
 
     def _linear(self, task, poll):
-        found = np.empty((2, len(task.disks)))
+        results = np.empty((2, len(task.disks)))
         for i, sample in enumerate(task.disks):
             modes = self._modes(task.word, sample)
             size = linear_amplitude(self.config, self.prepared, modes)
-            found[0, i] = size / self.tuned if np.isfinite(size) else np.nan
-            found[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
+            results[0, i] = size / self.tuned if np.isfinite(size) else np.nan
+            results[1, i] = modes.waves.damping_ratio.min() if modes.waves else np.nan
             poll()
         where = task.pattern, slice(task.disks.start, task.disks.stop)
-        yield "amplification", where, found[0]
-        yield "least_damping_ratio", where, found[1]
+        yield "amplification", where, results[0]
+        yield "least_damping_ratio", where, results[1]
         yield "status", where, DONE
 
     def _in_contact(self, task, poll):
@@ -213,7 +213,7 @@ class Halving(Job):
 
 
 class PatternStudy(Study):
-    """Patterns of blade types, ranked by what random mistuning makes of them."""
+    """Patterns of blade types, ranked by the amplification of disks with random mistuning."""
 
     name = "patterns"
     what = "which pattern of blade types makes mistuned disks vibrate least"
@@ -224,12 +224,12 @@ class PatternStudy(Study):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Patterns with the disk without one, and their disks in contact."""
+        """Numbers of patterns, the disk without one included, and of disks in contact."""
         n_contact = config.patterns.contact_samples
         return {"pattern": len(words_of(config)), "contact_sample": n_contact}
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """The patterns."""
+        """Blade types of the patterns."""
         return {"types": words_of(config)}
 
     def problems(self, config: Config) -> Iterator[str]:
@@ -244,7 +244,7 @@ class PatternStudy(Study):
             yield "patterns: there is no engine order of a linear load (forcing, casing)"
 
     def cost(self, config: Config) -> Cost:
-        """All rounds of the linear analysis, and the disks in contact."""
+        """Cost of all rounds of the linear analysis, and of the disks in contact."""
         n_patterns, asked, n = len(words_of(config)), config.patterns, config.mistuning.samples
         rounds = int(np.log2(max(n / FIRST, 1.0))) + 1
         contact = (1 + min(asked.kept, n_patterns)) * asked.contact_samples
@@ -252,25 +252,25 @@ class PatternStudy(Study):
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether all rounds are over and the patterns left are computed in contact."""
-        found = Rounds(file)
-        return not found.missing and not found.missing_in_contact().size
+        rounds = Rounds(file)
+        return not rounds.missing and not rounds.missing_in_contact().size
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """The patterns left, beside the disk without one."""
-        found, asked = Rounds(file), file.config.patterns
-        known, n_blades = found.percentile, file.config.disk.n_blades
-        if found.missing:
+        """The patterns left, compared with the disk without a pattern."""
+        rounds, asked = Rounds(file), file.config.patterns
+        known, n_blades = rounds.percentile, file.config.disk.n_blades
+        if rounds.missing:
             yield "the rounds are not over"
             return
-        best = found.left[0]
+        best = rounds.left[0]
         yield (
-            f"best of {len(found.words) - 1} patterns: {in_letters(found.words[best])}, percentile "
-            f"{asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
-            f"{_in_words(known[0])}, after {found.n_disks.sum():,} linear disks"
+            f"best of {len(rounds.words) - 1} patterns: {in_letters(rounds.words[best])}, "
+            f"percentile {asked.percentile:g} of A_lin {_in_words(known[best])}, without a pattern "
+            f"{_in_words(known[0])}, after {rounds.n_disks.sum():,} linear disks"
         )
-        for p in [*found.left, 0]:
-            line = f"{in_letters(found.words[p]):{n_blades + 6}}{_in_words(known[p])}"
-            line += ", worse for certain" if found.worse_by[p] > 0.0 else ""
+        for p in [*rounds.left, 0]:
+            line = f"{in_letters(rounds.words[p]):{n_blades + 6}}{_in_words(known[p])}"
+            line += ", worse for certain" if rounds.worse_by[p] > 0.0 else ""
             line += _in_contact(file, p)
             least = least_damping(file, p)
             if len(least):
@@ -279,23 +279,23 @@ class PatternStudy(Study):
             yield line
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What was not decided."""
-        found = Rounds(file)
-        if found.missing:
+        """Patterns that cannot be told apart, and flutter of the best one."""
+        rounds = Rounds(file)
+        if rounds.missing:
             return
-        if found.percentile[0] <= found.percentile[found.left[0]]:
+        if rounds.percentile[0] <= rounds.percentile[rounds.left[0]]:
             words = "no pattern is seen to be better than none"
             yield Finding(REMARK, words, f"{words}: leave the blades alike, or try other types")
-        alike = int(np.count_nonzero(found.worse_by[found.left] <= 0.0))
+        alike = int(np.count_nonzero(rounds.worse_by[rounds.left] <= 0.0))
         if alike > 1:
-            words = f"the best {alike} of {len(found.left)} patterns left cannot be told apart"
+            words = f"the best {alike} of {len(rounds.left)} patterns left cannot be told apart"
             advice = "take any of them, or more mistuning.samples"
             yield Finding(REMARK, words, f"{words} with 95 % confidence: {advice}")
-        unsure = int(np.count_nonzero(np.delete(found.worse_by, [0, *found.left]) <= 0.0))
+        unsure = int(np.count_nonzero(np.delete(rounds.worse_by, [0, *rounds.left]) <= 0.0))
         if unsure:
             words = f"{counted(unsure, 'pattern')} dropped without being worse for certain"
             yield Finding(REMARK, words, f"{words}, others may be as good: more patterns.kept")
-        least = least_damping(file, found.left[0])
+        least = least_damping(file, rounds.left[0])
         lost = int(np.count_nonzero(least <= 0.0))
         if lost:
             words = f"{lost} of {len(least)} disks of the best pattern flutter"
@@ -306,8 +306,8 @@ class PatternStudy(Study):
 
 def least_damping(file: ResultFile, pattern: int) -> np.ndarray:
     """Damping ratios of the least stable modes of the disks of a pattern; none without air."""
-    found = file.read("least_damping_ratio", pattern)
-    return found[np.isfinite(found)]
+    ratios = file.read("least_damping_ratio", pattern)
+    return ratios[np.isfinite(ratios)]
 
 
 def _in_words(percentile: float) -> str:
@@ -315,7 +315,7 @@ def _in_words(percentile: float) -> str:
 
 
 def _in_contact(file, pattern):
-    """What contact says of a pattern, in words."""
+    """Percentiles of the amplitudes in contact of a pattern's disks, in words."""
     size = 1e3 * file.read("contact_amplitude_m", pattern)
     size = size[np.isfinite(size)]
     if not size.size:

@@ -1,8 +1,8 @@
-"""A small probability of exceeding a limit: a cheap first look at all disks, a full result of few.
+"""Small probability of exceeding a limit: a cheap first look at all disks, few computed in full.
 
-A first look has a few speeds for a short time. The first disks, the *pilot*, get it at all speeds,
-and a full result. They tell which speeds are worth looking at; `statistics.rare` then says how
-probable it is that a disk is computed in full.
+A first look integrates a disk for a short time at a few speeds. The first disks, the *pilot*, get a
+first look at all speeds and are computed in full. They show which speeds are worth a first look;
+`statistics.rare` then gives the probability with which a disk is computed in full.
 """
 
 from collections.abc import Iterator
@@ -26,11 +26,11 @@ from hpcrub.studies.contact.amplification import amplitudes, peak, peak_stress
 from hpcrub.studies.contact.limits import percent, severities, severity
 from hpcrub.studies.threshold import limit_problems
 
-PILOT = 100  # disks
-GROWTH = 1.3  # of the number of disks from one estimate to the next
-EARLY = 0.8  # of the time of the first check: when a first look ends
-FEW = 4, 8, 16, 32  # speeds of a first look that are tried
-SUPPOSED = 1e-3  # probability for which disks are counted before anything is known
+PILOT = 100  # disks of the pilot
+GROWTH = 1.3  # factor on the number of disks from one estimate to the next
+EARLY = 0.8  # end of a first look, as part of the time of the first steady-state check
+FEW = 4, 8, 16, 32  # numbers of speeds that are tried for a first look
+SUPPOSED = 1e-3  # probability that is assumed before anything is known
 ESTIMATE = "probability", "probability_low", "probability_high"
 _E, _N, _P = ("estimate",), ("sample",), ("pilot",)
 LAYOUT = (
@@ -53,7 +53,7 @@ LAYOUT = (
 
 
 class Step(NamedTuple):
-    """The first n disks, the speeds of their first look (indices), and who is computed in full."""
+    """The first n disks, the speeds (indices) of their first look, and the rule of the draw."""
 
     n: int
     speeds: tuple[int, ...]
@@ -61,15 +61,15 @@ class Step(NamedTuple):
 
 
 class Sampling(Job):
-    """Looks at some more disks again and again, until the goal is met (all ranks)."""
+    """Job of double sampling: more and more disks, until the goal is met (all ranks)."""
 
     def _tasks(self):
         return map(int, np.flatnonzero(self.status[: self.round.n] == PENDING))
 
     def _next(self):
-        """The next step, whose disks are not all there; None: nothing is left to do (rank 0).
+        """Next step with pending disks; None: nothing is left to do (rank 0).
 
-        What a step does follows from the disks before it alone, whatever else is in the file.
+        A step depends on the disks before it alone, whatever else the file holds.
         """
         goal, before = goal_of(self.config), 0
         for place, n in enumerate(map(int, numbers(self.config))):
@@ -78,13 +78,13 @@ class Sampling(Job):
                 speeds = tuple(map(int, looked_at))
                 rule = _plan(self.file, before, speeds, goal).rule if speeds else Rule()
                 return Step(n, speeds, rule)
-            found = [self.file.read(name)[place] for name in ESTIMATE]
-            if np.isnan(found[0]):
+            estimated = [self.file.read(name)[place] for name in ESTIMATE]
+            if np.isnan(estimated[0]):
                 if not before:
                     self._choose_look(goal)
-                found = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
-                self.file.write(dict(zip(ESTIMATE, found, strict=True)), place)
-            if goal.is_met(*found):
+                estimated = estimate(beyond(self.file)[:n], self.file.read("inclusion")[:n])
+                self.file.write(dict(zip(ESTIMATE, estimated, strict=True)), place)
+            if goal.is_met(*estimated):
                 return None
             before = n
         return None
@@ -92,21 +92,21 @@ class Sampling(Job):
     def _choose_look(self, goal):
         """Write the first look that is expected to save most, and the pilot's looks (rank 0)."""
         tried = {speeds: _plan(self.file, PILOT, speeds, goal) for speeds in candidates(self.file)}
-        speeds, best = min(tried.items(), key=lambda one: one[1].saving)
+        speeds, best = min(tried.items(), key=lambda item: item[1].saving)
         looks = _looks(self.file, speeds)
         if best.rule == Rule():
             speeds = ()
         mask = np.isin(np.arange(self.config.speeds.n_values), speeds).astype("u1")
         self.file.write({"look_speeds": mask}, ())
         self.file.write({"look": looks}, slice(len(looks)))
-        if self.work.n_done:  # some of the pilot's disks in this run
+        if self.work.n_done:  # this run has computed some of the pilot's disks
             seconds = self.work.seconds / self.work.n_done
             hours = best.cost * seconds / sum(costs(self.file, mask >= 0)) / 3600
             disks = f"about {best.n_disks:,.0f} disks and {hours:,.3g} core hours to the goal"
             self.progress.say(f"{in_words(self.config, speeds)}; {disks}")
 
     def _pieces(self, sample, poll):
-        """A first look at a disk, and its full result where the draw says so."""
+        """Take a first look at a disk, and compute it in full where the draw says so."""
         step, inclusion = self.round, 1.0
         modes = modes_of(self.config, self.prepared, deviation(self.config, 0, sample))
         if sample < PILOT:
@@ -124,11 +124,11 @@ class Sampling(Job):
         yield "status", sample, DONE
 
     def _early(self, modes, speeds, poll):
-        """Severity at some speeds (S,) after a short time; NaN at the others."""
+        """Severities (S,) at some speeds at the end of a first look; NaN at the others."""
         scene, config, end = self.prepared.scene, self.config, early_time(self.config)
         scene = scene._replace(steady=scene.steady._replace(first_check=end, max_time=end))
-        found = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
-        return severity(config, amplitudes(found), found.stress)
+        result = run_sweep(modes, scene, config.speeds.values_hz, poll, selection=speeds)
+        return severity(config, amplitudes(result), result.stress)
 
     def _in_full(self, modes, sample, poll):
         speeds = self.config.speeds.values_hz
@@ -143,7 +143,7 @@ class Sampling(Job):
 
 
 class Rare(Study):
-    """A small probability of exceeding a limit, by double sampling."""
+    """Small probability of exceeding a limit, by double sampling."""
 
     name = "rare"
     what = "small probability of exceeding a limit, by double sampling"
@@ -153,7 +153,7 @@ class Rare(Study):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {"pilot": min(PILOT, config.mistuning.samples), "estimate": len(numbers(config))}
 
     def constants(self, config: Config) -> dict[str, Any]:
@@ -172,7 +172,7 @@ class Rare(Study):
             yield "mistuning.pattern: one pattern has no probability, a rare study draws disks"
 
     def needs(self, config: Config) -> str:
-        """How many disks the goal needs, in words."""
+        """Number of disks that the goal needs, in words."""
         chance, n = _supposed(config)
         return (
             f"the goal needs {n:,} disks in full if the probability is {chance:.2g}; the first "
@@ -180,27 +180,27 @@ class Rare(Study):
         )
 
     def cost(self, config: Config) -> Cost:
-        """Every disk that plain sampling needs at every speed."""
+        """Cost of the disks that plain sampling needs, at every speed."""
         disks = min(_supposed(config)[1], config.mistuning.samples)
         return Cost(disks, disks=disks)
 
     def is_enough(self, file: ResultFile) -> bool:
         """Whether the goal is met."""
-        found = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
-        return bool(found.any())
+        met = goal_of(file.config).is_met(*(file.read(name) for name in ESTIMATE))
+        return bool(met.any())
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """The probability, what it took, and what it says of engines."""
+        """The probability, the number of disks that it took, and the first look."""
         yield answer(file)
         n = last_estimate(file)[0]
         if not n:
             return
-        computed, above = (np.count_nonzero(found[:n]) for found in (in_full(file), beyond(file)))
+        computed, above = (np.count_nonzero(flags[:n]) for flags in (in_full(file), beyond(file)))
         yield f"{n:,} disks, {computed:,} computed in full, {above:,} of them beyond the limit"
         yield look_in_words(file)
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A probability that is not known well enough, and peaks that are no results."""
+        """A probability that is not known well enough, disks without a result, doubtful peaks."""
         config, speeds, computed = file.config, file.config.speeds, in_full(file)
         if not self.is_enough(file):
             yield Finding(
@@ -224,39 +224,39 @@ class Rare(Study):
 
 def numbers(config: Config) -> np.ndarray:
     """Numbers of disks after which there is an estimate, increasing (E,)."""
-    most, found = config.mistuning.samples, [min(PILOT, config.mistuning.samples)]
-    while found[-1] < most:
-        found.append(min(int(np.ceil(GROWTH * found[-1])), most))
-    return np.array(found)
+    most, n_disks = config.mistuning.samples, [min(PILOT, config.mistuning.samples)]
+    while n_disks[-1] < most:
+        n_disks.append(min(int(np.ceil(GROWTH * n_disks[-1])), most))
+    return np.array(n_disks)
 
 
 def goal_of(config: Config) -> Goal:
-    """When the study ends."""
+    """Goal at which the study ends."""
     return Goal(config.limits.probability_error, config.limits.probability_below)
 
 
 def drawn(config: Config, sample: int) -> float:
-    """Random number in [0, 1) that says whether a disk is computed in full."""
-    found = mistuning.uniform(config.mistuning.seed, mistuning.INCLUSION, 0, sample, 1)
-    return float(found[0] + 1.0) / 2.0
+    """Random number in [0, 1): a disk is computed in full if it is below the inclusion."""
+    draw = mistuning.uniform(config.mistuning.seed, mistuning.INCLUSION, 0, sample, 1)
+    return float(draw[0] + 1.0) / 2.0
 
 
 def early_time(config: Config) -> float:
-    """When a first look ends [s]."""
+    """Time at which a first look ends [s]."""
     return EARLY * config.steady_state.first_check
 
 
 def candidates(file: ResultFile) -> list[tuple[int, ...]]:
-    """Speeds (indices) of first looks: places where the peaks of the pilot are, all as likely."""
+    """Candidates for the speeds (indices) of a first look: quantiles of the pilot's peak speeds."""
     at = np.sort(file.read("pilot_peak_hz"))
     at = at[np.isfinite(at)] if np.isfinite(at).any() else file.config.speeds.values_hz
     places = (((np.arange(few) + 0.5) / few * len(at)).astype(int) for few in FEW)
-    speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[one])) for one in places)
-    return list(dict.fromkeys(tuple(map(int, one)) for one in speeds))
+    speeds = (np.searchsorted(file.config.speeds.values_hz, np.unique(at[i])) for i in places)
+    return list(dict.fromkeys(tuple(map(int, indices)) for indices in speeds))
 
 
 def costs(file: ResultFile, speeds: Any) -> tuple[float, float]:
-    """Simulated time of a first look at some speeds, and of a full result of the pilot [s]."""
+    """Simulated time of a first look at some speeds, and mean of the pilot's full results [s]."""
     return len(speeds) * early_time(file.config), float(file.read("time_s")[:PILOT].mean())
 
 
@@ -266,17 +266,17 @@ def in_full(file: ResultFile) -> np.ndarray:
 
 
 def beyond(file: ResultFile) -> np.ndarray:
-    """Whether disks were computed and are beyond a limit, or have no result (n,)."""
+    """Whether disks were computed in full and exceed a limit or have no result (n,)."""
     return in_full(file) & ~(severities(file) <= 1.0)
 
 
 def last_estimate(file: ResultFile) -> tuple[int, np.ndarray]:
-    """Disks of the last estimate, 0 without one; probability and both ends of its interval (3,)."""
-    found = np.array([file.read(name) for name in ESTIMATE])
-    known = np.flatnonzero(np.isfinite(found[0]))
+    """Number of disks of the last estimate, or 0; probability and ends of its interval (3,)."""
+    estimates = np.array([file.read(name) for name in ESTIMATE])
+    known = np.flatnonzero(np.isfinite(estimates[0]))
     if not len(known):
         return 0, np.full(3, np.nan)
-    return int(file.read("n_disks")[known[-1]]), found[:, known[-1]]
+    return int(file.read("n_disks")[known[-1]]), estimates[:, known[-1]]
 
 
 def answer(file: ResultFile) -> str:
@@ -298,14 +298,14 @@ def answer(file: ResultFile) -> str:
 
 
 def look_in_words(file: ResultFile) -> str:
-    """The first look, how far it agrees with full results, and what it saved."""
-    from scipy.stats import spearmanr  # half a second, on rank 0 alone
+    """The first look, its correlation with full results, and the time it saved, in words."""
+    from scipy.stats import spearmanr  # its import takes half a second, on rank 0 alone
 
     speeds, (n, (chance, low, high)) = np.flatnonzero(file.read("look_speeds")), last_estimate(file)
     tried = [tuple(map(int, speeds))] if len(speeds) else candidates(file)
     agree = "; ".join(
-        f"{len(one)} speeds {spearmanr(_looks(file, one), severities(file)[:PILOT])[0]:.2f}"
-        for one in tried
+        f"{len(look)} speeds {spearmanr(_looks(file, look), severities(file)[:PILOT])[0]:.2f}"
+        for look in tried
     )
     text = f"{in_words(file.config, speeds)} (rank correlation with full results: {agree})"
     early, full = costs(file, speeds)
@@ -318,19 +318,19 @@ def look_in_words(file: ResultFile) -> str:
 
 
 def in_words(config: Config, speeds: Any) -> str:
-    """A first look, in words."""
+    """Speeds and duration of a first look, in words."""
     if not len(speeds):
         return "plain sampling, for no first look is worth its cost"
     return f"first look at {len(speeds)} speeds for {early_time(config):.3g} s"
 
 
 def _looks(file, speeds):
-    """First looks at some speeds of the pilot's disks."""
+    """Largest early severity of the pilot's disks at some speeds (pilot,)."""
     return np.fmax.reduce(file.read("pilot_look")[:, list(speeds)], axis=1)
 
 
 def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan:
-    """The rule by the first n disks, the pilot's with looks at these speeds."""
+    """Plan by the first n disks, of which the pilot's have first looks at these speeds."""
     pilot, look = _looks(file, speeds), file.read("look")[:n]
     look[: len(pilot)] = pilot
     inclusion = file.read("inclusion")[:n]
@@ -338,7 +338,7 @@ def _plan(file: ResultFile, n: int, speeds: tuple[int, ...], goal: Goal) -> Plan
 
 
 def _supposed(config):
-    """A probability, and the disks that the goal needs if it is true."""
+    """Assumed probability, and the number of disks that the goal needs with it."""
     below = config.limits.probability_below
     chance = SUPPOSED if below is None else below / 3.0
     return chance, int(n_needed(goal_of(config), chance, chance, 1.0))

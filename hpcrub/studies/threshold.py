@@ -1,6 +1,6 @@
-"""The value of a key at which the probability of exceeding a limit crosses a target.
+"""Value of a key at which the probability of exceeding a limit crosses a target.
 
-The same disks are drawn at every value; `statistics.threshold` says which of them are computed.
+The same disks are drawn at every value; `statistics.threshold` tells which ones to compute.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from hpcrub.studies.contact.amplification import peaks_of
 from hpcrub.studies.contact.limits import severities
 
 NEVER_KEYS = ("study", "output", "sources", "threshold.", "limits.", "part.", "mistuning.seed")
-LOOKS = 1.5  # values that need all disks that the target asks for, for each bisection
+LOOKS = 1.5  # values per bisection that need as many disks as the target asks for
 _V, _VN = ("value",), ("value", "sample")
 LAYOUT = (
     Dataset("value", _V, "1", "values of the key, in its own unit"),
@@ -41,7 +41,7 @@ LAYOUT = (
 
 
 class Seeking(Job):
-    """Looks at one value after the other, each with some more disks (all ranks)."""
+    """Job of the search: one value after the other, each with some more disks (all ranks)."""
 
     def _take_stock(self):
         self.status = self.file.read("status")
@@ -53,38 +53,38 @@ class Seeking(Job):
         return [(value, int(i)) for i in np.flatnonzero(self.status[value, :n] == PENDING)]
 
     def _next(self):
-        """The next look, whose disks are not all there; None, and the answer is written (rank 0).
+        """Next look (value, n disks) with pending disks; None after writing the answer (rank 0).
 
-        Looks come in the same order whatever the file holds already.
+        The order of looks does not depend on what the file holds already.
         """
         while True:
             above = exceeds(self.file) & (np.arange(self.status.shape[1]) < self.n_disks[:, None])
-            found = Search(
+            search = Search(
                 self.n_disks, above.sum(axis=1), self.config.threshold.probability,
                 self.status.shape[1],
             )  # fmt: skip
-            look = found.next_look()
+            look = search.next_look()
             if look and (self.status[look[0], : look[1]] == PENDING).any():
                 return look
-            self._write(found)
+            self._write(search)
             if look is None:
                 return None
             self.n_disks[look[0]] = look[1]
 
-    def _write(self, found):
+    def _write(self, search):
         ends = np.array([
             probability_interval(int(k), int(n), Z_95) if n else (np.nan, np.nan)
-            for k, n in zip(found.n_above, found.n_done, strict=True)
+            for k, n in zip(search.n_above, search.n_done, strict=True)
         ])  # fmt: skip
-        crossing = found.crossing()
+        crossing = search.crossing()
         between = self.config.threshold.values[list(crossing)] if crossing else [np.nan, np.nan]
         self.file.write(
             {
-                "n_disks": found.n_done,
-                "n_above": found.n_above,
+                "n_disks": search.n_done,
+                "n_above": search.n_above,
                 "probability_low": ends[:, 0],
                 "probability_high": ends[:, 1],
-                "side": found.sides(),
+                "side": search.sides(),
                 "crossing": np.array(between),
             },
             (),
@@ -92,7 +92,7 @@ class Seeking(Job):
 
 
 class Threshold(Study):
-    """Where the probability of exceeding a limit crosses a target along the values of a key."""
+    """Search for the value of a key that meets a limit with a given probability."""
 
     name = "threshold"
     what = "value of a key that meets a limit with a probability"
@@ -103,11 +103,11 @@ class Threshold(Study):
     datasets = LAYOUT
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {"value": len(config.threshold.values), "end": 2}
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """The values."""
+        """Values of the key."""
         return {"value": config.threshold.values}
 
     def problems(self, config: Config) -> Iterator[str]:
@@ -127,25 +127,25 @@ class Threshold(Study):
                 yield f"threshold.key: {value:g}: {error}"
 
     def cost(self, config: Config) -> Cost:
-        """About as many disks as a few values need whose intervals must leave out the target."""
-        # so many disks, none of them beyond the limit, leave out the target
+        """Cost of the disks that a few values need until their intervals leave out the target."""
+        # the interval by so many disks, none of them beyond the limit, leaves out the target
         needed = min(4.6 / config.threshold.probability, config.mistuning.samples)
         disks = round(LOOKS * np.log2(len(config.threshold.values)) * needed)
         return Cost(disks, disks=disks)
 
     def compute(self, config: Config, problem: Any, task: Any, poll: Poll) -> Iterator[Values]:
-        """The largest amplitude and stress of a disk; task: indices of the value and the disk."""
+        """Compute the largest amplitude and stress of a disk; task: indices of value and disk."""
         here = at_value(config, float(config.threshold.values[task[0]]))
         size, stress = peaks_of(here, deviation(here, 0, task[1]), poll)
         yield "peak_amplitude_m", task, size
         yield "peak_stress_pa", task, stress
 
     def is_enough(self, file: ResultFile) -> bool:
-        """Whether nothing is left to look at."""
+        """Whether the search is over."""
         return search_of(file).next_look() is None
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """The value, what is known at its sides, and how many disks that took."""
+        """The value that meets the limit, and the number of disks that the search took."""
         yield answer(file)
         n_done, n_values = int(file.read("n_disks").sum()), len(file.config.threshold.values)
         share = 100.0 * n_done / (n_values * file.config.mistuning.samples)
@@ -155,15 +155,15 @@ class Threshold(Study):
         )
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """A crossing that is not known, or of which there are several."""
-        found, config = search_of(file), file.config
-        if found.next_look() is None and (found.sides()[[0, -1]] == UNKNOWN).any():
+        """A crossing that is not certain, or several crossings."""
+        search, config = search_of(file), file.config
+        if search.next_look() is None and (search.sides()[[0, -1]] == UNKNOWN).any():
             yield Finding(
                 USELESS, "the ends are not certain",
                 "at an end of the range the probability is too close to the target for "
                 f"{config.mistuning.samples} disks: mistuning.samples, or another range",
             )  # fmt: skip
-        if not found.is_monotone():
+        if not search.is_monotone():
             yield Finding(
                 USELESS, "several crossings",
                 f"the probability rises and falls again with {config.threshold.key}: one of "
@@ -173,7 +173,7 @@ class Threshold(Study):
 
 
 def limit_problems(config: Config) -> Iterator[str]:
-    """Why a study cannot tell the probability of exceeding a limit."""
+    """Reasons why a study cannot tell the probability of exceeding a limit."""
     limits = config.limits
     if limits.amplitude_mm is None and limits.stress is None:
         yield f"limits: a {config.study} study needs limits.amplitude_mm or limits.stress_mpa"
@@ -197,7 +197,7 @@ def exceeds(file: ResultFile) -> np.ndarray:
 
 
 def search_of(file: ResultFile) -> Search:
-    """What a file knows."""
+    """State of the search in a result file."""
     n_disks, n_above = file.read("n_disks"), file.read("n_above")
     most = file.config.mistuning.samples
     return Search(n_disks, n_above, file.config.threshold.probability, most)

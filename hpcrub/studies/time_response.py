@@ -55,7 +55,7 @@ _CASING = (
     ),
     Dataset("casing_angle_deg", ("casing_angle",), "degree", "angle, from tip 0 at the time zero"),
 )  # fmt: skip
-N_ANGLES = 120  # of the casing, in whose own frame its motion is kept
+N_ANGLES = 120  # angles in the frame of the casing at which its motion is kept
 _COATING = (
     Dataset("block_s", ("block",), "s", "ends of the parts of a turn after which depths are kept"),
     Dataset("worn_depth_m", ("disk", "block"), "m", "largest worn depth of the coating until then"),
@@ -71,7 +71,7 @@ def _times(config):
 
 
 def _judged(followed, task):
-    """The amplitude of a disk, and the check that it is of."""
+    """Status and amplitude of a disk, and the time of the check that they come from."""
     yield "judged_s", task, followed.time
     yield "point_status", task, followed.found.status
     yield "amplitude_m", task, followed.found.amplitude
@@ -79,7 +79,7 @@ def _judged(followed, task):
 
 
 def _once(config, scene, time):
-    """What is the same for all disks."""
+    """Results that all disks share: times and contact points."""
     yield "time_s", (), time
     if config.disk.n_points != config.disk.n_blades:
         yield "contact_blade", (), scene.interface.blade
@@ -99,7 +99,7 @@ def _casing_angles():
 
 
 def _tests(followed, task, tangential, per_block):
-    """The steady-state test at every check."""
+    """Tip, correlation and change of amplitude in the steady-state test at every check."""
     tips = np.zeros(len(followed.checks), dtype=int)
     correlated, change = np.zeros((2, len(tips)))
     window = followed.window * per_block
@@ -132,7 +132,7 @@ class TimeResponse(StudyInTime):
     scales = {"time": "time_s", "check": "check_s", "block": "block_s"}
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets; where blades have several contact points, motions are of every point."""
+        """Datasets; where blades have several contact points, every point has its own motion."""
         more = (*_COATING, *worn.layout(config, ("disk",))) if config.contact.wears else ()
         more += (_STRESS,) if config.observes_stress else ()
         more += _CASING if config.casing.vibrates else ()
@@ -147,7 +147,7 @@ class TimeResponse(StudyInTime):
         )
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         speed, duration = config.speeds.from_hz, config.history.duration_s
         checks, block_ends = _times(config)
         return {
@@ -181,7 +181,7 @@ class TimeResponse(StudyInTime):
             )
 
     def compute(self, config: Config, problem: Any, task: int, poll: Poll) -> Iterator[Values]:
-        """Integrate one disk in time and test its steady state; of one that diverges, say why."""
+        """Integrate one disk in time and test its steady state, or tell why it diverged."""
         scene, modes = problem.problem.scene, problem.modes[task]
         speed, duration = config.speeds.from_hz, config.history.duration_s
         followed, pieces, worn_depth = history.Follower(modes, scene, speed, duration), [], []
@@ -222,18 +222,18 @@ class TimeResponse(StudyInTime):
             yield from _judged(followed, task)
 
     def report(self, file: ResultFile) -> Iterator[str]:
-        """Amplitudes, and since when they are known, or why there are none."""
-        found, reason = file.read("point_status"), file.read("point_reason")
-        for disk, name in enumerate(DISKS[: len(found)]):
-            if found[disk] == DIVERGED:
+        """Amplitudes and the times from which they are known, or reasons why there are none."""
+        states, reason = file.read("point_status"), file.read("point_reason")
+        for disk, name in enumerate(DISKS[: len(states)]):
+            if states[disk] == DIVERGED:
                 yield f"{name}: {status.words(reason[disk])}"
                 continue
             check, known = first_known(file, disk), "not steady"
             if check is not None:
-                word = "averaged" if found[disk] == AVERAGED else "steady"
+                word = "averaged" if states[disk] == AVERAGED else "steady"
                 known = f"{word} at {file.read('check_s')[check]:.3f} s"
                 known += f" with {1e3 * file.read('amplitude_m', disk):.1f} mm"
-            if found[disk] == AVERAGED:
+            if states[disk] == AVERAGED:
                 error = Z_95 * file.read("amplitude_error_m", disk)
                 known += f" ± {1e3 * error:.1f} (mean of windows, 95 % interval)"
             size = 1e3 * np.abs(file.read("tangential_m", disk)).max()
@@ -252,7 +252,7 @@ class TimeResponse(StudyInTime):
             yield from (f"{name}: {line}" for line in worn.report(file, disk))
 
     def findings(self, file: ResultFile) -> Iterator[Finding]:
-        """What speaks against the motions of all disks."""
+        """Reasons to distrust the motions of the disks."""
         moved = np.abs(np.nan_to_num(file.read("tangential_m"))).max(axis=(1, 2))
         points = moved, file.read("point_status"), file.read("point_reason")
         yield from verdict.of_points(file.config, *(values[:, None] for values in points))

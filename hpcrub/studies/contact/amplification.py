@@ -1,4 +1,4 @@
-"""What a contact study says of one disk, and the tuned one that all others are relative to."""
+"""Results of one disk in a contact study, and the tuned disk as reference of all others."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -19,28 +19,28 @@ from hpcrub.setup.problem import Problem, build_problem
 from hpcrub.studies.contact import file as contact_file
 from hpcrub.studies.shared import casing_motion, worn
 
-DIFFERENT = 0.1  # of an amplitude: another motion, or another accuracy
-ROUNDING = 1e-9  # of the clearance and the height of the casing together: no amplitude below
+DIFFERENT = 0.1  # relative change of an amplitude that means another motion or accuracy
+ROUNDING = 1e-9  # share of clearance plus casing height up to which a motion is rounding
 
 
 class Reference(NamedTuple):
-    """What amplitudes are divided by [m]: the median of all tuned runs, and the linear response."""
+    """Amplitudes of the tuned disk by which all others are divided [m]."""
 
-    contact: float
-    linear: float
-    rounding: float = 0.0  # up to which `contact` is no amplitude
+    contact: float  # median over all tuned runs
+    linear: float  # linear response
+    rounding: float = 0.0  # up to this value `contact` is rounding
 
     @property
     def usable(self) -> bool:
-        """Whether an amplitude can be divided by it."""
+        """Whether amplitudes can be divided by `contact`."""
         return self.contact > self.rounding
 
 
 def peak(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
     """Largest amplitude of a frequency response [m] and its speed [Hz].
 
-    NaN when all points diverged. On a coating it is that of any time: what is left when the motion
-    has worn itself free does not say what a blade had to bear.
+    NaN when all points diverged. On a coating the amplitude at any time counts, because a motion
+    that has worn itself free does not say what a blade had to bear.
     """
     return _largest(amplitudes(result), speeds_hz)
 
@@ -53,7 +53,7 @@ def _largest(values, speeds_hz):
 
 
 def amplitudes(result: SweepResult) -> np.ndarray:
-    """Amplitudes of which the largest is the peak (S,) [m]; NaN where there is none."""
+    """Amplitudes at all speeds, whose largest is the peak (S,) [m]; NaN where there is none."""
     amplitude = result.wear.amplitude if result.wear.around.size else result.amplitude
     usable = np.isin(result.point_status, (STEADY, AVERAGED, NOT_STEADY))
     return np.where(usable, amplitude, np.nan)
@@ -77,12 +77,12 @@ def peaks_of(config: Config, blades: np.ndarray, poll: Poll) -> tuple[float, flo
 
 @lru_cache(maxsize=4)
 def _problem_of(text):
-    """The Problem of an input, kept for the other disks of it."""
+    """Problem of an input, kept for further disks of the input."""
     return build_problem(Config.from_yaml(text))
 
 
 def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, float]:
-    """What half the time step changes of a disk, by names in the result file; none unchecked."""
+    """Effect of half the time step on a disk, by names in the result file; empty if unchecked."""
     if found.result is None or found.half_step is None:
         return {}
     whole, half = amplitudes(found.result), amplitudes(found.half_step)
@@ -95,14 +95,14 @@ def half_step_values(found: "Integrated", speeds_hz: np.ndarray) -> dict[str, fl
 
 
 def deepest(result: SweepResult, speeds_hz: np.ndarray) -> tuple[float, float]:
-    """Largest worn depth of a coating at any speed [m], and that speed [Hz]; NaN without."""
+    """Largest worn depth of a coating at any speed [m], and its speed [Hz]; else NaN."""
     return _largest(result.wear.depth, speeds_hz)
 
 
 def linear_amplitude(config: Config, problem: Problem, modes: Modes) -> float:
     """Largest tip displacement under the linear engine-order excitation of a configuration [m]."""
     scene = problem.scene
-    assert config.engine_order is not None  # `contact.problems` sees to it
+    assert config.engine_order is not None  # `Contact.problems` has checked it
     load = config.forcing.amplitude, config.forcing.sense * config.engine_order, scene.interface
     return linear_peak(modes, scene.damping_ratio, *load, config.disk.n_blades)[0]
 
@@ -133,12 +133,12 @@ class Integrated(NamedTuple):
     result: SweepResult | None  # None: it failed
     seconds: float
     message: str = ""
-    half_step: SweepResult | None = None  # the same with half the time step; None: not checked
+    half_step: SweepResult | None = None  # with half the time step; None: not checked
 
     @property
     def n_steps(self) -> int:
-        """Time steps of all its speeds."""
-        return sum(found.n_steps for found in (self.result, self.half_step) if found)
+        """Number of time steps at all speeds, those of the half step included."""
+        return sum(sweep.n_steps for sweep in (self.result, self.half_step) if sweep)
 
 
 def is_checked(config: Config, level: int, sample: int) -> bool:
@@ -148,17 +148,17 @@ def is_checked(config: Config, level: int, sample: int) -> bool:
 
 
 def modes_of_tuned(config: Config, problem: Problem, run: int) -> Modes:
-    """Modes of the tuned disk (run 0), or of one that hardly differs.
+    """Modes of the tuned disk (run 0), or of a disk that hardly differs from it.
 
-    Where the motion is not periodic, or one of several, its amplitude is one draw of many. All
-    amplifications are relative to the median.
+    Where the motion is not periodic, or one of several, its amplitude is one draw of many. The
+    median over all runs is the reference of the amplifications.
     """
     perturbed = np.full(config.disk.n_blades, APART * run)
     return mistuned_modes(problem.reduced, perturbed)
 
 
 def join(parts: dict[int, Any]) -> Any:
-    """One Integrated of n parts by their numbers; the p-th holds the speeds p, p + n, ..."""
+    """Join {p: Integrated} of n parts to one; part p holds the speeds p, p + n, ..."""
     seconds = sum(part.seconds for part in parts.values())
     if failed := next((part for part in parts.values() if part.result is None), None):
         return failed._replace(seconds=seconds)
@@ -168,7 +168,7 @@ def join(parts: dict[int, Any]) -> Any:
 
 
 def _joined(parts):
-    """One SweepResult of n parts by their numbers; None where they are not there."""
+    """Join {p: SweepResult} of n parts to one; None where the parts are None."""
     if parts[0] is None:
         return None
     whole = SweepResult.empty(*parts[0].wear.around.shape[:2])
@@ -178,7 +178,7 @@ def _joined(parts):
 
 
 def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
-    """What amplitudes of a file are divided by, None while the tuned disk is not complete.
+    """Reference of the amplitudes in a file; None while the tuned disk is not complete.
 
     problem: None where parts are merged.
     """
@@ -192,7 +192,7 @@ def reference_of(file: ResultFile, problem: Problem | None) -> Reference | None:
 def write_tuned(
     config: Config, problem: Problem, file: ResultFile, found: list[Integrated]
 ) -> None:
-    """Write the tuned disk, integrated as it is and perturbed."""
+    """Write the results of the tuned disk; found: its run as it is, then the perturbed ones."""
     speeds, modes = config.speeds.values_hz, modes_of_tuned(config, problem, 0)
     runs = [run.result for run in found if run.result]
     values = point_values(runs[0]) | half_step_values(found[0], speeds)
@@ -210,7 +210,7 @@ def write_tuned(
 
 
 def check_reference(found: Reference, file: ResultFile) -> None:
-    """Raises HpcrubError for a reference that amplitudes cannot be divided by."""
+    """Raise HpcrubError for a reference by which amplitudes cannot be divided."""
     if np.isnan(found.contact):
         reason = file.read("tuned/point_reason")
         why = "; ".join(status.lines(status.count(reason), reason.size))

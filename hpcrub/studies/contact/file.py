@@ -1,4 +1,4 @@
-"""What contact studies keep beside other studies: samples, the tuned disk, running percentiles."""
+"""Reading and writing samples, the tuned disk and statistics in the file of a contact study."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -10,9 +10,9 @@ from hpcrub.studies.contact.layout import MOST_LINES, Kind, layout
 
 
 def names(file: ResultFile, group: str) -> list[str]:
-    """Names of the datasets in a group of a file, what declares it whole last."""
-    found = [line.name.partition("/") for line in layout(file.config)]
-    return [name for of, _, name in found if of == group]
+    """Names of the datasets in a group of a file; the last one marks the group as complete."""
+    parts = [line.name.partition("/") for line in layout(file.config)]
+    return [name for of, _, name in parts if of == group]
 
 
 def read_tuned(file: ResultFile) -> dict[str, Any] | None:
@@ -23,14 +23,14 @@ def read_tuned(file: ResultFile) -> dict[str, Any] | None:
 
 
 def write_tuned(file: ResultFile, values: dict[str, Any]) -> None:
-    """Write the results of the tuned disk, by their names in its group; one rank."""
+    """Write the results of the tuned disk, by their names in the group; one rank."""
     file.write({f"tuned/{n}": values[n] for n in names(file, "tuned") if n in values}, ())
 
 
 def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, Any]) -> None:
     """Write one sample, its status last; one rank.
 
-    values: by their names in its group, `status` included; others may be missing in a failed one.
+    values: {name in the group: value}, `status` included; a failed sample may lack all others.
     Raises WriteError when the file cannot be written.
     """
     there = {f"samples/{n}": values[n] for n in names(file, "samples") if n in values}
@@ -42,7 +42,7 @@ def write_sample(file: ResultFile, level: int, sample: int, values: dict[str, An
 def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> None:
     """Write the RunningPercentiles of one level; one rank.
 
-    Blocks beyond its last become NaN.
+    Blocks beyond the last one of `running` become NaN.
     """
     lines = running._asdict()
     lines.pop("samples_seen")  # known since the file was laid out
@@ -54,7 +54,7 @@ def write_statistics(file: ResultFile, kind: Kind, level: int, running: Any) -> 
 
 
 def write_trust(file: ResultFile, lines: Iterable[str]) -> None:
-    """Write the lines of the trust block, as many as there is place for; one rank."""
+    """Write the first MOST_LINES lines of the trust block; one rank."""
     texts = np.zeros(MOST_LINES, dtype=file.dtype("trust"))
     for place, text in zip(range(MOST_LINES), lines, strict=False):
         texts[place] = text.encode()[: texts.itemsize]
@@ -62,6 +62,6 @@ def write_trust(file: ResultFile, lines: Iterable[str]) -> None:
 
 
 def read_trust(file: ResultFile) -> list[str]:
-    """Lines of the trust block; none of a study that has none."""
+    """Lines of the trust block; an empty list where the file has none."""
     texts = file.read("trust") if "trust" in file else []
     return [text.decode(errors="ignore") for text in texts if text]

@@ -12,7 +12,7 @@ from hpcrub.studies.shared import casing_motion, in_group, worn
 
 
 class Kind(NamedTuple):
-    """One kind of numbers of which a study has statistics, one number for each sample."""
+    """A kind of numbers that a study has statistics of; each sample has one number."""
 
     name: str  # group of its statistics
     of: str  # dataset of the numbers in `samples`
@@ -24,11 +24,11 @@ class Kind(NamedTuple):
         return f"statistics/{self.name}/{statistic.replace('percentile', self.of)}"
 
 
-SAMPLES_SEEN = "statistics/samples_seen"  # the same of all kinds
+SAMPLES_SEEN = "statistics/samples_seen"  # shared by all kinds
 KINDS = (
     Kind("contact", "amplification", "1", "contact amplifications"),
     Kind("linear", "linear_amplification", "1", "linear amplifications"),
-    Kind("stress", "peak_stress_pa", "Pa", "largest stresses of any speed"),  # where it is limited
+    Kind("stress", "peak_stress_pa", "Pa", "largest stresses of any speed"),  # if observed
     Kind("amplitude", "peak_amplitude_m", "m", "largest amplitudes, of any time"),  # of a coating
     Kind("worn_depth", "deepest_m", "m", "largest worn depths of any speed"),  # of a coating
 )
@@ -39,7 +39,7 @@ _RUNS = "amplitudes of the tuned disk and of its perturbed runs"
 _REFERENCE = "median of run_peaks_m: amplifications are relative to it"
 _DEEPEST = "the tuned disk and its perturbed runs"
 _LINEAR = "largest tangential displacement of any tip under engine-order excitation, linear"
-# of every point of a frequency response: {name: (units, description, type)}
+# numbers of every point of a frequency response: {name: (units, description, type)}
 _POINT = {
     "amplitude_m": ("m",
         "largest tangential displacement of any tip over the last revolutions; rule ensemble: its "
@@ -56,7 +56,7 @@ _POINT = {
     "point_reason": ("1", POINT_REASON, "u1"),
     "max_sweeps": ("1", "most sweeps of the contact force solver in one step; 0: no contact", "u1"),
 }  # fmt: skip
-# what half the time step changes, of the disks that are checked
+# effect of half the time step on the disks that are checked
 _HALF_STEP = {
     "half_step_peak_m": ("m",
         "largest amplitude over the speeds with half the time step; NaN: not checked"),
@@ -66,11 +66,11 @@ _HALF_STEP = {
 
 
 def _points(group, dimensions):
-    """What is known of every point of a frequency response; group: of the file."""
+    """Datasets of every point of a frequency response; group: name of the group in the file."""
     return in_group(group, dimensions, _POINT | casing_motion.NUMBERS | worn.NUMBERS)
 
 
-# Data comes before what declares it whole: `linear_amplitude_m` ends `tuned`, `status` the samples.
+# The last dataset of a group marks it as complete: `linear_amplitude_m`, and `status` of samples.
 LAYOUT = (
     SPEEDS,
     Dataset("half_range", _V, "1", "mistuning levels: largest deviation of a blade's stiffness"),
@@ -115,18 +115,18 @@ LAYOUT = (
         )
     ),
 )
-# both of max |u_t|, the largest tangential displacement of any tip with its offset
+# both are max |u_t|, the largest tangential displacement of any tip with its offset
 AMPLITUDES = {
     "amplitude_m": "steady amplitude",
     "largest_amplitude_m": "largest amplitude at any time",
 }
-MOST_LINES = 6  # of the verdict
+MOST_LINES = 6  # most lines of the verdict
 _OF_COATING = {*worn.NAMES, ANGLE.name, "run_deepest_m", "deepest_m", "deepest_speed_hz"}
 _OF_COATING |= {kind.name for kind in KINDS[3:]}
 
 
 def layout(config: Config) -> tuple[Dataset, ...]:
-    """Datasets of a study, those of a coating, of stress, of checks, of a casing where it is so."""
+    """Datasets of a study: for coating, stress, checks and casing motion only if it has them."""
     left_out = set[str]().union(
         () if config.contact.wears else _OF_COATING,
         () if config.observes_stress else ("stress_pa", "peak_stress_pa", "stress"),
@@ -137,16 +137,16 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 
 def amplitude(config: Config) -> str:
-    """Name of the amplitudes whose largest is the peak of a disk: on a coating of any time."""
+    """Dataset whose largest value is the peak of a disk; with a coating that of any time."""
     return "largest_amplitude_m" if config.contact.wears else "amplitude_m"
 
 
 def amplitude_in_words(config: Config) -> str:
-    """What these amplitudes are, in the words of the glossary."""
+    """Name that the glossary has for the amplitudes in the dataset `amplitude`."""
     return AMPLITUDES[amplitude(config)]
 
 
 def kinds(config: Config) -> tuple[Kind, ...]:
-    """Numbers of which a study has statistics, those that its file has."""
+    """Kinds of numbers of which the file of a study has statistics."""
     there = {line.name for line in layout(config)}
     return tuple(kind for kind in KINDS if kind.dataset("percentile") in there)

@@ -1,4 +1,4 @@
-"""What a study says of limits: the largest amplitude, probabilities, worn depths."""
+"""Lines about limits: largest amplitude, probabilities of exceeding limits, worn depths."""
 
 from collections.abc import Iterator
 
@@ -12,19 +12,19 @@ from hpcrub.statistics.percentiles import Z_95, probability_interval
 from hpcrub.studies.contact.survey import Survey, finished
 
 CONFIDENCE = 0.95  # that no blade of more engines exceeds the largest amplitude
-REACHED = 1.0 - 1e-9  # of the depth of a coating that is worn through: rounding
+REACHED = 1.0 - 1e-9  # share of a coating's depth that counts as worn through: rounding
 
 
 def severity(config: Config, amplitude: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Amplitudes [m] and stresses [Pa] as parts of their limits, the larger one; NaN: no result."""
-    limits, found = config.limits, np.where(np.isfinite(amplitude), 0.0, np.nan)
+    """Amplitude [m] or stress [Pa] over its limit, the larger of both ratios; NaN: no result."""
+    limits, ratio = config.limits, np.where(np.isfinite(amplitude), 0.0, np.nan)
     if limits.amplitude_mm is not None:
-        found = np.maximum(found, amplitude / limits.amplitude)
+        ratio = np.maximum(ratio, amplitude / limits.amplitude)
     if limits.stress is not None:
         by_factor = limits.stress_mpa_per_mm is not None
         of = limits.stress_per_metre * amplitude if by_factor else stress
-        found = np.maximum(found, of / limits.stress)
-    return found
+        ratio = np.maximum(ratio, of / limits.stress)
+    return ratio
 
 
 def severities(file: ResultFile) -> np.ndarray:
@@ -46,10 +46,10 @@ def largest_line(file: ResultFile, found: Survey) -> Iterator[str]:
 
 
 def engines_lines(file: ResultFile, usable: bool) -> Iterator[str]:
-    """How many more engines stay below the largest amplitude of a level, with 95 % confidence.
+    """Number of further engines below the largest amplitude of a level, with 95 % confidence.
 
-    Of n + N disks drawn alike the largest is one of the first n with the probability n/(n + N),
-    whatever the distribution.
+    Among n + N disks drawn alike, the largest is one of the first n with the probability
+    n/(n + N), whatever the distribution.
     """
     if file.config.pattern_deviation is not None or not usable:
         return
@@ -74,7 +74,7 @@ def _stresses(file, level):
 
 
 def _condition(config):
-    """What a stress rests on that is not just computed."""
+    """Assumption on which a stress rests, in words; empty for one that is just computed."""
     if config.is_goodman:
         return " (raised by Goodman's line for the rotation)"
     if config.limits.stress_mpa_per_mm is None:
@@ -83,7 +83,7 @@ def _condition(config):
 
 
 def _stress_in_words(config):
-    """The limit of the stress, and what it leaves out."""
+    """Limit of the stress and its assumptions, in words."""
     limits = config.limits
     if config.is_goodman:
         return (
@@ -99,7 +99,7 @@ def _stress_in_words(config):
 
 
 def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
-    """Probability of exceeding the limits, by level; usable: the verdict on the study."""
+    """Probability of exceeding the limits, by level; usable: False adds a warning."""
     config, limits = file.config, file.config.limits
     caveat = "" if usable else "; not to be signed, the verdict says why"
     levels = range(len(config.levels))
@@ -111,20 +111,17 @@ def limit_lines(file: ResultFile, usable: bool) -> Iterator[str]:
         stresses = [_stresses(file, level) for level in levels]
         limited.append((stresses, limits.stress, _stress_in_words(config)))
     for values, limit, words in limited:
-        for half_range, found in zip(file.read("half_range"), values, strict=True):
-            above = int(np.count_nonzero(found > limit))
-            low, high = probability_interval(above, len(found), Z_95)
+        for half_range, sizes in zip(file.read("half_range"), values, strict=True):
+            above = int(np.count_nonzero(sizes > limit))
+            low, high = probability_interval(above, len(sizes), Z_95)
             yield (
-                f"±{100 * half_range:.3g} %: {above} of {len(found)} disks exceed {words}, a "
+                f"±{100 * half_range:.3g} %: {above} of {len(sizes)} disks exceed {words}, a "
                 f"probability of {percent(low)} to {percent(high)} % (95 % interval){caveat}"
             )
 
 
 def depth_lines(file: ResultFile) -> Iterator[str]:
-    """Worn depths of the tuned disk and of the worst disk of every level.
-
-    Nothing of a casing without a coating.
-    """
+    """Worn depths of the tuned disk and of every level's worst disk; nothing without a coating."""
     if "tuned/run_deepest_m" not in file:
         return
     runs = file.read("tuned/run_deepest_m")
@@ -154,7 +151,7 @@ def _tuned_depth_line(runs, all_of_it):
 
 
 def _depth_line(depth, runs, all_of_it):
-    """The share of disks that cut through, or, where none does, the worst of them."""
+    """Share of disks that cut through, or the depth of the worst disk where none does."""
     through = int(np.count_nonzero(depth >= REACHED * all_of_it))
     if through:
         low, high = probability_interval(through, len(depth), Z_95)
@@ -172,13 +169,13 @@ def _depth_line(depth, runs, all_of_it):
 
 
 def depth_of_all(config: Config) -> float:
-    """Depth of a coating that is worn through [m]."""
+    """Depth at which a coating is worn through [m]."""
     c = config.contact.coating
     return Coating(c.thickness, c.young, c.yield_stress, c.hardening, area=0.0).worn_through
 
 
 def cut_through(file: ResultFile) -> tuple[int, int]:
-    """How many runs of the tuned disk and samples cut through a coating, and of how many."""
+    """Number of tuned runs and samples that cut through a coating, and number of all of them."""
     if "tuned/run_deepest_m" not in file:
         return 0, 0
     levels = range(len(file.config.levels))

@@ -1,4 +1,4 @@
-"""Disks that have been measured, each for itself: percentiles of a handful say nothing."""
+"""Measured disks, with a line for each of them: percentiles of a few disks say nothing."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,21 +14,21 @@ from hpcrub.statistics.percentiles import Z_95, confidence, widened
 from hpcrub.studies.contact.survey import shared_uncertainty
 
 NAMES = "amplification", "linear_amplification", "peak_amplitude_m", "peak_speed_hz"
-MOST = 24  # measured disks with a line each; of more, percentiles say what is to be said
+MOST = 24  # most measured disks with a line each; for more disks there are percentiles
 
 
 class Disk(NamedTuple):
-    """What is known of one disk."""
+    """Results of one measured disk."""
 
     number: int  # row of the file of measured disks, from 1
     where: tuple[int, int]  # place in the result file
     amplification: float  # in contact [-]
-    interval: np.ndarray  # its 95 % interval, by windows of the peak and runs of the tuned disk
-    linear: float  # amplification [-]
+    interval: np.ndarray  # its 95 % interval by the windows of the peak and the tuned runs
+    linear: float  # linear amplification [-]
     peak: float  # largest amplitude [m]
-    speed_hz: float  # where it is
-    not_steady: float  # share of the points
-    diverged: float  # share of the points
+    speed_hz: float  # speed of the peak
+    not_steady: float  # share of the points that are not steady
+    diverged: float  # share of the points that have diverged
 
 
 def are_few(file: ResultFile) -> bool:
@@ -56,12 +56,12 @@ def disks(file: ResultFile) -> Iterator[Disk]:
 
 def table(file: ResultFile) -> Table:
     """A row for each disk."""
-    found = progress.table(
+    rows = progress.table(
         f"Measured disks, {100 * confidence(Z_95):.4g} % intervals",
         ("disk", "A_nl", "interval", "A_lin", "[mm]", "[Hz]", "not\nsteady", "diverged"),
     )
     for disk in disks(file):
-        found.add_row(
+        rows.add_row(
             f"{disk.number}",
             f"{disk.amplification:.3f}",
             "{:.3f} to {:.3f}".format(*disk.interval),
@@ -71,4 +71,4 @@ def table(file: ResultFile) -> Table:
             f"{100 * disk.not_steady:.0f} %",
             f"{100 * disk.diverged:.0f} %",
         )
-    return found
+    return rows

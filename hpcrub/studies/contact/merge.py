@@ -1,4 +1,4 @@
-"""Files of parts of a contact study become the file of the study.
+"""Merge the files of parts of a contact study into the file of the whole study.
 
 The parts may overlap and need not be complete, and their order does not matter: a sample is taken
 from any part that has finished it, and samples that no part has stay pending. Where parts overlap,
@@ -41,8 +41,8 @@ def merge(
     """Merge result files of parts of one study into `out`, which appears when it is whole.
 
     overwrite: replace an existing file; samples: number of samples a level of the whole study, if
-    not that of the parts' own; allow_mixed: take parts that different program texts have computed.
-    Returns the number of finished samples, and of all.
+    the parts tell another; allow_mixed: accept parts that different program texts have computed.
+    Returns the numbers of finished samples and of all samples.
     Raises InputError for parts that are unsound, of different studies or programs, or contradict
     each other.
     """
@@ -86,23 +86,23 @@ def _is_part(path):
 
 
 def _survey(out, paths, samples):
-    """What all parts agree on: the Config of the whole, results of the tuned disk, attributes.
+    """Data that all parts share: Config of the whole, results of the tuned disk, attributes.
 
-    These name programs and libraries, and what is not resolved. Raises InputError for parts that do
-    not belong together.
+    The attributes name programs and libraries, and hold the warnings. Raises InputError for parts
+    that do not belong together.
     """
     config = tuned = tuned_path = None
     origin, warned = defaultdict(set), {}
     for path in paths:
         with open_contact(path) as part:
-            mine, found = _whole_config(part, out, samples), contact_file.read_tuned(part)
+            mine, part_tuned = _whole_config(part, out, samples), contact_file.read_tuned(part)
             if config and (other := differences(config, mine, (f"in {paths[0]}", f"in {path}"))):
                 raise InputError(f"parts of different studies: {'; '.join(other)}")
             config = config or mine
-            if found and tuned:
-                _same_tuned(tuned, tuned_path, found, path)
-            elif found:
-                tuned, tuned_path = found, path
+            if part_tuned and tuned:
+                _same_tuned(tuned, tuned_path, part_tuned, path)
+            elif part_tuned:
+                tuned, tuned_path = part_tuned, path
             warned |= dict.fromkeys(part.warnings)
             for name, value in part.attributes.items():
                 if name.endswith(("_version", "_revision", "_text")):
@@ -123,17 +123,17 @@ def _whole_config(part, out, samples):
     return part.config.replace(keys | ({"mistuning.samples": samples} if samples else {}))
 
 
-def _same_tuned(tuned, path, found, other):
-    differ = [name for name in sorted(tuned) if tuned[name].tobytes() != found[name].tobytes()]
+def _same_tuned(tuned, path, other_tuned, other_path):
+    differ = [n for n in sorted(tuned) if tuned[n].tobytes() != other_tuned[n].tobytes()]
     if differ:
         raise InputError(
-            f"the tuned disk of {path} and of {other} is not the same (tuned/{differ[0]}): they "
-            "were computed on different kinds of processors, or with different libraries"
+            f"the tuned disk of {path} and of {other_path} is not the same (tuned/{differ[0]}): "
+            "they were computed on different kinds of processors, or with different libraries"
         )
 
 
 def _fill(path, parts_paths, run, tuned):
-    """Write what the parts have into the laid-out file; returns the status of all samples."""
+    """Write the contents of the parts into the laid-out file; returns the status of all samples."""
     with ResultFile(path, mode="r+") as whole:
         if tuned:
             contact_file.write_tuned(whole, tuned)
@@ -145,7 +145,7 @@ def _fill(path, parts_paths, run, tuned):
 
 
 def _copy(part, whole):
-    """Copy what is finished in a part into the whole file, a group of samples at a time."""
+    """Copy the finished samples of a part into the whole file, a group of samples at a time."""
     names = [f"samples/{name}" for name in contact_file.names(part, "samples")]
     start, n_samples = part.config.samples.start, len(part.config.samples)
     rows = max(1, AT_ONCE // sum(part.read(name, (0, 0)).nbytes for name in names))

@@ -1,10 +1,10 @@
 """The job of a contact study: the tuned disk and all samples of all levels, on all ranks.
 
-Samples go by number, then by level, so that all levels are equally far at any moment. What is
-computed for a sample depends on nothing but (configuration, level, sample).
+Samples go by number, then by level, so that all levels are equally far at any moment. The results
+of a sample depend on nothing but (configuration, level, sample).
 
 The tuned disk comes first, and the samples begin while it is still integrated: a rank that finishes
-one before waits, with the sample in its memory, until rank 0 shares the reference.
+a sample before the tuned disk is complete waits, with the sample in its memory, for the reference.
 """
 
 import time
@@ -34,10 +34,10 @@ BAD_NUMBERS = (np.linalg.LinAlgError, ArithmeticError, ValueError)  # fail a sam
 
 
 class Outcome(NamedTuple):
-    """What rank 0 needs to know of one finished sample."""
+    """Report to rank 0 on one finished sample."""
 
     status: int
-    numbers: tuple[float, ...]  # of all kinds
+    numbers: tuple[float, ...]  # one of each kind
     work: Work
     message: str = ""
 
@@ -55,15 +55,15 @@ class MonteCarlo(Job):
         self.runs: list[dict[int, Any]] = [{} for _ in range(config.mistuning.tuned_runs)]
         self.looked_at = 0  # samples finished on all levels when convergence was checked last
         self.kinds = kinds(config)
-        self.numbers: Any = None  # of all kinds, (kinds, V, n) on rank 0
+        self.numbers: Any = None  # of the samples (kinds, V, n), on rank 0
         self.tasks: Any = ()  # on rank 0
-        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # on rank 0
-        self.failure = ""  # what the last sample that failed has said (rank 0)
+        self.parts: dict[tuple[int, int], dict[int, Any]] = {}  # of samples that are cut (rank 0)
+        self.failure = ""  # message of the last sample that failed (rank 0)
 
     def run(self) -> None:
-        """Compute what is missing and write it, with the statistics of what is there.
+        """Compute and write all missing samples, then write the statistics.
 
-        Raises Interrupted on all ranks after a stop signal; what is finished is in the file.
+        Raises Interrupted on all ranks after a stop signal; finished samples are in the file.
         """
         self.reference, n_tasks = self.team.on_root(self._take_stock)
         if n_tasks:
@@ -78,7 +78,7 @@ class MonteCarlo(Job):
         self.team.on_root(self._write_statistics)
 
     def update_statistics(self) -> None:
-        """Write the statistics of the samples that are there (rank 0)."""
+        """Write the statistics of the finished samples (rank 0)."""
         self._take_stock()
         self._write_statistics()
 
@@ -94,7 +94,7 @@ class MonteCarlo(Job):
             raise HpcrubError(f"all {self.status.size} samples have failed{why}")
 
     def summary(self, seconds: float) -> None:
-        """Print what was found (rank 0); seconds: wall time of this run."""
+        """Print the results (rank 0); seconds: wall time of this run."""
         print_results(self.file)
         text = f"wall time {duration(seconds)} on {counted(self.team.size, 'rank')}"
         if self.work.seconds > 0.0:
@@ -103,9 +103,9 @@ class MonteCarlo(Job):
         console().print(text)
 
     def _take_stock(self):
-        """Take up the results that are there (rank 0).
+        """Read the results in the file, and plan the tasks (rank 0).
 
-        Returns the Reference, None when missing, and the number of tasks.
+        Returns the Reference, None if it is missing, and the number of tasks.
         """
         self.status = self.file.status
         self.reference = disk.reference_of(self.file, self.prepared)
@@ -135,9 +135,9 @@ class MonteCarlo(Job):
     # any rank
 
     def _compute(self, task, poll):
-        """Outcome of a sample, after writing it; Integrated of anything else.
+        """Write a whole sample and return its Outcome; of any other task, return the Integrated.
 
-        None for a sample when there is no usable reference.
+        A sample without a usable reference is not written, and None is returned.
         """
         if isinstance(task, TunedPart):
             modes = disk.modes_of_tuned(self.config, self.prepared, task.run)
@@ -187,7 +187,7 @@ class MonteCarlo(Job):
         return Outcome(values["status"], numbers, work, message)
 
     def _amplifications(self, modes, result):
-        """Peaks of one sample beside the tuned disk's, and its status."""
+        """Peaks and amplifications of one sample, and its status."""
         amplitude, speed = disk.peak(result, self.speeds_hz)
         depth, at = disk.deepest(result, self.speeds_hz)
         linear = disk.linear_amplitude(self.config, self.prepared, modes)
@@ -207,7 +207,7 @@ class MonteCarlo(Job):
     # rank 0
 
     def _collect(self, task, result):
-        """Take note of a finished task. True when no further one is needed."""
+        """Record a finished task; returns whether no further task is needed."""
         if result is None:
             return False
         if isinstance(task, TunedPart):
@@ -240,7 +240,7 @@ class MonteCarlo(Job):
         return self._is_useless()
 
     def _collect_part(self, task, response):
-        """When it is the last part of its sample, some rank is to finish and write the sample."""
+        """Record a part of a sample; after the last part, queue the sample for a rank to write."""
         parts = self.parts.setdefault((task.level, task.sample), {})
         parts[task.part] = response
         if len(parts) == task.n_parts:
@@ -262,7 +262,7 @@ class MonteCarlo(Job):
         return self._converged_at() is not None
 
     def _running(self, values):
-        """RunningPercentiles of numbers (V, n) for every level over its leading samples."""
+        """RunningPercentiles of numbers (V, n) for every level, up to its first pending sample."""
         c = self.config.convergence
         how = c.percentiles, c.step, c.z
         return [
@@ -274,7 +274,7 @@ class MonteCarlo(Job):
         """First number of percentile values at which all levels are converged, or None."""
         c = self.config.convergence
         running = self._running(self.numbers[0])
-        errors = [percentiles.judged_error(c.criterion, found._asdict()) for found in running]
+        errors = [percentiles.judged_error(c.criterion, level._asdict()) for level in running]
         shortest = min(error.shape[-1] for error in errors)
         return percentiles.first_converged(
             np.stack([e[:, :shortest] for e in errors]), c.target_error
@@ -283,15 +283,15 @@ class MonteCarlo(Job):
     def _write_statistics(self):
         """Statistics of the finished samples (rank 0).
 
-        A study that stops when it has converged has some samples more, depending on the ranks;
-        its statistics end where it converged.
+        A study that stops when it has converged computes some samples more; their number depends
+        on the ranks. Its statistics end where it converged.
         """
         self.phase("statistics")
         stops = self.config.convergence.stop_when_converged
         length = self._converged_at() if stops else None
         for kind, numbers in zip(self.kinds, self.numbers, strict=True):
-            for level, found in enumerate(self._running(numbers)):
-                cut = percentiles.RunningPercentiles(*(values[..., :length] for values in found))
+            for level, running in enumerate(self._running(numbers)):
+                cut = percentiles.RunningPercentiles(*(values[..., :length] for values in running))
                 contact_file.write_statistics(self.file, kind, level, cut)
         if self.reference and self.reference.usable:
             contact_file.write_trust(self.file, trust.lines(self.file))

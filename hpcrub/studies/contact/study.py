@@ -1,4 +1,4 @@
-"""The contact study: what its result file holds, what it says of itself, who else reads it."""
+"""The contact study: its result file, its report, and how other studies open the file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +20,7 @@ from hpcrub.studies.contact import layout, trust
 from hpcrub.studies.contact.file import read_trust
 from hpcrub.studies.contact.monte_carlo import MonteCarlo
 
-# keys and sections in which a study that goes on from a contact study may differ from that
+# keys and sections in which a study may differ from the contact study that it starts from
 APART = (
     *("study", "sources", "mistuning.", "convergence.", "limits.", "part."),
     *("linear.", "history.", "spectrum.", "energy.", "branches."),
@@ -45,11 +45,11 @@ class Contact(Study):
     job = MonteCarlo
 
     def layout(self, config: Config) -> tuple[Dataset, ...]:
-        """Datasets."""
+        """Datasets of the result file."""
         return layout.layout(config)
 
     def sizes(self, config: Config) -> dict[str, int]:
-        """Length of every dimension of its own."""
+        """Lengths of this study's own dimensions."""
         return {
             "percentile": len(config.convergence.percentiles),
             "run": config.mistuning.tuned_runs,
@@ -59,7 +59,7 @@ class Contact(Study):
         }
 
     def constants(self, config: Config) -> dict[str, Any]:
-        """What is known before any computation."""
+        """Levels and sample numbers, known before any computation."""
         n_blocks = self.sizes(config)["block"]
         return {
             "half_range": config.mistuning.half_range[list(config.levels)],
@@ -69,7 +69,7 @@ class Contact(Study):
         }
 
     def cost(self, config: Config) -> Cost:
-        """Every disk at every speed."""
+        """Cost of every disk at every speed, with checks by half the time step."""
         n_disks = len(config.levels) * len(config.samples) + config.mistuning.tuned_runs
         most = config.mistuning.checked_samples
         half_steps = 2 * (1 + sum(n < most for n in config.samples)) if most else 0
@@ -94,7 +94,7 @@ class Contact(Study):
         return first_converged(error, convergence.target_error) is not None
 
     def verdict(self, file: ResultFile) -> list[str]:
-        """The verdict on all disks, and below it what a user must know and do."""
+        """Verdict on all disks, and below it findings with advice."""
         return trust.lines(file)
 
     def report(self, file: ResultFile) -> Iterator[str]:
@@ -126,7 +126,7 @@ STUDY = Contact()
 
 
 def open_contact(path: str | Path) -> ResultFile:
-    """The open file of a contact study, complete or not. Raises InputError for any other."""
+    """Open the file of a contact study, complete or not. Raises InputError for any other file."""
 
     def check(file):
         if file.config.study != STUDY.name:

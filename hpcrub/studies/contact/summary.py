@@ -1,4 +1,4 @@
-"""What a contact study has found, as tables and lines for a terminal or a log."""
+"""Results of a contact study as tables and lines for a terminal or a log."""
 
 from collections.abc import Iterator
 from math import nan
@@ -26,9 +26,9 @@ from hpcrub.studies.shared import casing_motion
 
 
 def print_results(file: ResultFile) -> None:
-    """Print the verdict, tables and lines about the samples that are there; some are needed."""
-    out, found = console(), survey.survey(file)
-    verdict = trust.lines(file, found)
+    """Print the verdict, tables and lines about the finished samples; there must be some."""
+    out, counts = console(), survey.survey(file)
+    verdict = trust.lines(file, counts)
     for place, line in enumerate(verdict):
         print_line(out, f"- {line}" if place else f"Verdict: {line}.")
     if file.config.pattern_deviation is not None:
@@ -36,9 +36,9 @@ def print_results(file: ResultFile) -> None:
     elif measured.are_few(file):
         out.print(measured.table(file))
     else:
-        table = level_table(file, found)
+        table = level_table(file, counts)
         fits = out.measure(table, options=out.options.update(width=WIDTH)).maximum <= out.width
-        out.print(table if fits else level_table(file, found, narrow=True))
+        out.print(table if fits else level_table(file, counts, narrow=True))
         if len(file.config.samples) > 1:
             out.print(interval_table(file))
             if "samples/deepest_m" in file:
@@ -47,12 +47,12 @@ def print_results(file: ResultFile) -> None:
                 out.print(stress_table(file))
     print_line(out, tuned_line(file))
     for line in (
-        *limits.largest_line(file, found),
+        *limits.largest_line(file, counts),
         *limits.engines_lines(file, is_usable(verdict)),
         *limits.depth_lines(file),
         *casing_motion.lines(file),
         *limits.limit_lines(file, is_usable(verdict)),
-        *point_lines(found),
+        *point_lines(counts),
     ):
         print_line(out, line)
 
@@ -114,7 +114,7 @@ def interval_table(file: ResultFile, of_coating: bool = False) -> Table:
     """
     title = f"Percentiles and their confidence intervals ({100 * confidence(Z_95):.4g} %)"
     names = {"A_nl": "amplification", "A_lin": "linear_amplification"}
-    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: of the first
+    form, shared, factor = ".3f", survey.shared_uncertainty(file), 1.0  # shared: by A_nl only
     if of_coating:
         title = "Coating: percentiles and their intervals (95 %) [mm]"
         names = {"amplitude": "peak_amplitude_m", "worn depth": "deepest_m"}
@@ -155,7 +155,7 @@ def stress_table(file: ResultFile) -> Table:
 
 
 def point_lines(found: survey.Survey) -> Iterator[str]:
-    """What went wrong in single points, in words with counts, and the work of the force solver."""
+    """Numbers of points by the reason why they have no result, and sweeps of the force solver."""
     yield from point_status.lines(found.reasons, found.n_points)
     yield f"contact forces: at most {found.sweeps} sweeps of the solver in a step"
 

@@ -1,4 +1,4 @@
-"""What the points and peaks of a contact study are like, over all samples that count."""
+"""Counts of the points and peaks of a contact study, over all samples that count."""
 
 from itertools import product
 from typing import NamedTuple
@@ -13,32 +13,32 @@ from hpcrub.statistics.percentiles import Z_95, percentile_interval
 from hpcrub.studies.contact import layout
 
 ROWS = 1000  # samples read at once
-ALONE = 0.9  # of a peak: where both neighbouring speeds are below, the step may miss a higher one
-OF_MEANS = "amplitude_error_m", "amplitude_scatter_m", "time_s"  # the first two by the peak [-]
+ALONE = 0.9  # share of a peak: with both neighbours below, the speed step may miss a higher peak
+OF_MEANS = "amplitude_error_m", "amplitude_scatter_m", "time_s"  # the first two over the peak [-]
 
 
 class Survey(NamedTuple):
-    """What the points and peaks of all samples that count are like."""
+    """Counts of points and peaks, over the `n_counted` samples of every level."""
 
-    points: np.ndarray  # of each status, of every level (V, 5)
-    peaks: np.ndarray  # of each status (5,)
+    points: np.ndarray  # number of points of every level with each status (V, 5)
+    peaks: np.ndarray  # number of peaks with each status (5,)
     lowest: int  # peaks at the lowest speed
-    highest: int  # and at the highest
-    alone: int  # peaks whose neighbours are both below ALONE of them
+    highest: int  # peaks at the highest speed
+    alone: int  # peaks whose neighbours are both below ALONE times the peak
     averaged: np.ndarray  # medians of averaged peaks (3,), see OF_MEANS; NaN: none
-    largest: float  # amplitude [m]
-    n_points: int  # the tuned disk's included
-    reasons: np.ndarray  # how many of these have each reason
+    largest: float  # largest amplitude [m]
+    n_points: int  # number of points, the tuned disk's included
+    reasons: np.ndarray  # number of points with each reason
     sweeps: int  # most sweeps of the solver
 
 
 def survey(file: ResultFile) -> Survey:
-    """Look at all points of a file, a few samples at a time."""
+    """Count the points and peaks of a file, reading ROWS samples at a time."""
     last, wears = file.config.speeds.n_values - 1, file.config.contact.wears
     points = np.zeros((len(file.config.levels), 5), dtype=np.int64)
     reasons = status.count(file.read("tuned/point_reason"))
     sweeps = int(file.read("tuned/max_sweeps").max())
-    found = [np.zeros((4 + len(OF_MEANS), 0))]  # of the peaks
+    blocks = [np.zeros((4 + len(OF_MEANS), 0))]  # a column for each peak
     n = n_counted(file)
     for level, first in product(range(len(points)), range(0, n, ROWS)):
         where = level, slice(first, min(n, first + ROWS))
@@ -51,8 +51,8 @@ def survey(file: ResultFile) -> Survey:
         row, best = np.arange(len(size)), size.argmax(axis=1)
         beside = np.maximum(size[row, best - 1], size[row, np.minimum(best + 1, last)])
         values = [file.read(f"samples/{name}", where)[done][row, best] for name in OF_MEANS]
-        found.append(np.array([best, size[row, best], beside, states[done][row, best], *values]))
-    best, peak, beside, state, error, scatter, time = np.concatenate(found, axis=1)
+        blocks.append(np.array([best, size[row, best], beside, states[done][row, best], *values]))
+    best, peak, beside, state, error, scatter, time = np.concatenate(blocks, axis=1)
     lowest, highest = (int(np.count_nonzero(best == end)) if last else 0 for end in (0, last))
     alone = int(np.count_nonzero((best > 0) & (best < last) & (beside < ALONE * peak)))
     peaks, largest = np.bincount(state.astype(int), minlength=5)[:5], float(peak.max(initial=0.0))
@@ -65,10 +65,10 @@ def survey(file: ResultFile) -> Survey:
 
 
 def n_counted(file: ResultFile) -> int:
-    """Number of samples of each level that the tables are about.
+    """Number of samples of each level that the tables count.
 
-    All; of a study that stops when it has converged, those up to where it did: how many more there
-    are depends on the number of ranks.
+    A study that stops when it has converged counts its samples up to there only: how many more it
+    has computed depends on the number of ranks.
     """
     n_all = len(file.config.samples)
     if not file.config.convergence.stop_when_converged:
@@ -79,17 +79,17 @@ def n_counted(file: ResultFile) -> int:
 
 
 def finished(file: ResultFile, level: int, name: str) -> np.ndarray:
-    """Known numbers of the disks of a level that are finished, of those that count."""
+    """Finite values of a dataset for the finished samples of a level, among those that count."""
     where = level, slice(n_counted(file))
     values = file.read(f"samples/{name}", where)[file.read("samples/status", where) == DONE]
     return values[np.isfinite(values)]
 
 
 def shared_uncertainty(file: ResultFile) -> np.ndarray:
-    """By how much all amplifications may be lower, and higher, with another reference (2,) [-].
+    """Uncertainty of all amplifications by their reference, downwards and upwards (2,) [-].
 
-    The ends of the 95 % interval of the median of the tuned runs. Zero where these agree, NaN where
-    they are too few.
+    It is the 95 % interval of the median of the tuned runs: zero where the runs agree, NaN where
+    there are too few of them.
     """
     runs = file.read("tuned/run_peaks_m")
     if len(runs) == 1 or np.ptp(runs) < 1e-3 * runs.min():

@@ -1,11 +1,11 @@
-"""The tasks of a contact study: the tuned disk and the samples, cut where ranks outnumber them."""
+"""Tasks of a contact study: tuned disk and samples, cut into parts if there are many ranks."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from hpcrub.ranks.schedule import Tasks
 
-PART = 8  # speeds of a part: as many as are integrated together in the narrowest lanes
+PART = 8  # speeds of a part: as many as the kernel integrates at once, at least
 
 
 class TunedPart(NamedTuple):
@@ -30,14 +30,14 @@ class SamplePart(NamedTuple):
 
 
 def most_parts(n_speeds: int) -> int:
-    """The most parts into which a sweep of n_speeds is worth cutting."""
+    """Largest number of parts into which a sweep of n_speeds is worth cutting."""
     return max(1, -(-n_speeds // PART))
 
 
 def n_parts(n_left: int, n_ranks: int, most: int) -> int:
-    """Parts into which the next of n_left sweeps is cut: one until the ranks outnumber them.
+    """Parts into which the next of n_left sweeps is cut: one until ranks outnumber the sweeps.
 
-    Half the ranks are counted: parts cost more than a whole, and most ranks are busy at the end.
+    Only half the ranks count: parts cost more than a whole, and most ranks are busy at the end.
     """
     return min(most, max(1, n_ranks // (2 * max(n_left, 1))))
 
@@ -50,8 +50,8 @@ class ContactTasks(Tasks):
     ) -> None:
         """Take the tasks of a study.
 
-        samples: iterable of n_samples pairs (level, sample), drawn one at a time; most: parts of a
-        sample, at most.
+        samples: iterable of n_samples pairs (level, sample), drawn one at a time; most: largest
+        number of parts of a sample.
         """
         super().__init__()
         self.urgent.extend(tuned)
@@ -61,7 +61,7 @@ class ContactTasks(Tasks):
         return super().__len__() + self.n_samples
 
     def take(self, n_ranks: int) -> Any:
-        """The next task; there must be one. The parts of a sample follow each other."""
+        """Return the next task; there must be one. The parts of a sample follow each other."""
         if self.urgent:
             return super().take(n_ranks)
         cut = n_parts(self.n_samples, n_ranks, self.most)

@@ -1,6 +1,6 @@
-"""How far the results of a contact study can be trusted: what speaks against them, and what to do.
+"""Verdict on the results of a contact study: findings that speak against them, and advice.
 
-The verdict stands in the summary and in the file, and its first lines under its figures.
+The verdict stands in the summary and in the file; its first lines stand below the figures.
 """
 
 import numpy as np
@@ -18,27 +18,27 @@ FAR_OFF = 0.2  # change of a peak by half the step, above which no percentile is
 
 
 def lines(file: ResultFile, found: Survey | None = None) -> list[str]:
-    """The verdict on a study, and below it what a user must know and do."""
+    """Verdict on a study, and findings with advice; found: Survey of the file, if there is one."""
     findings = _findings(file, found or survey(file))
     return verdict.block(findings, of_many=len(file.config.samples) > 1)
 
 
 def short(file: ResultFile) -> list[str]:
-    """What belongs below a figure: the verdict, and the weightiest finding."""
+    """Lines for a figure: the verdict, and the weightiest finding."""
     return lines(file)[:2]
 
 
-def _findings(file, found):
-    config, n_peaks = file.config, max(1, int(found.peaks.sum()))
-    yield from verdict.lost(found.reasons, int(found.points[:, DIVERGED].sum()), found.n_points)
+def _findings(file, counts):
+    config, n_peaks = file.config, max(1, int(counts.peaks.sum()))
+    yield from verdict.lost(counts.reasons, int(counts.points[:, DIVERGED].sum()), counts.n_points)
     yield from _failed(file)
     yield from _worn_through(file)
-    yield from verdict.kinematics(config, found.largest)
-    yield from verdict.unsettled(config, int(found.peaks[NOT_STEADY]), n_peaks, "peaks")
-    yield from _speeds(file, found)
+    yield from verdict.kinematics(config, counts.largest)
+    yield from verdict.unsettled(config, int(counts.peaks[NOT_STEADY]), n_peaks, "peaks")
+    yield from _speeds(file, counts)
     yield from verdict.not_resolved(file.warnings)
     yield from _half_step(file)
-    yield from _errors(file, found)
+    yield from _errors(file, counts)
     yield from verdict.few(config.convergence.percentiles, len(config.samples))
     yield from _reference(file)
 
@@ -55,7 +55,7 @@ def _failed(file):
 
 
 def _worn_through(file):
-    """Disks that cut through a coating reach the casing behind it."""
+    """Disks that cut through the coating and reach the casing behind it."""
     through, n_disks = cut_through(file)
     if through:
         yield Finding(
@@ -67,10 +67,10 @@ def _worn_through(file):
         )
 
 
-def _speeds(file, found):
-    """Peaks at the edge of the speeds, and peaks between them."""
-    n, speeds = max(1, int(found.peaks.sum())), file.config.speeds
-    yield from verdict.at_the_ends(file.config, found.lowest, found.highest, n, most=FEW)
+def _speeds(file, counts):
+    """Peaks at an end of the speeds, and peaks that the steps between speeds may miss."""
+    n, speeds = max(1, int(counts.peaks.sum())), file.config.speeds
+    yield from verdict.at_the_ends(file.config, counts.lowest, counts.highest, n, most=FEW)
     if speeds.n_values > 1 and file.read("tuned/peak_speed_hz") in (speeds.from_hz, speeds.to_hz):
         yield Finding(
             USELESS,
@@ -78,17 +78,17 @@ def _speeds(file, found):
             "the peak of the tuned disk lies at the edge of the speeds, so that A_nl may be too "
             "high: wider speeds.from_hz, to_hz",
         )
-    if found.alone > FEW * n:
+    if counts.alone > FEW * n:
         yield Finding(
             SINGLE,
             "a coarse grid of speeds",
-            f"at {found.alone} of {n} peaks both neighbouring speeds are more than 10 % lower: a "
+            f"at {counts.alone} of {n} peaks both neighbouring speeds are more than 10 % lower: a "
             f"speeds.step_hz below {speeds.step_hz:g} may find higher ones",
         )
 
 
 def _half_step(file):
-    """By how much the disks differ that were run with half the time step, too."""
+    """Change of the peaks of the disks that were run with half the time step, too."""
     if "tuned/half_step_peak_m" not in file:
         advice = "no disk was run with another step (mistuning.checked_samples)"
         yield Finding(REMARK, "unchecked step", advice)
@@ -117,21 +117,21 @@ def half_step_moves(file: ResultFile) -> np.ndarray:
     return moved[np.isfinite(moved)]
 
 
-def _errors(file, found):
-    """Standard errors of means, which hold for the same motion continued."""
-    error, n = 2.0 * found.averaged[0], max(1, int(found.peaks.sum()))
+def _errors(file, counts):
+    """Standard errors of peaks that are means; they hold for the same motion continued."""
+    error, n = 2.0 * counts.averaged[0], max(1, int(counts.peaks.sum()))
     if np.isfinite(error):
         yield Finding(
             SINGLE if error > FEW else REMARK,
             f"peaks known to ±{percent(error)} %",
-            f"{100 * found.peaks[AVERAGED] / n:.0f} % of the peaks are means, known to "
+            f"{100 * counts.peaks[AVERAGED] / n:.0f} % of the peaks are means, known to "
             f"±{percent(error)} % (two standard errors of the same motion continued): "
             f"steady_state.max_error below {file.config.steady_state.max_error:g}",
         )
 
 
 def _reference(file):
-    """How well the tuned disk is known, to which all amplifications are relative."""
+    """Uncertainty of the tuned disk, to which all amplifications are relative."""
     runs = file.read("tuned/run_peaks_m")
     runs = runs[np.isfinite(runs)]
     if len(runs) < 2:

@@ -1,4 +1,4 @@
-"""What modal and linear studies say of disks in air: damping of waves, and which disks flutter."""
+"""Disks in air, for modal and linear studies: damping of waves, and the disks that flutter."""
 
 from collections.abc import Iterator
 
@@ -34,12 +34,12 @@ MISTUNED = (
 
 
 def layout(config: Config, *parts: tuple[Dataset, ...]) -> tuple[Dataset, ...]:
-    """Datasets of a study in air, of TUNED and MISTUNED; none without air."""
+    """Datasets of a study in air; parts: TUNED, MISTUNED or both. None without air."""
     return sum(parts, ()) if config.aero.exists else ()
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of their dimensions."""
+    """Lengths of the dimensions of these datasets; none without air."""
     if not config.aero.exists:
         return {}
     shown = {} if config.study == "modal" else {"disk": min(MOST_SHOWN, config.mistuning.samples)}
@@ -47,21 +47,21 @@ def sizes(config: Config) -> dict[str, int]:
 
 
 def values_of_tuned(config: Config, reduced: ReducedModel) -> Iterator[Values]:
-    """Waves of the tuned disk, as given and as the complex modes have them; nothing without air."""
+    """Damping of the tuned disk's waves, given and by complex modes; nothing without air."""
     if reduced.air is None:
         return
     n_blades = config.disk.n_blades
-    found = tuned_eigenvalues(reduced, reduced.air)
+    eigenvalues = tuned_eigenvalues(reduced, reduced.air)
     r = np.arange(n_blades)
     yield "aero/diameters", (), np.where(2 * r <= n_blades, r, r - n_blades)
     yield "aero/given_damping_ratio", (), curve_of(config).damping_ratio
-    yield "aero/tuned_damping_ratio", (), -found.real / np.abs(found)
-    yield "aero/tuned_decay_per_s", (), -found.real
-    yield "aero/tuned_frequency_hz", (), found.imag / (2.0 * np.pi)
+    yield "aero/tuned_damping_ratio", (), -eigenvalues.real / np.abs(eigenvalues)
+    yield "aero/tuned_decay_per_s", (), -eigenvalues.real
+    yield "aero/tuned_frequency_hz", (), eigenvalues.imag / (2.0 * np.pi)
 
 
 def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
-    """Eigenvalues of the tuned disk's complex modes, wave by wave, told by their shapes (N,)."""
+    """Eigenvalues of the tuned disk's complex modes, assigned to waves by their shapes (N,)."""
     modes = mistuned_modes(reduced, np.zeros(reduced.interface.n_blades))
     waves = modes.waves
     assert waves is not None  # there is air
@@ -72,11 +72,11 @@ def tuned_eigenvalues(reduced: ReducedModel, air: Air) -> np.ndarray:
 
 
 def values(waves: list[Waves], level: int, first: int) -> Iterator[Values]:
-    """Complex modes of some samples in a row, from the first one on."""
-    found = np.array([each.eigenvalue for each in waves])
+    """Complex modes of consecutive samples; first: number of the first of these samples."""
+    eigenvalues = np.array([each.eigenvalue for each in waves])
     least = np.array([each.damping_ratio.min() for each in waves])
     yield "aero/least_damping_ratio", (level, slice(first, first + len(waves))), least
-    shown = found[: max(0, MOST_SHOWN - first)]
+    shown = eigenvalues[: max(0, MOST_SHOWN - first)]
     if len(shown):
         where = level, slice(first, first + len(shown))
         yield "aero/decay_per_s", where, -shown.real
@@ -117,7 +117,7 @@ def report_of_mistuned(file: ResultFile) -> Iterator[str]:
 
 
 def left_out(file: ResultFile, level: int) -> str:
-    """How many disks of a level have no linear response, because they flutter, in words."""
+    """Number of disks of a level that flutter and have no linear response, in words."""
     if not file.config.aero.exists:
         return ""
     lost = int(np.count_nonzero(file.read("aero/least_damping_ratio", level) <= 0.0))

@@ -1,4 +1,4 @@
-"""What studies store and say of a casing that vibrates: names, units and words, in all of them."""
+"""Datasets and report lines of a casing that vibrates, the same in all studies."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ from hpcrub.response.casing_stability import growth
 from hpcrub.results.layout import Dataset
 from hpcrub.results.storage import ResultFile
 
-# of every speed: {name: (units, description)}, in the order of `CasingMotion`
+# numbers of every speed: {name: (units, description)}, in the order of `CasingMotion`
 NUMBERS = {
     "casing_motion_m": ("m", "largest radial motion of the casing, angle and time, last window"),
     "casing_waves": ("1", "waves around the casing that move most, or that run away"),
@@ -27,15 +27,15 @@ PERMANENT = Dataset(
 
 
 def values(casing: CasingMotion) -> dict[str, np.ndarray]:
-    """Arrays of some speeds by their names in a group of the file."""
+    """Motion of the casing at some speeds: {name of the dataset in its group: array}."""
     return dict(zip(NUMBERS, casing, strict=True))
 
 
 def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
-    """Growth of the linear disk and casing in permanent contact [1/s].
+    """Growth rate of the linear disk and casing in permanent contact [1/s].
 
-    modes: of the tuned disk. Returns (2, S): without friction and with it, at all speeds; NaN where
-    the casing does not vibrate.
+    modes: Modes of the tuned disk. Returns rates (2, S) at all speeds, without friction and with
+    it; NaN if the casing does not vibrate.
     """
     speeds, frictions = config.speeds.values_hz, (0.0, config.contact.friction)
     if not config.casing.vibrates:
@@ -47,7 +47,7 @@ def permanent_growth(config: Config, modes: Modes) -> np.ndarray:
 
 
 def lines(file: ResultFile) -> Iterator[str]:
-    """How far the casing of a contact study moves, and how often it runs away; else nothing."""
+    """Lines about a casing that vibrates: how far it moves, and how often it runs away."""
     if not file.config.casing.vibrates:
         return
     reason, n = file.read("tuned/point_reason"), len(file.config.speeds.values_hz)

@@ -1,4 +1,4 @@
-"""The linear picture of a casing that vibrates, as the modal study stores it and words tell it."""
+"""Linear analysis of a casing that vibrates: datasets and report lines of the modal study."""
 
 from collections.abc import Iterator
 
@@ -16,9 +16,9 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import Values
 from hpcrub.setup.casing import casing_modes_of
 
-REACH = 10.0  # times the highest speed asked for: interactions up to there are listed
-SHOWN = 1.5  # times the highest speed asked for: words and figures go so far
-N_SPEEDS = 90  # at which permanent contact is judged
+REACH = 10.0  # times the highest speed of the input: interactions are stored up to there
+SHOWN = 1.5  # times the highest speed of the input: report and figures go up to there
+N_SPEEDS = 90  # speeds at which the growth in permanent contact is computed
 LAYOUT = (
     Dataset("casing/waves", ("casing_mode",), "1", "waves n around the casing", "i8"),
     Dataset("casing/frequencies_hz", ("casing_mode",), "Hz", "its natural frequency f_c"),
@@ -44,7 +44,7 @@ def layout(config: Config) -> tuple[Dataset, ...]:
 
 
 def sizes(config: Config) -> dict[str, int]:
-    """Length of their dimensions."""
+    """Lengths of the dimensions of these datasets."""
     casing = config.casing
     n_pairs = len(casing.modes) if casing.ring.thickness_mm is None else len(casing.ring.waves)
     kinds = {"family": N_FAMILIES, "sum_or_difference": len(KINDS), "friction": 2}
@@ -52,14 +52,14 @@ def sizes(config: Config) -> dict[str, int]:
 
 
 def interactions(config: Config, reduced: ReducedModel, casing: CasingModes) -> np.ndarray:
-    """Speeds at which waves and blades meet, as `crossings.interactions` [Hz]."""
+    """Speeds at which waves of the casing meet blades, as of `crossings.interactions` [Hz]."""
     highest = 2.0 * np.pi * REACH * config.speeds.to_hz
-    found = crossings.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
-    return found / (2.0 * np.pi)
+    speeds = crossings.interactions(reduced, cyclic.tuned_diameters(reduced), casing, highest)
+    return speeds / (2.0 * np.pi)
 
 
 def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
-    """Waves, interaction speeds and growth; nothing of a casing that does not vibrate."""
+    """Waves, interaction speeds and growth rates; nothing if the casing does not vibrate."""
     casing = casing_modes_of(config)
     if casing is None:
         return
@@ -71,31 +71,32 @@ def values(config: Config, reduced: ReducedModel) -> Iterator[Values]:
     speeds = np.linspace(0.0, SHOWN * config.speeds.to_hz, N_SPEEDS + 1)[1:]
     tuned = np.zeros(config.disk.n_blades)
     modes = mistuned_modes(reduced._replace(casing=casing), tuned)
-    found = [
+    growths = [
         [growth(modes.at(speed), config.damping, friction, speed) for speed in speeds]
         for friction in (0.0, config.contact.friction)
     ]
     yield "casing/speed_hz", (), speeds
-    yield "casing/growth_per_s", (), np.array([[at.rate for at in row] for row in found])
-    yield "casing/growing_waves", (), np.array([[at.waves for at in row] for row in found])
+    yield "casing/growth_per_s", (), np.array([[at.rate for at in row] for row in growths])
+    yield "casing/growing_waves", (), np.array([[at.waves for at in row] for row in growths])
 
 
 def _blades(reduced, casing, speed_hz):
-    found = np.full((len(casing.omega), N_FAMILIES), np.nan)
+    """Frequencies of blades that waves of the casing can meet (casing modes, families) [Hz]."""
+    frequencies = np.full((len(casing.omega), N_FAMILIES), np.nan)
     diameters, speed = cyclic.tuned_diameters(reduced), 2.0 * np.pi * speed_hz
     for j, n in enumerate(casing.n_waves):
         folded = crossings.folded(int(n), reduced.interface.n_blades)
         for family in range(N_FAMILIES):
             blades = crossings.family_frequency(reduced, diameters, folded, family)
             if blades:
-                found[j, family] = blades(speed) / (2.0 * np.pi)
-    return found
+                frequencies[j, family] = blades(speed) / (2.0 * np.pi)
+    return frequencies
 
 
 def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[str]:
-    """The waves of the casing, the speeds at which they meet blades, and which are overtaken.
+    """Lines about the waves of the casing: where they meet blades, which the rotor overtakes.
 
-    found: as `interactions` [Hz].
+    found: speeds as `interactions` returns them [Hz].
     """
     critical, highest = casing.critical_speeds / (2.0 * np.pi), config.speeds.to_hz
     for j, n in enumerate(casing.n_waves):
@@ -120,7 +121,7 @@ def lines(config: Config, casing: CasingModes, found: np.ndarray) -> Iterator[st
 
 
 def report(file: ResultFile) -> Iterator[str]:
-    """These lines of a modal study, and from which speed on permanent contact is unstable."""
+    """Lines about the waves, and about the speed from which permanent contact is unstable."""
     if "casing/waves" not in file:
         return
     casing = casing_modes_of(file.config)

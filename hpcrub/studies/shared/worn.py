@@ -1,4 +1,4 @@
-"""What studies store and say of a coating: names, units and words, the same in all of them."""
+"""Datasets and report lines of a coating, the same in all studies."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.runs.study import ANGLE, Values
 from hpcrub.studies.shared import in_group
 
-# of every speed: {name: (units, description)}, in the order of `Wear`
+# numbers of every speed: {name: (units, description)}, in the order of `Wear`
 NUMBERS = {
     "largest_amplitude_m": ("m", "largest tangential displacement of any tip at any time"),
     "largest_amplitude_time_s": ("s", "when it was that large, to a pitch of the casing"),
@@ -32,35 +32,35 @@ def around(group: str, dimensions: tuple[str, ...]) -> Dataset:
 
 
 def layout(config: Config, dimensions: tuple[str, ...]) -> tuple[Dataset, ...]:
-    """All of them, in the group `wear`; none without a coating."""
+    """All datasets of the coating, in the group `wear`; none without a coating."""
     if not config.contact.wears:
         return ()
     return (*in_group("wear", dimensions, NUMBERS), around("wear", dimensions), ANGLE)
 
 
 def values(wear: Wear) -> dict[str, np.ndarray]:
-    """Arrays of some speeds by their names in a group of the file."""
+    """Wear at some speeds: {name of the dataset in its group: array}."""
     return dict(zip(NAMES, wear, strict=True))
 
 
 def of_speed(wear: Wear, where: Any) -> Iterator[Values]:
-    """What one speed has in a file of `layout`; where: its place there."""
-    return ((f"wear/{name}", where, found[0]) for name, found in values(wear).items())
+    """Wear at one speed for the datasets of `layout`; where: place of the speed in them."""
+    return ((f"wear/{name}", where, array[0]) for name, array in values(wear).items())
 
 
 def report(file: ResultFile, disk: int) -> Iterator[str]:
-    """What the blades of a disk have cut, in a file of `layout` whose first dimension is the disk.
+    """Lines about the wear by a disk at the speed of its deepest cut; nothing without a coating.
 
-    Of the speed at which it is deepest; nothing without a coating.
+    file: has the datasets of `layout`, with the disk as their first dimension.
     """
     if "wear/worn_depth_m" not in file:
         return
-    found = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in NUMBERS}
-    depth, growth = found["worn_depth_m"], found["worn_growth_m"]
+    numbers = {name: np.atleast_1d(file.read(f"wear/{name}", disk)) for name in NUMBERS}
+    depth, growth = numbers["worn_depth_m"], numbers["worn_growth_m"]
     if not np.isfinite(depth).any():
         return
     at = int(np.nanargmax(depth))
-    here = {name: values[at] for name, values in found.items()}
+    here = {name: values[at] for name, values in numbers.items()}
     speeds = file.config.speeds.values_hz
     where = f" at {speeds[at]:g} Hz" if len(speeds) > 1 else ""
     if not depth[at] > 0.0:
