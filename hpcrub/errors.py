@@ -58,7 +58,7 @@ def refuse_endless(path: str | Path) -> None:
 
 @contextlib.contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Turn whatever goes wrong while a user's file is read into an InputError that names it."""
+    """Turn whatever goes wrong in reading a user's file into an InputError that names the file."""
     refuse_endless(path)
     try:
         yield

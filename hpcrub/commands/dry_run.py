@@ -21,7 +21,7 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from hpcrub.studies.shared import casing_waves
 
-LONGEST_WORD = 48  # letters that are never broken in a table of runs: a key with its value
+LONGEST_WORD = 48  # letters of the longest unbroken word, a key with its value, in a table of runs
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:

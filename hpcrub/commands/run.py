@@ -81,7 +81,7 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
 
 
 def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
-    """Execute several runs, the others even if one fails. Returns the largest exit code."""
+    """Execute several runs; if one fails, the others go on. Returns the largest exit code."""
     team.on_root(lambda: examine_all(runs, existing))  # before the first run takes its time
     outcomes: list[Finished | HpcrubError] = []
     for number, run in enumerate(runs, 1):

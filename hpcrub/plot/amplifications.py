@@ -23,7 +23,7 @@ from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import layout, measured
 
 MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
-BESIDE = 0.012  # part of the range of levels by which curves are apart, so that intervals are, too
+BESIDE = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
 ABOVE, APART = 0.22, 0.11  # parts of a row: contact and linear from its middle, percentiles apart
 SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
 
@@ -140,7 +140,7 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
 
 
 def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
-    """Draw both amplifications of measured disks, a row each, with intervals of that in contact."""
+    """Draw both amplifications of measured disks, a row each; the one in contact has intervals."""
     rows = np.array([disk.number for disk in found], dtype=float)
     contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])
     ends = np.transpose([disk.interval for disk in found])

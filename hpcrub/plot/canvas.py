@@ -201,7 +201,7 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
     """Return a decorator that turns a function of a `Canvas` and a file into a `Drawing`.
 
     If the function returns something, the figure returns that instead of the axes. A function that
-    compares several files gets a list of these, ordered by `ordered`. how: fields of `About`.
+    compares several files gets a list of these, sorted by `families.ordered`. how: as in `About`.
     """
     about = About(studies, **how)
 
@@ -210,7 +210,7 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
             if mode is not None and not about.mode:
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
             canvas, options = Canvas(ax), {} if mode is None else {"mode": mode}
-            if ax is None:  # a backend that this selects must outlive `rc_context`
+            if ax is None:  # the settings of the backend must outlive `rc_context`
                 pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)

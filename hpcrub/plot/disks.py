@@ -20,7 +20,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies import STUDIES
 
 SHOWN_HZ = 2000.0  # [Hz] up to which the SAFE diagram reaches, at least
-FAMILIES = 4.0  # and at least to so many times the first family
+FAMILIES = 4.0  # and at least to this multiple of the first family's frequency
 PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
 PINCH = 1e-4  # relative difference below which two frequencies belong to one pair of modes
 EXAGGERATED = 60  # factor of the radial deviations in the drawing

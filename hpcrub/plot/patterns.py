@@ -47,7 +47,7 @@ def _draw_all(axes: Axes, file: ResultFile, rounds: Rounds) -> None:
 
 
 def _draw_left(axes: Axes, file: ResultFile, rounds: Rounds, rows: list[int]) -> None:
-    """Draw linear amplifications of the patterns left: median, and percentile that ranks them."""
+    """Draw linear amplifications of the last patterns: median, and the percentile that ranks."""
     at = 50.0, file.config.patterns.percentile
     for place, p in enumerate(rows):
         values = file.read("amplification", p)[: rounds.n_disks[p]]
@@ -62,7 +62,7 @@ def _draw_left(axes: Axes, file: ResultFile, rounds: Rounds, rows: list[int]) ->
 
 
 def _draw_contact(axes: Axes, file: ResultFile, rows: list[int]) -> None:
-    """Draw the largest amplitudes in contact of the disks of the patterns left."""
+    """Draw the largest amplitudes in contact of the disks of the last patterns."""
     for place, p in enumerate(rows):
         size = 1e3 * file.read("contact_amplitude_m", p)
         size = size[np.isfinite(size)]

@@ -51,7 +51,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
 
 
 def size(file: ResultFile, name: str | None = None) -> str:
-    """Return the label of an axis of amplitudes; by default of those that count in a file."""
+    """Return the label of an axis of amplitudes; by default of a file's peak amplitudes."""
     return f"{layout.AMPLITUDES[name or layout.amplitude(file.config)]},\nmax $|u_t|$ [mm]"
 
 

@@ -10,7 +10,7 @@ BLACK, BLUE, ORANGE = "#000000", "#0072B2", "#D55E00"  # Okabe and Ito
 GREEN, SKY, PINK, YELLOW = "#009E73", "#56B4E9", "#CC79A7", "#E69F00"
 COLOURS = [BLUE, ORANGE, GREEN, PINK, YELLOW, SKY, BLACK]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "<", ">", "*"]
-DARKEST, PALEST = 0.0, 0.8  # ends on the viridis scale: above them it is pale yellow
+DARKEST, PALEST = 0.0, 0.8  # part of the viridis scale that is used; beyond it is pale yellow
 STYLE: dict[str, Any] = {
     "font.size": 12,
     "axes.grid": True,

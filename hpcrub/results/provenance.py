@@ -29,7 +29,7 @@ def program_text() -> str:
 
 
 def origin() -> dict[str, str]:
-    """Return attributes: text, version and revision of the program, and versions of libraries."""
+    """Return attributes: text, version and known revision of the program; versions of libraries."""
     versions = {"program_text": program_text(), "program_version": __version__}
     if revision := git_revision():
         versions["git_revision"] = revision
@@ -41,7 +41,7 @@ def origin() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Return the commit of a checkout, with -dirty after changes; None for an installed program."""
+    """Return the commit of a checkout, with -dirty for changed files; None if it is not known."""
     folder = PACKAGE.parent
     if not (folder / ".git").exists():
         return None

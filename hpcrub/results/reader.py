@@ -123,6 +123,6 @@ class Results(ResultFile):
         return pandas.DataFrame(columns, index if len(levels) > 1 else index.get_level_values(0))
 
     def _axis(self, name, dimension, axis):
-        """Return the values along one axis of a dataset, else its indices."""
+        """Return the values along one axis of a dataset, or its indices if it has no values."""
         here = dimension in self and self.shape(dimension) == (self.shape(name)[axis],)
         return self[dimension] if here else np.arange(self.shape(name)[axis])
