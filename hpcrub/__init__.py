@@ -1,8 +1,8 @@
 """hpcrub: blade-tip rubbing of mistuned bladed disks.
 
 `hpcrub.run(CONFIG)` computes a study of a `hpcrub.Config`. `hpcrub.open(FILE)` reads its result
-file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it. What goes wrong is a
-`hpcrub.HpcrubError` of one line, bad input a `hpcrub.InputError`.
+file, in a `with` statement. `hpcrub.plot.NAME(FILE)` draws a figure of it. A failure raises a
+`hpcrub.HpcrubError` with a message of one line, bad input its subclass `hpcrub.InputError`.
 """
 
 from importlib import import_module
@@ -30,12 +30,12 @@ __all__ = ["Config", "HpcrubError", "InputError", "Results", "__version__", "ope
 
 
 def __dir__() -> list[str]:
-    """What there is, so that a notebook completes it."""
+    """List the public names, so that a notebook completes them."""
     return __all__
 
 
 def __getattr__(name: str) -> Any:
-    """What a notebook needs, imported when it is asked for: `import hpcrub` takes no time."""
+    """Import a public name when it is asked for, so that `import hpcrub` takes no time."""
     if name == "plot":
         return import_module("hpcrub.plot")
     if name not in LAZY:

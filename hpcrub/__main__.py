@@ -25,10 +25,10 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command, `run` when none is named; returns the exit code."""
-    if argv is None:  # the process is the program's own: its signals are, too, to its end
-        parallel.listen()  # the libraries that a command loads take a second
-        if not sys.warnoptions:  # `python -W default` shows what the libraries warn of
-            warnings.simplefilter("ignore")  # what a user must know is a line of hpcrub's own
+    if argv is None:  # the process is the program's own, and so are all its signals
+        parallel.listen()  # before the libraries of a command are loaded, which takes a second
+        if not sys.warnoptions:  # `python -W default` shows the warnings of libraries
+            warnings.simplefilter("ignore")  # hpcrub itself prints what a user must know
         argv = sys.argv[1:]
     argv = list(argv)
     if argv[:1] in (["-h"], ["--help"]):
@@ -44,14 +44,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def unknown(word: str) -> NoReturn:
-    """Raise InputError for a command that there is not, with the one that is nearest."""
+    """Raise InputError for an unknown command; the message names the nearest known one."""
     near = difflib.get_close_matches(word, COMMANDS, 1)
     hint = f"; did you mean hpcrub {near[0]}?" if near else " (--help lists the commands)"
     raise InputError(f"{word} is no command and no file{hint}")
 
 
 def usage() -> str:
-    """What the program can do: commands, studies, one example."""
+    """Return the help of the program: commands, studies, one example."""
     from hpcrub.commands.run import STUDIES_AND_EXAMPLE
 
     commands = "\n".join(f"  hpcrub {name:8} {what}" for name, what in COMMANDS.items())

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-SYSTEM = r"error message = '([^']*)'"  # what HDF5 quotes of the operating system
+SYSTEM = r"error message = '([^']*)'"  # the operating system's words as HDF5 quotes them
 
 
 class HpcrubError(Exception):
@@ -35,7 +35,7 @@ class Interrupted(HpcrubError):
 
 
 def reason(error: BaseException) -> str:
-    """One line of what went wrong, in the operating system's words where HDF5 quotes them."""
+    """Return the cause of an error in one line, in the operating system's words if it has them."""
     if system := re.search(SYSTEM, str(error)):
         return system[1]
     if isinstance(error, OSError) and error.strerror:
@@ -45,9 +45,9 @@ def reason(error: BaseException) -> str:
 
 
 def refuse_endless(path: str | Path) -> None:
-    """Raise InputError for a name whose content may never end: that of a device or a pipe.
+    """Raise InputError for a device or a pipe, whose content may never end.
 
-    Files of the kernel say that they are empty, and may wait for ever: empty files are refused.
+    Empty files are refused, too: files of the kernel have size zero, and reading them may block.
     """
     place = Path(path)
     if place.exists() and not (place.is_file() or place.is_dir()):
@@ -58,11 +58,11 @@ def refuse_endless(path: str | Path) -> None:
 
 @contextlib.contextmanager
 def reading(path: str | Path) -> Iterator[None]:
-    """Around all work on a file of somebody else: whatever goes wrong in it is one InputError."""
+    """Turn whatever goes wrong in reading a user's file into an InputError that names the file."""
     refuse_endless(path)
     try:
         yield
     except HpcrubError:
         raise
-    except Exception as error:  # of any reader, for what nobody foresaw
+    except Exception as error:  # a reader may raise anything on damage that nobody foresaw
         raise InputError(f"{path}: cannot be read ({reason(error)})") from None

@@ -1,6 +1,6 @@
-"""The commands, one module for each: run, plot, merge, inspect, import, keys.
+"""The commands, one module for each: run, plot, report, merge, inspect, import, keys.
 
-Thin: parse, call, print, exit code. `notebook` has what `import hpcrub` offers to Python.
+A command only parses, calls, prints and returns an exit code. `notebook` is for use from Python.
 
-Imports every other room.
+This room imports every other one.
 """

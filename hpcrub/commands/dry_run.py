@@ -1,4 +1,4 @@
-"""What a study would compute and cost, found out by a trial of a small part; tables over runs."""
+"""Amount and cost of a study, estimated by computing a small part of it; table of several runs."""
 
 from collections.abc import Sequence
 
@@ -21,11 +21,11 @@ from hpcrub.setup.problem import build_problem
 from hpcrub.studies import open_result
 from hpcrub.studies.shared import casing_waves
 
-LONGEST_WORD = 48  # in a table of runs, that is not cut: a key with its value
+LONGEST_WORD = 48  # letters of the longest unbroken word, a key with its value, in a table of runs
 
 
 def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
-    """Print what runs would compute and cost (rank 0). Raises InputError for all they refuse."""
+    """Print what runs would compute and cost (rank 0). Raises InputError as the runs would."""
     if len(runs) == 1:
         _one(runs[0], existing, n_ranks)
         return
@@ -38,7 +38,7 @@ def report(runs: Sequence[Run], existing: Existing, n_ranks: int) -> None:
 
 
 def _one(run, existing, n_ranks):
-    """Print one study; returns its time on one core [s]."""
+    """Print what one study would compute and cost; returns its time on one core [s]."""
     study, config = run
     prepared, warnings = examine(run, existing)
     problem = study.problem_of(prepared) if study.integrates else None
@@ -51,8 +51,8 @@ def _one(run, existing, n_ranks):
         say("contact:              none, the bumps do not reach the blades")
     if study.integrates and problem.reduced.casing is not None:
         casing = problem.reduced.casing
-        found = casing_waves.interactions(config, problem.reduced, casing)
-        for line in casing_waves.lines(config, casing, found):
+        crossings = casing_waves.interactions(config, problem.reduced, casing)
+        for line in casing_waves.lines(config, casing, crossings):
             say(line)
     if not study.cost(config).disks:
         return 0.0
@@ -63,7 +63,7 @@ def _one(run, existing, n_ranks):
 
 
 def _try(run, problem):
-    """Compute a small part; returns the time of the whole study on one core [s]."""
+    """Compute a small part of a study; returns the time of all of it on one core [s]."""
     study, config = run
     problem = problem or build_problem(config)
     if study.integrates:
@@ -87,25 +87,25 @@ def _estimate(seconds, n_ranks):
 
 
 def table(runs: Sequence[Run], outcomes: Sequence[Finished | HpcrubError]) -> Table:
-    """One row for every one of several runs: what is its own, how it ended, what it found."""
-    found = Table(box=box.SIMPLE_HEAD, title="Runs")
+    """Table of several runs, a row for each: keys of its own, core hours, result in one line."""
+    rows = Table(box=box.SIMPLE_HEAD, title="Runs")
     for heading in ("run", "its own keys", "core hours", "result"):
-        found.add_column(heading, overflow="fold")
+        rows.add_column(heading, overflow="fold")
     for number, (run, outcome) in enumerate(zip(runs, outcomes, strict=True), 1):
         hours, result = "-", f"failed: {outcome}"
         if isinstance(outcome, Finished):
             hours = f"{outcome.seconds * outcome.n_ranks / 3600:.3g}"
             with open_result(run.config.output) as file:
                 result = next(iter(run.study.report(file)), "")
-        found.add_row(str(number), _own_keys(runs, run.config), hours, result)
-    for column in found.columns[:3]:  # no number is cut in two
+        rows.add_row(str(number), _own_keys(runs, run.config), hours, result)
+    for column in rows.columns[:3]:  # no number is broken
         words = " ".join(str(cell) for cell in column.cells).split()
         column.min_width = min(LONGEST_WORD, max(map(len, words)))
-    return found
+    return rows
 
 
 def _own_keys(runs, config):
-    """Keys in which one of several runs differs from any other, with its values."""
+    """Text of the keys, with values, in which one of several runs differs from any other."""
     values = flatten(config.model_dump(mode="json"))
     rows = [flatten(run.config.model_dump(mode="json")) for run in runs]
     keys = {key for row in rows for key in row if row[key] != values[key]} - {"output"}

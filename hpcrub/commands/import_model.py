@@ -16,9 +16,9 @@ from hpcrub.model.imported.readers.rows import Lists, whole
 from hpcrub.ranks.progress import say
 from hpcrub.results import model_file, tables
 
-HALF_RANGE, DAMPING = 0.01, 0.005  # of the sentence on coupling, mistuning and damping
-LEAN = 1e-3  # below, blades stand straight: friction lifts them neither way
-BETWEEN = 1.0  # [%] of a first frequency between the speeds of --stiffness; a warning above
+HALF_RANGE, DAMPING = 0.01, 0.005  # mistuning and damping in the sentence on coupling
+LEAN = 1e-3  # lift by friction, below which blades count as straight: they move neither in nor out
+BETWEEN = 1.0  # [%] error of a frequency between the speeds of --stiffness that gives a warning
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -26,7 +26,7 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     with reading(options.source):
         model = import_model(options)
-        if options.output:  # before what takes long
+        if options.output:  # before the long work
             model_file.require_free(options.output, options.overwrite)
         family = report(model, options)
         if options.reduce is not None:
@@ -38,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def parser() -> argparse.ArgumentParser:
-    """Options of the command."""
+    """Return the parser of the command's options."""
     top = argparse.ArgumentParser(prog="hpcrub import", description=__doc__)
     formats = top.add_subparsers(dest="format", required=True)
     add = formats.add_parser
@@ -105,7 +105,7 @@ def _add_common(one):
 
 
 def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
-    """The checked model that the options name. Raises InputError."""
+    """Return the model that the options name, checked. Raises InputError."""
     _check_numbers(options)
     arrays = _arrays(options)
     if options.axis != "z" and str(arrays.get("frame")) == "cylindrical":
@@ -120,7 +120,7 @@ def import_model(options: argparse.Namespace) -> neutral.NeutralModel:
     if str(arrays.get("kind")) == "disk" and "contact_blade" not in arrays:
         arrays["contact_blade"] = assembly.blade_numbers(arrays)
     model = neutral.from_arrays(arrays)
-    if options.format == "calculix" and options.stress:  # at places that these modes choose
+    if options.format == "calculix" and options.stress:  # at places that these modes select
         model, size = stress.chosen(model, 2 * np.pi * options.speed_hz)
         modes = ", ".join(f"{1e-9 * value:.4g}" for value in size)
         say(f"largest stress of the modes of the first families [MPa per mm of the tip]: {modes}")
@@ -166,9 +166,9 @@ def _speed(text):
 
 
 def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarray:
-    """Say what a model is. Raises InputError for what cannot be right.
+    """Print what a model is. Raises InputError for a model that cannot be right.
 
-    Returns the frequencies of its first family, of every number of nodal diameters (H,) [Hz].
+    Returns the frequencies of its first family over the number of nodal diameters (H,) [Hz].
     """
     for line in _found(model, options):
         say(line)
@@ -179,7 +179,7 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
     say(f"first frequencies by nodal diameter [Hz], {at}; speeds [Hz] at which n_d bumps meet the")
     say("first family, whose frequency is that at the same speed, by n_d = diameters or")
     say("n_d = blades - diameters (SAFE diagram):")
-    depends = len(model.stiffness) > 1 and speed > 0.0  # without a speed, on a disk at rest
+    depends = len(model.stiffness) > 1 and speed > 0.0  # at speed 0 the disk at rest suffices
     pencils = cyclic.pencils(model, [0.0, speed] if depends else [speed])
     for diameters, (row, pencil) in enumerate(zip(table, pencils, strict=True)):
         frequencies = "  ".join(f"{f:11.4f}" for f in row if np.isfinite(f))
@@ -190,24 +190,24 @@ def report(model: neutral.NeutralModel, options: argparse.Namespace) -> np.ndarr
 
 
 def _crossing(pencil, order):
-    """Speed at which an engine order meets the lowest mode of a stiffness and mass, in words."""
-    found = crossings.speeds(*pencil, order)
-    return f"{found[0] / (2 * np.pi):.4g}" if len(found) else "never"
+    """Text of the speed at which an engine order meets the lowest mode of a stiffness and mass."""
+    speeds = crossings.speeds(*pencil, order)
+    return f"{speeds[0] / (2 * np.pi):.4g}" if len(speeds) else "never"
 
 
 def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator[str]:
-    found = checks.check(model)
+    facts = checks.check(model)
     per_blade = np.bincount(model.contact_blade)
     yield (
         f"{model.kind}: {len(model.dof):,} dof, {model.n_blades} blades, "
         f"{per_blade.min()} to {per_blade.max()} contact nodes each, "
-        f"tip radius {1e3 * found.tip_radius:.6g} mm (to {1e3 * found.tip_gap:.2g} mm below it)"
+        f"tip radius {1e3 * facts.tip_radius:.6g} mm (to {1e3 * facts.tip_gap:.2g} mm below it)"
     )
     if model.kind != "reduced":
-        yield f"mass: {found.mass:.6g} kg of the whole disk, rows that are not there left out"
+        yield f"mass: {facts.mass:.6g} kg of the whole disk, rows that are not there left out"
         yield (
-            f"rigid motions: leave {found.rigid_residual:.1e} of a row's entries (median); "
-            f"{found.loaded_rows} rows feel supports"
+            f"rigid motions: leave {facts.rigid_residual:.1e} of a row's entries (median); "
+            f"{facts.loaded_rows} rows feel supports"
         )
     if model.kind == "sector":
         *_, error = assembly.pair_sides(model.nodes, model.low, model.high, model.n_sectors)
@@ -232,7 +232,7 @@ def _found(model: neutral.NeutralModel, options: argparse.Namespace) -> Iterator
 
 
 def _between_speeds(model, speeds_hz):
-    """Warn where entries of matrices, and not frequencies, go smoothly from speed to speed."""
+    """Warn where interpolating the matrices between speeds gives wrong frequencies."""
     error = 100 * cyclic.error_between(model, 2 * np.pi * np.array(speeds_hz))
     if abs(error) > BETWEEN:
         yield (
@@ -258,21 +258,21 @@ def _rotation(model, options):
 def reduce(
     model: neutral.NeutralModel, options: argparse.Namespace, family: np.ndarray
 ) -> neutral.NeutralModel:
-    """The reduced model; its frequencies are said on the screen. Raises InputError.
+    """Return the reduced model, and print its frequencies. Raises InputError.
 
-    family: frequencies of the first family of the model, of every number of diameters [Hz].
+    family: frequencies of the model's first family over the number of nodal diameters (H,) [Hz].
     """
     if model.kind == "reduced":
         raise InputError("--reduce: this model is reduced already")
     speed = 2 * np.pi * options.speed_hz
     small, _ = reduced.reduce_disk(assembly.assemble(model), options.reduce, speed)
-    found = reduced.reduced_model(small, speed)
-    omega = np.sqrt(found.tuned_eigenvalues)
+    modal = reduced.reduced_model(small, speed)
+    omega = np.sqrt(modal.tuned_eigenvalues)
     n_modes = families.whole(options.reduce, model.n_blades)
     say(
         f"reduced: {len(omega)} coordinates, of which {n_modes} modes in whole families; highest "
         f"frequency {omega[-1] / (2 * np.pi):.4g} Hz"
     )
     hz = omega[: model.n_blades] / (2 * np.pi)
-    say(families.sentence(family, hz, families.share(found), HALF_RANGE, DAMPING))
+    say(families.sentence(family, hz, families.share(modal), HALF_RANGE, DAMPING))
     return small

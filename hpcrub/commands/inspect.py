@@ -15,7 +15,7 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import summary
 
-MOST_CHARACTERS = 200  # of an attribute
+MOST_CHARACTERS = 200  # printed of an attribute
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def description(file: ResultFile) -> Iterator[str]:
-    """Lines about one result file."""
+    """Yield lines that describe one result file."""
     config, status = file.config, file.status
     megabytes = file.path.stat().st_size / 1e6
     yield f"{one_line(str(file.path))}: sound, study {config.study}, {megabytes:.4g} MB"

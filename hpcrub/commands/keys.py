@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def schema() -> dict[str, Any]:
-    """JSON schema of an input file: all keys with their ranges, and the names of the studies."""
+    """Return the JSON schema of an input file: all keys with their ranges, names of the studies."""
     known = schema_of(Config)
     runs = {
         "type": "array",

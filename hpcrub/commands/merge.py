@@ -9,7 +9,7 @@ from hpcrub.studies.contact.merge import merge
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Merge and say how complete the result is; returns the exit code."""
+    """Merge the files and print how complete the result is; returns the exit code."""
     parser = argparse.ArgumentParser(prog="hpcrub merge", description=__doc__)
     parser.add_argument("out", metavar="OUT.h5", help="file of the whole study")
     parser.add_argument("parts", metavar="PART.h5", nargs="+", help="files of its parts")

@@ -13,7 +13,7 @@ from hpcrub.config.schema import Config, load_runs
 from hpcrub.errors import HpcrubError, InputError, Interrupted
 
 ERRORS = {InputError.exit_code: InputError, Interrupted.exit_code: Interrupted}
-LAST = 20  # lines of a failure that is not the program's own
+LAST = 20  # lines of output that an error quotes when the failure is not hpcrub's own
 
 
 def run(
@@ -91,7 +91,7 @@ def _configuration(config):
 
 
 def _call(command, quiet):
-    """Run a command, its output passed on line by line. Raises HpcrubError when it fails."""
+    """Run a command and print its output line by line. Raises HpcrubError when it fails."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     said = []
     pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
@@ -102,7 +102,7 @@ def _call(command, quiet):
                 print(line, end="", flush=True)
     if process.returncode:
         ours = [line for line in said if line.startswith("hpcrub: ")]
-        others = "\n".join(said[-LAST:])  # such as those of an mpirun that starts nothing
+        others = "\n".join(said[-LAST:])  # such as those of an mpirun that cannot start
         text = ours[-1] if ours else f"exit code {process.returncode}\n{others}"
         error = ERRORS.get(process.returncode, HpcrubError)
         raise error(text.removeprefix("hpcrub: ").removeprefix("error: "))

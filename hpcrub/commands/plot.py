@@ -1,4 +1,4 @@
-"""`hpcrub plot FILE.h5 [--figure NAME]`: figures from result files alone."""
+"""`hpcrub plot FILE.h5 [--figure NAME]`: draw figures from result files."""
 
 import argparse
 import os
@@ -16,7 +16,7 @@ from hpcrub.studies import open_result
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Draw and name the figures; returns the exit code."""
+    """Draw the figures and print the names of their files; returns the exit code."""
     lines = [f"  {f.__name__:19} {f.about.what} ({'/'.join(f.about.studies)})" for f in FIGURES]
     parser = argparse.ArgumentParser(
         prog="hpcrub plot",
@@ -36,22 +36,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.figure:
         drawn = pictures.draw(names[options.figure], options.files, **how)
     code = 0
-    for found in drawn:
-        if isinstance(found, HpcrubError):
-            print(f"hpcrub: error: {found}", file=sys.stderr)
-            code = max(code, found.exit_code)
+    for outcome in drawn:
+        if isinstance(outcome, HpcrubError):
+            print(f"hpcrub: error: {outcome}", file=sys.stderr)
+            code = max(code, outcome.exit_code)
         else:
-            say(str(found))
+            say(str(outcome))
     return code
 
 
 def of_study(
     paths: Sequence[str], mode: int | None = None, **how: Any
 ) -> Iterator[Path | HpcrubError]:
-    """Pictures of all figures of one finished study, or of those that compare several.
+    """Draw all figures of one study, or those that compare several; yield their picture files.
 
-    Of one that cannot be drawn the error comes instead. mode: those alone that can show one; how:
-    as for `pictures.draw`. Raises InputError when there are none.
+    For a figure that cannot be drawn its error is yielded. mode: only figures that can show one
+    mode are drawn; how: options of `pictures.draw`. Raises InputError when no figure shows a mode.
     """
     with open_result(paths[0]) as file:
         config = file.config

@@ -29,7 +29,7 @@ from hpcrub.studies import open_result, run_of
 from hpcrub.studies.contact import summary
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".gif": "image/gif"}
-FILLED_IN = "filled in when a run begins"  # what the key table says of keys that nobody writes
+FILLED_IN = "filled in when a run begins"  # in the description of keys that no user sets
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def render(paths: Sequence[str]) -> str:
-    """The HTML of a report; nothing in it refers to another file. Raises InputError."""
+    """Return the HTML of a report, which needs no other file. Raises InputError."""
     files = [_facts(path) for path in paths]
     with contextlib.ExitStack() as opened:
         what_differs = labels([opened.enter_context(open_result(path)) for path in paths])
@@ -69,7 +69,7 @@ def render(paths: Sequence[str]) -> str:
 
 
 def _facts(path):
-    """All that the report says of one file."""
+    """Return everything that the report says of one file, for the template."""
     with open_result(path) as file:
         study, config, status = run_of(file.config).study, file.config, file.status
         lines = study.verdict(file)
@@ -94,7 +94,7 @@ def _facts(path):
 
 
 def _left_out(config):
-    """What the model leaves out, unless a key brings it, and what that means."""
+    """Return sentences on effects that the model leaves out, unless a key switches them on."""
     contact, limits = config.contact, config.limits
     return lines_of(
         (not config.casing.vibrates,
@@ -119,7 +119,7 @@ def _left_out(config):
 
 
 def _answer(file, study):
-    """What the program prints when a study ends."""
+    """Return what the program prints when a study ends, without the verdict."""
     if study.name != "contact":
         return "\n".join(list(study.report(file))[1:])
     text = io.StringIO()
@@ -130,7 +130,7 @@ def _answer(file, study):
 
 
 def _asked(config: Config) -> Iterator[dict[str, str]]:
-    """Keys that the user has set to another value than the default, with both and the meaning."""
+    """Yield the keys whose value is not the default, each with its meaning, value and default."""
     own, usual = (flatten(c.model_dump(mode="json")) for c in (config, Config()))
     meaning = {key.path: key.description for key in key_table(Config)}
     for key, value in own.items():
@@ -141,23 +141,23 @@ def _asked(config: Config) -> Iterator[dict[str, str]]:
 
 
 def _figures(paths: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """The figures of one file, or those that compare several, as pictures inside the page."""
+    """Yield the figures of one file, or those that compare several, as data inside the page."""
     what = {figure.__name__: figure.about.what for figure in FIGURES}
     main = {f.about.studies[0]: f.about.what for f in FIGURES if f.about.main}
     with tempfile.TemporaryDirectory() as folder, open_result(paths[0]) as file:
-        for found in of_study(paths, folder=folder, kind="svg"):
-            if isinstance(found, HpcrubError):
+        for picture in of_study(paths, folder=folder, kind="svg"):
+            if isinstance(picture, HpcrubError):
                 continue
-            words = next((w for name, w in what.items() if found.stem.endswith(name)), None)
-            data = base64.b64encode(found.read_bytes()).decode()
+            words = next((w for name, w in what.items() if picture.stem.endswith(name)), None)
+            data = base64.b64encode(picture.read_bytes()).decode()
             yield {
-                "what": words or main.get(file.config.study, found.stem),
-                "data": f"data:{KINDS[found.suffix]};base64,{data}",
+                "what": words or main.get(file.config.study, picture.stem),
+                "data": f"data:{KINDS[picture.suffix]};base64,{data}",
             }
 
 
 def _provenance(path: str, file: ResultFile) -> Iterator[tuple[str, str]]:
-    """The file with its checksum, and its attributes."""
+    """Yield the path of the file, its checksum and its attributes, as (name, value)."""
     yield "file", str(Path(path).resolve())
     yield "SHA-256", model_file.checksum(path)
     for name, value in sorted(file.attributes.items()):

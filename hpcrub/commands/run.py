@@ -1,12 +1,12 @@
-"""`hpcrub run INPUT.yaml`: an input to its result file and figures, on all ranks.
+"""`hpcrub run INPUT.yaml`: compute a study on all ranks, and draw its figures.
 
 Exit codes: 0 done, 1 failure, 2 bad input, 75 stopped on request.
 """
 
 import os
 
-# One thread per rank; the libraries look at this when they are imported. Not a default: another
-# number of BLAS threads rounds differently, and a resumed study would mix the two.
+# One thread per rank; the libraries read this when they are imported. The user's own numbers are
+# replaced: other numbers of BLAS threads round differently, and a resumed study would mix both.
 os.environ.update({f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")})
 
 import argparse
@@ -45,10 +45,10 @@ Draw = Callable[[list[str]], None]
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
+    """An argument parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
-        """Raise what argparse would print."""
+        """Raise the message that argparse would print as an InputError."""
         raise InputError(f"{message} (--help lists the options)")
 
 
@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def program(team: Team, argv: Sequence[str] | None) -> int:
-    """What every rank does; returns the exit code."""
+    """Run the program on this rank, as every rank does; returns the exit code."""
     arguments = team.on_root(lambda: parse(argv))
     if arguments is None:  # --help, --version
         return 0
@@ -68,7 +68,7 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
         return team.on_root(lambda: status(runs))
     existing = Existing(options.resume, options.overwrite, options.allow_mixed)
     if options.dry_run:
-        parallel.listen()  # nothing is at stake: a stop signal ends it at once
+        parallel.listen()  # a trial has nothing to save: a stop signal ends it at once
         team.on_root(lambda: dry_run.report(runs, existing, team.size))
         return 0
     if team.size > 1:
@@ -81,8 +81,8 @@ def program(team: Team, argv: Sequence[str] | None) -> int:
 
 
 def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -> int:
-    """Several runs; one that fails does not keep the others. Returns the largest exit code."""
-    team.on_root(lambda: examine_all(runs, existing))  # before the first one takes its time
+    """Execute several runs; if one fails, the others go on. Returns the largest exit code."""
+    team.on_root(lambda: examine_all(runs, existing))  # before the first run takes its time
     outcomes: list[Finished | HpcrubError] = []
     for number, run in enumerate(runs, 1):
         team.on_root(partial(progress.say, f"run {number} of {len(runs)}: {run.config.output}"))
@@ -91,7 +91,7 @@ def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -
         except Interrupted:
             raise
         except HpcrubError as error:
-            if not getattr(error, "shared", False):  # of one rank: it ends the job
+            if not getattr(error, "shared", False):  # an error of one rank ends the job
                 raise
             outcomes.append(error)
             team.on_root(partial(progress.say, f"this run failed: {error}"))
@@ -99,14 +99,14 @@ def series(team: Team, runs: list[Run], existing: Existing, draw: Draw | None) -
     done = [r.config.output for r, o in zip(runs, outcomes, strict=True) if isinstance(o, Finished)]
     if draw and len(done) > 1 and not runs[0].config.is_part:
         team.on_root(partial(draw, done))
-    return max((found.exit_code for found in outcomes if isinstance(found, HpcrubError)), default=0)
+    return max((end.exit_code for end in outcomes if isinstance(end, HpcrubError)), default=0)
 
 
 def draw_figures(paths: list[str]) -> None:
-    """Draw the figures of one run, or those of several together, and name all files.
+    """Draw the figures of one run, or those that compare several, and print the names of the files.
 
-    The results are there: a figure that cannot be drawn is a line, and no failure of the run. One
-    that does not suit these files, such as of the convergence of few samples, is left out.
+    The results exist: a figure that cannot be drawn gives a line, and the run does not fail. A
+    figure that does not suit the files, such as the convergence of few samples, is left out.
     """
     if len(paths) == 1:
         progress.say(f"results: {paths[0]}")
@@ -114,18 +114,18 @@ def draw_figures(paths: list[str]) -> None:
         from hpcrub.commands.plot import of_study  # matplotlib takes a second to import
 
         lines = [
-            f"no figure: {found}" if isinstance(found, HpcrubError) else f"figure:  {found}"
-            for found in of_study(paths)
-            if not isinstance(found, InputError)
+            f"no figure: {picture}" if isinstance(picture, HpcrubError) else f"figure:  {picture}"
+            for picture in of_study(paths)
+            if not isinstance(picture, InputError)
         ]
         for line in dict.fromkeys(lines):  # several figures may fail for one reason
             progress.say(line)
-    except Exception as error:  # whatever a foreign matplotlib set-up raises
+    except Exception as error:  # a user's own set-up of matplotlib may raise anything
         progress.say(f"no figure: {type(error).__name__}: {reason(error)}")
 
 
 def parse(argv: Sequence[str] | None) -> tuple[argparse.Namespace, list[Config]] | None:
-    """Options and the Config of every run; None when --help or --version has been answered."""
+    """Return the options and the Config of every run; None after --help or --version."""
     parser = _parser()
     try:
         options = parser.parse_args(argv)
@@ -142,9 +142,9 @@ def parse(argv: Sequence[str] | None) -> tuple[argparse.Namespace, list[Config]]
 
 
 def placed(config: Config) -> Config:
-    """A Config whose output and sources do not depend on the working folder.
+    """Return a Config whose output and sources do not depend on the working folder.
 
-    That may be removed or left while a study runs; ~ is the home folder.
+    The working folder may be removed or left while a study runs. ~ stands for the home folder.
     """
     try:
         output = os.path.abspath(os.path.expanduser(config.output.strip()))

@@ -1,4 +1,4 @@
-"""Disks in air: damping of every wave, and what mistuning makes of it."""
+"""Disks in air: damping of the tuned waves, and of the modes of mistuned disks."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ def wave_damping(canvas: Canvas, file: ResultFile) -> None:
 
 
 def draw_limit(axes: Axes, file: ResultFile, diameters: int) -> None:
-    """Limit of the linear amplification under a load of so many diameters, where nothing grows."""
+    """Draw Whitehead's limit of the linear amplification under a load, unless a wave flutters."""
     ratio = file.read("aero/tuned_damping_ratio")
     if (ratio > 0.0).all():
         limit = largest_amplification(ratio, file.config.forcing.sense * int(diameters))
@@ -39,12 +39,12 @@ def draw_limit(axes: Axes, file: ResultFile, diameters: int) -> None:
 
 
 def _draw_waves(axes: Axes, file: ResultFile) -> None:
-    """Damping ratio over the signed nodal diameter, as given and of the complex modes."""
+    """Draw the damping ratio over the signed nodal diameter: given, and of the complex modes."""
     diameters = file.read("aero/diameters")
     order = np.argsort(diameters)
-    given, found = (100 * file.read(f"aero/{n}_damping_ratio")[order] for n in ("given", "tuned"))
+    given, tuned = (100 * file.read(f"aero/{n}_damping_ratio")[order] for n in ("given", "tuned"))
     axes.plot(diameters[order], given, color=ORANGE, label="given")
-    axes.plot(diameters[order], found, "o", color=BLACK, ms=5, label="of the tuned disk's modes")
+    axes.plot(diameters[order], tuned, "o", color=BLACK, ms=5, label="of the tuned disk's modes")
     axes.axhline(given.mean(), color="0.4", lw=1.2, ls=":", label="mean of all waves")
     axes.set(ylabel="damping ratio [%]", title="tuned disk")
     axes.set_xlabel("nodal diameters, > 0: with the rotation")
@@ -52,7 +52,7 @@ def _draw_waves(axes: Axes, file: ResultFile) -> None:
 
 
 def _draw_locus(axes: Axes, file: ResultFile) -> None:
-    """Decay over frequency of tuned waves and of the complex modes of mistuned disks."""
+    """Draw decay over frequency of the tuned waves and of the complex modes of mistuned disks."""
     frequency, decay = file.read("aero/frequency_hz"), file.read("aero/decay_per_s")
     sigma = 100 * file.read("sigma")
     for level, colour in enumerate(shades(len(sigma))):
@@ -71,10 +71,10 @@ def _draw_locus(axes: Axes, file: ResultFile) -> None:
 
 
 def _draw_least(axes: Axes, file: ResultFile) -> None:
-    """Percentiles of the damping ratio of the least stable mode over the mistuning level."""
-    levels = [100 * found[np.isfinite(found)] for found in file.read("aero/least_damping_ratio")]
+    """Draw percentiles of the damping ratio of the least stable mode over the mistuning level."""
+    levels = [100 * ratio[np.isfinite(ratio)] for ratio in file.read("aero/least_damping_ratio")]
     tuned = 100 * file.read("aero/tuned_damping_ratio")
-    known = [level for level, found in enumerate(levels) if len(found)]
+    known = [level for level, ratios in enumerate(levels) if len(ratios)]
     if not known:
         return
     sigma = np.append(0.0, 100 * file.read("sigma")[known])
@@ -88,7 +88,7 @@ def _draw_least(axes: Axes, file: ResultFile) -> None:
 
 
 def _zero(axes: Axes) -> None:
-    """Show zero, below which motions grow by themselves."""
+    """Let the axis include zero, below which motions grow by themselves (flutter)."""
     low, high = axes.get_ylim()
     if low < 0.0:
         axes.axhspan(low, 0.0, color="0.9", zorder=0, label="flutter")

@@ -1,7 +1,7 @@
 """Percentiles of amplifications and amplitudes over mistuning, load, damping and studies.
 
-Colours tell contact from linear, or the studies, and markers the percentiles; then how these
-converge with the number of samples.
+Colours tell contact from linear, or one study from another, and markers tell the percentiles. The
+last figures show how the percentiles converge with the number of samples.
 """
 
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics.percentiles import MIN_VALUES, confidence
 from hpcrub.studies.contact import layout, measured
 
-MOST_PANELS = 6  # files with a panel each; more are rows of one panel
-BESIDE = 0.012  # of the range of levels: curves to either side, so that no interval hides another
-ABOVE, APART = 0.22, 0.11  # of a row, likewise: contact from linear, a percentile from the next
+MOST_PANELS = 6  # files that get a panel each; more files are rows of one panel
+BESIDE = 0.012  # sideways shift of curves, part of the range of levels: intervals stay visible
+ABOVE, APART = 0.22, 0.11  # parts of a row: contact and linear from its middle, percentiles apart
 SIGMA, AMPLIFICATION = "mistuning σ [%]", "amplification [-]"
 
 
 class Look(NamedTuple):
-    """How a curve and its markers are drawn, and what the legend says of them."""
+    """Colour and style of a curve, and its word in the legend."""
 
     word: str
     colour: Any
@@ -44,16 +44,16 @@ def draw_curves(
     axes: Axes, x: Any, values: Sequence[Any], at: Sequence[float], look: Look,
     shared: Any = (0.0, 0.0), place: float = 0.0, from_one: bool = True,
 ) -> None:  # fmt: skip
-    """Percentiles of values (one array for every x), each with its interval.
+    """Draw percentiles of values (one array for every x), each with its interval.
 
-    place: of the curves among those that share x, such as −1 and 1 of two.
-    from_one: begin at the tuned disk, whose amplification is 1.
+    place: sideways position among the curves that share x, such as −1 and 1 of two.
+    from_one: begin the curves at the tuned disk, whose amplification is 1.
     """
     known = [v for v in range(len(x)) if len(values[v])]
-    found = [intervals.interval(values[v], at, shared) for v in known]
+    by_level = [intervals.interval(values[v], at, shared) for v in known]
     x = x[known] + place * BESIDE * (np.max(x) - (0.0 if from_one else np.min(x)))
     zero, one = ([0.0], [1.0]) if from_one else ([], [])
-    for p, curve in enumerate(np.reshape(found, (-1, 3, len(at))).T):
+    for p, curve in enumerate(np.reshape(by_level, (-1, 3, len(at))).T):
         line = [*zero, *x], [*one, *curve[0]]
         axes.plot(*line, look.style, marker=marker(p), color=look.colour, lw=1.6)
         intervals.draw(axes, x, curve, look.colour)
@@ -61,7 +61,7 @@ def draw_curves(
 
 
 def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
-    """Colours, and the markers of percentiles, for the legend."""
+    """Add the colours, and the markers of the percentiles, to the legend."""
     for look in looks:
         axes.plot([], [], look.style, color=look.colour, label=look.word)
     for p, percentile in enumerate(at):
@@ -69,7 +69,7 @@ def _explain(axes: Axes, looks: Sequence[Look], at: Sequence[float]) -> None:
 
 
 def draw_kinds(axes: Axes, file: ResultFile, x: Any, from_one: bool = True) -> None:
-    """Percentiles of both amplifications of a file over x (V,), one for every level."""
+    """Draw percentiles of both amplifications of a file over x (V,), one for every level."""
     at = file.config.convergence.percentiles
     _explain(axes, [CONTACT, LINEAR], at)
     for (name, look), place in zip(KINDS, (-1, 1), strict=True):
@@ -95,7 +95,7 @@ def percentiles(canvas: Canvas, files: list[ResultFile]) -> None:
 
 
 def samples(files: Sequence[ResultFile]) -> str:
-    """How many samples the levels of files have that are finished."""
+    """Return how many samples are finished in the levels of files, in words."""
     return _in_words([values for file in files for values in finished(file, KINDS[0][0])])
 
 
@@ -105,7 +105,7 @@ def _in_words(levels: Sequence[Any]) -> str:
 
 
 def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
-    """A row for every file, its widest level; light lines at the percentiles of the reference."""
+    """Draw a row for every file, of its widest level, and lines at the reference's percentiles."""
     axes = canvas.panels(1, 1, (10, 1.8 + 0.9 * len(files)))[0, 0]
     best = reference(files)
     names = [f"{label}\n({samples([f])})" for f, label in zip(files, labels(files), strict=True)]
@@ -122,7 +122,7 @@ def _draw_rows(canvas: Canvas, files: list[ResultFile]) -> None:
 
 
 def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> None:
-    """Percentiles of both amplifications of the files' widest levels, a row each."""
+    """Draw percentiles of both amplifications at the widest level of files, a row for each file."""
     for row, file in enumerate(files):
         at = file.config.convergence.percentiles
         _explain(axes, [CONTACT, LINEAR._replace(style="-")], at)
@@ -131,16 +131,16 @@ def draw_rows(axes: Axes, files: Sequence[ResultFile], names: Sequence[str]) -> 
             values, height = finished(file, name)[-1], row + beside + among
             if not len(values):
                 continue
-            found = intervals.interval(values, at, uncertainty(file, name))
-            for p, value in enumerate(found[0]):
+            interval = intervals.interval(values, at, uncertainty(file, name))
+            for p, value in enumerate(interval[0]):
                 axes.plot(value, height[p], marker(p), color=look.colour, ms=7)
-            intervals.draw(axes, height, found, look.colour, sideways=True)
+            intervals.draw(axes, height, interval, look.colour, sideways=True)
     axes.set_yticks(range(len(files)), names, fontsize=10)
     axes.set(ylim=(len(files) - 0.5, -0.5), xlabel=AMPLIFICATION)
 
 
 def draw_disks(axes: Axes, found: list[measured.Disk]) -> None:
-    """Both amplifications of measured disks, a row each, with the intervals of those in contact."""
+    """Draw both amplifications of measured disks, a row each; the one in contact has intervals."""
     rows = np.array([disk.number for disk in found], dtype=float)
     contact, linear = np.transpose([(disk.amplification, disk.linear) for disk in found])
     ends = np.transpose([disk.interval for disk in found])
@@ -177,17 +177,17 @@ def amplitudes(canvas: Canvas, files: list[ResultFile]) -> None:
             if not len(values):
                 continue
             level, label = sigmas.index(sigma), f"percentile 99, σ = {100 * sigma:.1f} %"
-            place, found = i + 0.06 * (level + 1), intervals.interval(1e3 * values, [99])
+            place, interval = i + 0.06 * (level + 1), intervals.interval(1e3 * values, [99])
             look: dict[str, Any] = {"color": colours[level], "label": label}
-            axes.plot(place, found[0], marker(level), ms=7, **look)
-            intervals.draw(axes, place, found, colours[level])
+            axes.plot(place, interval[0], marker(level), ms=7, **look)
+            intervals.draw(axes, place, interval, colours[level])
     axes.set_xticks(x, names)
     axes.set(ylabel=quantity, title=f"Largest of all speeds, {samples(files)} per level")
     axes.set_ylim(0, 1.12 * axes.get_ylim()[1])
 
 
 def _places(files: list[ResultFile]) -> tuple[str, list[str]]:
-    """What the amplitudes of files are, for the axis, and a name below each, in short lines."""
+    """Return the label of an axis of amplitudes, and a name for each file, in short lines."""
     casing = files[0].config.casing
     case = casing.words if casing.profile.exists else f"$n_d$ = {casing.n_bumps}"
     names = [n.replace(", ", "\n") for n in (labels(files) if len(files) > 1 else [case])]
@@ -236,7 +236,7 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
     axes = _draw(canvas, files, "convergence_error", 100.0, MIN_VALUES)
     for file, row in zip(files, axes, strict=True):
         for panel in row:
-            for line in panel.get_lines():  # the logarithm of 0, of estimates that are all equal
+            for line in panel.get_lines():  # an error of 0, of equal estimates, has no logarithm
                 line.set_ydata(np.ma.masked_less_equal(line.get_ydata(), 0.0))
             target = 100 * file.config.convergence.target_error
             panel.axhline(target, color=BLACK, lw=1.2, ls=":", label="target")
@@ -249,10 +249,10 @@ def convergence_errors(canvas: Canvas, files: list[ResultFile]) -> None:
 
 
 def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, least: int) -> Any:
-    """A statistic of the contact amplifications; colours tell σ.
+    """Draw a statistic of the contact amplifications over the samples seen; colours tell σ.
 
-    least: estimates from which on it is drawn.
-    Raises InputError where there are not two of these.
+    least: number of the first estimate that is drawn.
+    Raises InputError when fewer than two estimates would be drawn.
     """
     shown = sorted({p for file in files for p in file.config.convergence.percentiles})
     sigmas = np.unique(np.concatenate([file.read("sigma") for file in files]))
@@ -278,7 +278,7 @@ def _draw(canvas: Canvas, files: list[ResultFile], name: str, scale: float, leas
 
 
 def _limit(axes: Axes, file: ResultFile, known: Any, least: int) -> None:
-    """Logarithmic scale of the samples, from the first to the last number of which is known."""
+    """Set a logarithmic axis of samples, from the first to the last number with an estimate."""
     if len(known) < 2:
         step = file.config.convergence.step
         raise InputError(

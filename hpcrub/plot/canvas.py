@@ -1,4 +1,4 @@
-"""What a figure is drawn with: open result files, and axes, new ones or the user's own."""
+"""Frame of every figure: it opens result files, and makes axes or takes the user's own."""
 
 import contextlib
 import functools
@@ -29,8 +29,8 @@ from hpcrub.studies import open_result
 
 Where = Axes | Sequence[Axes] | FigureBase | None
 
-LETTERS = 12  # of a line below a figure, per inch
-ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; its artist and the space beside it [inch]
+LETTERS = 12  # letters per inch of a line below a figure
+ENTRY, HANDLE = 11, 0.8  # letters of a legend per inch; width of a symbol with its space [inch]
 
 
 NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
@@ -46,20 +46,20 @@ NEEDS: dict[str, tuple[str, Callable[[Config], bool]]] = {
 
 
 class About(NamedTuple):
-    """For whom a figure is."""
+    """Description of a figure: its studies, what it shows and what it needs."""
 
-    studies: tuple[str, ...]  # whose results it shows
-    what: str  # it shows, in a few words
+    studies: tuple[str, ...]  # studies whose results it shows
+    what: str  # what it shows, in a few words
     paper: str = ""  # number of the figure in the paper
     alone: bool = True  # whether it is drawn when a study ends
-    several: bool = False  # whether it compares several files; one will do
+    several: bool = False  # whether it compares several files; it also takes one
     mode: bool = False  # whether it can show one chosen mode
     main: bool = False  # whether its picture has the name of the result file alone
-    needs: str = ""  # what a study must have beside, one of NEEDS
-    computed: bool = True  # whether it shows results, not the input alone
+    needs: str = ""  # what a study must have besides results, a key of NEEDS
+    computed: bool = True  # whether it shows results; False: the input alone
 
     def lacking(self, config: Config) -> str:
-        """What the figure needs and a study lacks, in words; empty when it lacks nothing."""
+        """Return in words what the figure needs and a study lacks; empty when it lacks nothing."""
         words, has_it = NEEDS[self.needs]
         if config.study not in self.studies:
             return f"the study {' or '.join(self.studies)}"
@@ -77,24 +77,24 @@ class Drawing(Protocol):
 
 
 class Canvas:
-    """The panels of one drawing, and the words around them."""
+    """Panels of one drawing, with its title, legends and notes."""
 
     def __init__(self, where: Where) -> None:
-        self.axes: list[Axes] = []  # drawn into
-        # whether the figure is this drawing's alone, so that legends can stand outside the axes
+        self.axes: list[Axes] = []  # axes that are drawn into
+        # whether the figure holds this drawing alone, so that legends can stand outside the axes
         self.own = where is None or isinstance(where, FigureBase)
         self._where = where
         self._notes: list[str] = []
 
     @property
     def figure(self) -> Any:
-        """The Figure or SubFigure that the axes are in."""
+        """Figure or SubFigure of the axes."""
         return self.axes[0].figure
 
     def panels(
         self, rows: int, columns: int, size: tuple[float, float], **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
-        """Axes (rows, columns), as `Figure.subplots` arranges them; size of a new figure [inch]."""
+        """Return axes (rows, columns), made by `Figure.subplots`; size of a new figure [inch]."""
         if self.own:
             made = self._figure(size).subplots(rows, columns, squeeze=False, **how)
             self.axes = list(made.flat)
@@ -103,17 +103,17 @@ class Canvas:
         self.axes = [given] if isinstance(given, Axes) else list(np.ravel(np.asarray(given)))
         if len(self.axes) > rows * columns:
             raise InputError(f"{len(self.axes)} axes given, {rows * columns} can be drawn into")
-        # what does not fit is drawn where nobody sees it
+        # panels beyond the given axes are drawn into a figure that nobody sees
         rest = Figure().subplots(1, rows * columns, squeeze=False)[0, len(self.axes) :]
         return np.array([*self.axes, *rest]).reshape(rows, columns)
 
     def grid(
         self, n: int, columns: int, size: tuple[float, float], ylabel: str = "", **how: Any
     ) -> np.ndarray[Any, np.dtype[Any]]:
-        """The n panels of a figure of so many columns, row by row.
+        """Return n panels in a number of columns, row by row.
 
-        size: width and height of a panel [inch], besides room below all; ylabel: of those on the
-        left; how: for `panels`.
+        size: width and height of a panel [inch], without the room below all; ylabel: label of the
+        panels on the left; how: options of `panels`.
         """
         rows = -(-n // columns)
         panels = self.panels(
@@ -136,21 +136,21 @@ class Canvas:
         return self._where
 
     def colorbar(self, image: Any, panels: Iterable[Axes], **how: Any) -> Any:
-        """Scale of the colours beside panels; None where they are not drawn."""
+        """Draw the scale of the colours beside panels; returns None where these are not drawn."""
         shown = [panel for panel in panels if panel in self.axes]
         return self.figure.colorbar(image, ax=shown, **how) if shown else None
 
     def title(self, text: str) -> None:
-        """Words above all panels."""
+        """Write a title above all panels, unless they are the user's axes."""
         if self.own:
             self.figure.suptitle(text)
 
     def note(self, *texts: str) -> None:
-        """Words that belong below the figure, once."""
+        """Keep notes, each once, to be written below the figure."""
         self._notes += [text for text in texts if text not in self._notes]
 
     def finish(self, files: list[ResultFile]) -> None:
-        """Write the legends, the notes, and what the files themselves warn of, below the panels."""
+        """Write the legends, the notes, and the warnings of the files below the panels."""
         for file in files:
             for warning in file.warnings:
                 self.note(warning if len(files) == 1 else f"{file.path.stem}: {warning}")
@@ -160,7 +160,7 @@ class Canvas:
         width = int(LETTERS * self.figure.bbox.width / self.figure.dpi)
         text = "\n".join(line for note in self._notes for line in textwrap.wrap(note, width))
         if text and self.own:
-            # as the title of the legend the layout makes room for it
+            # the layout makes room for a text that is the title of the legend
             legend = legend or self.figure.legend([], [], loc="outside lower left")
             legend.set_title(text, prop=FontProperties(size="small"))
             legend.set_alignment("left")
@@ -171,9 +171,9 @@ class Canvas:
             )  # fmt: skip
 
     def _legend(self) -> Legend | None:
-        """Legend of all labels, each once, intervals last; in axes of the user's one in each.
+        """Draw one legend of all labels, intervals last; a legend in each of the user's axes.
 
-        Returns the one below all panels.
+        Returns the legend below all panels, if there is one.
         """
         of_all: dict[str, Artist] = {}
         for panel in self.axes:
@@ -186,22 +186,22 @@ class Canvas:
         if not (of_all and self.own):
             return None
         labels = sorted(of_all, key=WORDS.__contains__)
-        lengths = sorted(map(len, labels), reverse=True)  # the longest in columns of their own
+        lengths = sorted(map(len, labels), reverse=True)  # the longest in different columns
         width = self.figure.bbox.width / self.figure.dpi
         fits = [n for n in range(1, 5) if sum(lengths[:n]) / ENTRY + n * HANDLE < width]
         handles, how = [of_all[label] for label in labels], {"loc": "outside lower center"}
         return self.figure.legend(handles, labels, ncols=max(fits, default=1), **how)
 
     def drawn(self) -> Any:
-        """The axes: one, or an array of them."""
+        """Return the axes: one, or an array of them."""
         return self.axes[0] if len(self.axes) == 1 else np.array(self.axes)
 
 
 def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]:
-    """Decorator that makes a function of a `Canvas` and a file a figure of a result file.
+    """Return a decorator that turns a function of a `Canvas` and a file into a `Drawing`.
 
-    The function draws; what it returns, if anything, is returned instead of the axes. One that
-    compares several files gets a list of them, in their order. how: as of `About`.
+    If the function returns something, the figure returns that instead of the axes. A function that
+    compares several files gets a list of these, sorted by `families.ordered`. how: as in `About`.
     """
     about = About(studies, **how)
 
@@ -210,13 +210,13 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
             if mode is not None and not about.mode:
                 raise InputError(f"--mode {mode}: figure {draw.__name__} does not show a mode")
             canvas, options = Canvas(ax), {} if mode is None else {"mode": mode}
-            if ax is None:  # what the user's way to show figures sets is to outlive `rc_context`
+            if ax is None:  # the settings of the backend must outlive `rc_context`
                 pyplot.draw_if_interactive()
             with _opened(file) as files, rc_context(STYLE if canvas.own else {}):
                 _check(draw.__name__, about, files)
-                found = draw(canvas, ordered(files) if about.several else files[0], **options)
+                result = draw(canvas, ordered(files) if about.several else files[0], **options)
                 canvas.finish(files)
-            return canvas.drawn() if found is None else found
+            return canvas.drawn() if result is None else result
 
         functools.update_wrapper(drawn, draw)
         del drawn.__wrapped__  # type: ignore[attr-defined]
@@ -229,17 +229,17 @@ def figure(*studies: str, **how: Any) -> Callable[[Callable[..., Any]], Drawing]
 
 @contextlib.contextmanager
 def _opened(file: Any) -> Iterator[list[ResultFile]]:
-    """Files of what the user gave: a path, an open file, or a list of these; ours are closed."""
+    """Open the files that the user gave (paths, open files, or a list); closes what it opened."""
     several = isinstance(file, Sequence) and not isinstance(file, str)
     with contextlib.ExitStack() as stack:
         files: list[Any] = []
         for one in file if several else [file]:
-            if isinstance(one, Config):  # for a figure of the input alone
+            if isinstance(one, Config):  # only for a figure of the input alone
                 files.append(SimpleNamespace(config=one, path=Path(one.output), warnings=[]))
             elif isinstance(one, str | os.PathLike):
                 files.append(stack.enter_context(open_result(one)))
             else:
-                files.append(getattr(one, "file", one))  # of hpcrub.open, what reads it
+                files.append(getattr(one, "file", one))  # an open file, or an object that holds one
         yield files
 
 
@@ -249,6 +249,6 @@ def _check(name: str, about: About, files: list[ResultFile]) -> None:
     for file in files:
         if words := about.lacking(file.config):
             raise InputError(f"{file.path}: figure {name} is for {words}")
-        # samples of a contact study are drawn as far as there are any
+        # a contact study, which has no dataset `status`, is drawn as far as it is
         if about.computed and "status" in file and not (file.status == DONE).any():
             raise InputError(f"{file.path}: figure {name} has nothing to show: nothing is computed")

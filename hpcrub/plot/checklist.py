@@ -1,4 +1,4 @@
-"""The checklist of a contact study: by how much the answer moves with every change."""
+"""Checklist of a contact study: change of the amplitudes with every change of a setting."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def checklist(canvas: Canvas, file: ResultFile) -> None:
     Bars are 95 % intervals of the mean. Blue: of the computation; orange: of an input.
     """
     size = file.read("peak_amplitude_m")
-    rows = [n for n, found in enumerate(moved(size), 1) if np.isfinite(found[0])]
+    rows = [n for n, change in enumerate(moved(size), 1) if np.isfinite(change[0])]
     axes = canvas.panels(1, 1, (9.5, 1.6 + 0.42 * len(rows)))[0, 0]
     axes.axvspan(-100 * LEAST, 100 * LEAST, color="0.92", zorder=0, label="below 1 %")
     axes.axvline(0.0, color=BLACK, lw=1.0)

@@ -1,4 +1,4 @@
-"""Figures of the disk, of a modal study, and of the casing of any input."""
+"""Figures of a modal study (disk, frequencies, mode shapes), and of the casing of any input."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,16 +19,16 @@ from hpcrub.plot.style import BLACK, BLUE, GREEN, ORANGE, polar
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies import STUDIES
 
-SHOWN_HZ = 2000.0  # of the whole SAFE diagram, at least
-FAMILIES = 4.0  # and so many times the first family
+SHOWN_HZ = 2000.0  # [Hz] up to which the SAFE diagram reaches, at least
+FAMILIES = 4.0  # and at least to this multiple of the first family's frequency
 PARTS = {"blades": BLUE, "ring": ORANGE, "spokes": GREEN}
-PINCH = 1e-4  # relative difference of two frequencies of one pair of modes
-EXAGGERATED = 60  # radial deviations in the drawing
+PINCH = 1e-4  # relative difference below which two frequencies belong to one pair of modes
+EXAGGERATED = 60  # factor of the radial deviations in the drawing
 N_ANGLES, N_TIMES = 2401, 201
 
 
 def _lines(file: ResultFile, moved: Any = 0.0) -> Iterator[tuple[str, Any]]:
-    """Poly-lines (kind, (n, 2) [mm]) of all beams, displaced by `moved` (nodes, 2) [m]."""
+    """Yield poly-lines (kind, (n, 2) [mm]) of all beams, displaced by `moved` (nodes, 2) [m]."""
     nodes = file.read("position_m")
     straight, now = 1e3 * nodes, 1e3 * (nodes + moved)
     for blade in file.read("blades"):
@@ -101,7 +101,7 @@ def safe_diagram(canvas: Canvas, file: ResultFile) -> None:
     """
     config = file.config
     axes = canvas.panels(1, 2, (12.5, 5.8))[0]
-    full = len(file.read("full/frequencies_hz")) > 0  # there is none in a reduced model file
+    full = len(file.read("full/frequencies_hz")) > 0  # a reduced model file has no full model
     diameters, frequencies = _modes(file, "full" if full else "reduced")
     n_blades, n_d = config.disk.n_blades, config.casing.main_order
     most = n_blades // 2
@@ -154,10 +154,10 @@ def _modes(file: ResultFile, kind: str) -> tuple[Any, Any]:
 
 
 def families(diameters: Any, frequencies: Any) -> list[Any]:
-    """Frequencies of each family over the nodal diameters 0, 1, ..., the lowest family first.
+    """Return frequencies of each family over the nodal diameters 0, 1, ..., lowest family first.
 
-    A family has one frequency for each nodal diameter: the first, second, ... of that diameter,
-    where the two modes of a pair count once. Incomplete families are left out.
+    The first family has the lowest frequency of each nodal diameter, the second family the next,
+    and so on; the two modes of a pair count once. Incomplete families are left out.
     """
     columns = []
     for d in range(int(diameters.max()) + 1):

@@ -1,4 +1,4 @@
-"""What tells the files of a family from each other: order, words for a legend, the reference."""
+"""Differences between files that are compared: their order, labels for a legend, the reference."""
 
 import re
 from collections import Counter
@@ -15,26 +15,26 @@ from hpcrub.studies.contact.survey import shared_uncertainty
 
 FINEST = {"time.step_s": min, "reduction.n_modes": max, "disk.blade.n_elements": max}
 OF_ANY_SIZE = "s", "N/m", "N s/m"  # units with prefixes, such as 240 MN/m
-COATING = "contact.coating."  # keys that say nothing of a file without one
-FEW = 3  # keys that are all named; with more, only those with an unusual value
+COATING = "contact.coating."  # first part of keys that mean nothing for a file without a coating
+FEW = 3  # largest number of keys that are all named; of more keys, only unusual values are
 
 
 def finished(file: ResultFile, name: str) -> list[Any]:
-    """Values of the finished samples of every level, those that failed left out."""
+    """Return the values of the finished samples of every level, without failed samples."""
     status, values = file.status, file.read(f"samples/{name}")
     return [values[level][status[level] == DONE] for level in range(len(status))]
 
 
 def uncertainty(file: ResultFile, name: str) -> Any:
-    """By how much all values of a quantity may be lower, and higher, with another tuned reference.
+    """Return by how much all values of a quantity could be lower and higher together.
 
-    Amplifications in contact alone have such a reference; zero for every other quantity.
+    Amplifications in contact share the uncertainty of the tuned reference; other quantities have 0.
     """
     return shared_uncertainty(file) if name == "amplification" else (0.0, 0.0)
 
 
 def ordered(files: list[ResultFile]) -> list[ResultFile]:
-    """Files by number of bumps, then by the values of the keys in which they differ."""
+    """Sort files by their number of bumps, then by the values of the keys in which they differ."""
     rows = _flat(files)
     keys = ["casing.n_bumps", *_differing(rows)]
     order = sorted(range(len(files)), key=lambda i: [_rank(rows[i][key]) for key in keys])
@@ -42,10 +42,10 @@ def ordered(files: list[ResultFile]) -> list[ResultFile]:
 
 
 def reference(files: list[ResultFile]) -> ResultFile:
-    """The file that others are compared with: the finest, or else that of the default values.
+    """Return the file that others are compared with: the finest, else that of the default values.
 
-    Of time steps, reduced models and meshes, the finest is nearest to the truth. Where no file has
-    the default values of all keys in which they differ, it is the one with the most of them.
+    The finest time step, reduced model or mesh is nearest to the truth. If no file has the default
+    values of all keys in which the files differ, the file with the most default values is taken.
     """
     rows = _flat(files)
     keys = _differing(rows)
@@ -57,7 +57,7 @@ def reference(files: list[ResultFile]) -> ResultFile:
 
 
 def labels(files: list[ResultFile]) -> list[str]:
-    """A label for each file, such as "clearance 0.20 mm, bump height 1.25 mm"."""
+    """Return a label for each file, such as "clearance 0.20 mm, bump height 1.25 mm"."""
     rows = _flat(files)
     keys = _differing(rows)
     if "casing.n_bumps" in keys:
@@ -71,23 +71,23 @@ def labels(files: list[ResultFile]) -> list[str]:
     keys, usual = list(words), {}
     if len(keys) > FEW:
         usual = {key: Counter(words[key]).most_common(1)[0][0] for key in keys}
-    found = []
+    texts = []
     for i, file in enumerate(files):
         named = [words[key][i] for key in keys if words[key][i] not in ("", usual.get(key))]
-        found.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
-    return found
+        texts.append(", ".join(named) or ("reference" if keys else without_suffix(file.path).name))
+    return texts
 
 
 def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
-    """Keys and values of every file; None where a file has no coating that a key is of.
+    """Return keys and values of every file, None for keys of a coating that a file does not have.
 
-    Where `time.step_s` differs, the step that was used; None where contact laws differ, too, which
-    have other defaults.
+    Where `time.step_s` differs, its value is the step that was used, or None where the contact laws
+    differ, too, because their default steps do.
     """
     rows = [flatten(file.config.model_dump(mode="json")) for file in files]
     n_steps, n_laws = (len({row[key] for row in rows}) for key in ("time.step_s", "contact.law"))
     for row, file in zip(rows, files, strict=True):
-        if n_steps > 1:  # it is only a bound
+        if n_steps > 1:  # the key is only a bound of the step
             row["time.step_s"] = None if n_laws > 1 else float(file.attributes["time_step_s"])
         if not file.config.contact.wears:
             row |= dict.fromkeys(key for key in row if key.startswith(COATING))
@@ -95,24 +95,24 @@ def _flat(files: list[ResultFile]) -> list[dict[str, Any]]:
 
 
 def _differing(rows: list[dict[str, Any]]) -> list[str]:
-    found = []
+    keys = []
     for key in rows[0]:
         values = [row[key] for row in rows if row[key] is not None or not key.startswith(COATING)]
         if key not in ("output", "sources") and any(value != values[0] for value in values):
-            found.append(key)
-    return found
+            keys.append(key)
+    return keys
 
 
 def _rank(value: Any) -> tuple[bool, Any, str]:
-    """Numbers by their size, before all other values."""
+    """Return a sort key: numbers by their size, before all other values."""
     number = isinstance(value, (int, float))
     return not number, value if number else 0, show(value)
 
 
 def _words(key: str, values: list[Any]) -> list[str]:
-    """Quantity, value and unit of one key in every file, all with the same decimals.
+    """Return quantity, value and unit of one key for every file, all with the same decimals.
 
-    Empty where a file has no value of the key.
+    The text is empty where a file has no value of the key.
     """
     description = next(entry.description for entry in key_table(Config) if entry.path == key)
     bracket = re.search(r"\[(.+)\]$", description)

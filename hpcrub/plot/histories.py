@@ -1,4 +1,4 @@
-"""Figures of a time_response study: its histories, and the disk turning in its casing."""
+"""Figures of a time_response study: histories, and an animation of the disk in its casing."""
 
 from typing import Any
 
@@ -17,8 +17,8 @@ from hpcrub.plot.style import BLUE, GREEN, ORANGE, YELLOW, polar, say
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.time_response import first_known
 
-CLOSE_REVOLUTIONS = 3  # shown at the end, next to the whole history
-BINS = 500  # of the envelope of a whole history
+CLOSE_REVOLUTIONS = 3  # number of last revolutions shown beside the whole history
+BINS = 500  # parts of the envelope of a whole history
 DISKS = ("tuned disk", "mistuned disk")
 ENVELOPE = "0.87"
 ROWS = (
@@ -27,14 +27,14 @@ ROWS = (
     ("gap_m", 1e3, "gap [mm]"),
     ("force_n", 1e-3, "radial contact\nforce [kN]"),
 )
-REVOLUTIONS = 2  # of the animation
-FRAMES = 72  # of both, two a step of the rotation
-BENT, GAP = 0.10, 0.07  # drawn largest bending, largest gap at rest, in tip radii
-HUB = 0.42  # drawn radius of the disk, in tip radii
-SPAN = np.linspace(0.0, 1.0, 9)  # along a blade, from the hub to the tip
+REVOLUTIONS = 2  # revolutions in the animation
+FRAMES = 72  # pictures in these revolutions, every 10 degrees
+BENT, GAP = 0.10, 0.07  # largest bending and largest gap at rest as drawn [tip radii]
+HUB = 0.42  # radius of the disk as drawn [tip radii]
+SPAN = np.linspace(0.0, 1.0, 9)  # places along a blade, 0 at the hub, 1 at the tip
 AROUND = np.linspace(0.0, 2.0 * np.pi, 721)
-THICKNESS = 0.015  # half, of a blade with one contact point [rad]
-TINY = 1e-12  # [m] of a disk that does not move
+THICKNESS = 0.015  # half the thickness of a blade with one contact point [rad]
+TINY = 1e-12  # [m] size that replaces 0 for a disk that does not move
 FACE, CASING = "0.82", "0.75"
 
 
@@ -81,7 +81,7 @@ def time_response(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _name(file: ResultFile, point: int) -> str:
-    """Blade of a contact point, and which of its points it is where it has several."""
+    """Return the name of a contact point: its blade, and its number on a blade with several."""
     if file.config.disk.n_points == file.config.disk.n_blades:
         return f"blade {point + 1}"
     blades = file.read("contact_blade")
@@ -91,7 +91,7 @@ def _name(file: ResultFile, point: int) -> str:
 
 
 def envelope(time: Any, values: Any) -> tuple[Any, Any, Any]:
-    """Middles of `BINS` parts of a history [s], smallest and largest of all values in each.
+    """Return middles of `BINS` parts of a history [s], and the smallest and largest value in each.
 
     time: (T,) [s]; values: (T, N), in any unit.
     """
@@ -103,7 +103,7 @@ def envelope(time: Any, values: Any) -> tuple[Any, Any, Any]:
 
 
 def _draw_windows(axes: Axes, file: ResultFile, disk: int) -> None:
-    """The two windows of the first check that was passed, or of the last one."""
+    """Draw the two windows of the first check that was passed, else of the last check."""
     checks, window = file.read("check_s"), float(file.read("window_s"))
     if not len(checks):
         axes.set_title("ends before the first check of the steady state", fontsize=11)
@@ -142,7 +142,7 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
     at = np.searchsorted(time, last)
     time = time[at]
     tangential, gap, force = (file.read(n, disk)[at] for n in ("tangential_m", "gap_m", "force_n"))
-    waves = np.zeros((len(at), len(AROUND)))  # of a casing that vibrates
+    waves = np.zeros((len(at), len(AROUND)))  # radial motion of the casing
     if "casing_radial_m" in file:
         places = np.radians(file.read("casing_angle_deg"))
         moved = file.read("casing_radial_m", disk)
@@ -178,7 +178,7 @@ def rubbing(canvas: Canvas, file: ResultFile) -> FuncAnimation:
 
 
 def _axes(canvas: Canvas, config: Config, bent: float, outward: float) -> Any:
-    """Axes as large as the casing, with both scales in the title."""
+    """Return axes as large as the casing, with the scales of bending and gap in the title."""
     axes = canvas.panels(1, 1, (5, 5.4))[0, 0]
     reach, radius = 1.03 + GAP, config.disk.tip_radius
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
@@ -191,7 +191,7 @@ def _axes(canvas: Canvas, config: Config, bent: float, outward: float) -> Any:
 
 
 def _points(file: ResultFile) -> tuple[Any, Any]:
-    """Angle [rad] and blade of every contact point, at rest and at the time zero."""
+    """Return angle [rad] and blade of every contact point, at rest and at time 0."""
     config = file.config
     if config.disk.n_points == config.disk.n_blades:
         blade = np.arange(config.disk.n_blades)
@@ -202,14 +202,14 @@ def _points(file: ResultFile) -> tuple[Any, Any]:
 
 
 def _room(file: ResultFile, time: float, angle: Any) -> Any:
-    """Distance from the circle of the tips to the casing, both at rest, at the file's speed [m]."""
+    """Return the distance [m] from the tips to the casing at a time, both without vibration."""
     shape = file.config.casing
     clearance = shape.clearances(file.config.speeds.from_hz)
     return clearance - ramp(time, shape.growth_time) * shape.shape.height(angle)
 
 
 def _outline(root: Any, place: Any, tip: Any) -> Any:
-    """Edges (n, 2) of a blade whose points at the tip have gone from their angles to others."""
+    """Return the outline (n, 2) of a blade; root, place: angles of its tips at rest and now."""
     order = np.argsort(root)
     middle, half = root.mean(), 0.5 * np.ptp(root) if len(root) > 1 else THICKNESS
     edges = []

@@ -1,6 +1,6 @@
-"""Confidence intervals as they are drawn in every figure: bars, and arrows where an end is open.
+"""Drawing of confidence intervals, alike in all figures: bars, and arrows where an end is open.
 
-With few samples the order statistics do not bound a percentile (`statistics.percentiles`): such an
+With few samples the order statistics do not bound a percentile (`statistics.percentiles`): the open
 end is drawn as an arrow, never as the end of a bar.
 """
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from hpcrub.statistics.percentiles import Z_95, confidence, percentile_interval, widened
 
-LEVEL = f"{100 * confidence(Z_95):.0f} %"  # of all intervals drawn
+LEVEL = f"{100 * confidence(Z_95):.0f} %"  # confidence level of all intervals drawn
 BARS = f"{LEVEL} confidence interval"
 ARROWS = "open end: too few samples"
 WORDS = BARS, ARROWS
@@ -24,9 +24,9 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 def interval(
     values: Array, percentiles: Sequence[float], shared: ArrayLike = (0.0, 0.0)
 ) -> tuple[Array, Array, Array]:
-    """Percentiles (P,) of one value at least, and the ends of their intervals, NaN where open.
+    """Return percentiles (P,) of at least one value, and the ends of their intervals, NaN if open.
 
-    shared: uncertainty that all values have in common, as for `widened`.
+    shared: uncertainty that all values have in common, see `widened`.
     """
     centre = np.percentile(values, percentiles)
     ends = percentile_interval(values, percentiles, Z_95)
@@ -34,9 +34,9 @@ def interval(
 
 
 def draw(axes: Axes, x: ArrayLike, found: ArrayLike, colour: Any, sideways: bool = False) -> None:
-    """Bars through points at x (n,), with centres and ends (3, n); NaN ends become arrows.
+    """Draw bars through points at x (n,); found: centres and ends (3, n), NaN ends become arrows.
 
-    sideways: the values are horizontal, and x is the height. The legend says what both mean.
+    sideways: the values are horizontal, and x is the height. The legend explains bars and arrows.
     """
     x, (centre, low, high) = np.atleast_1d(x), np.asarray(found)
     known = np.isfinite(centre)

@@ -19,27 +19,27 @@ from hpcrub.statistics.coexistence import coexisting, stretches
 from hpcrub.statistics.percentiles import Z_95
 from hpcrub.studies.branches import label_file, starts
 
-DECADES = 3.5  # of the amplitude, above which it is drawn
-N_INTERACTIONS = 2  # marked, on different engine orders
-AREA = 0.5  # of the largest amplitude of an order, above which speeds belong to the interaction
+DECADES = 3.5  # decades of amplitude that are drawn, below the largest one
+N_INTERACTIONS = 2  # number of interactions that are marked, on different engine orders
+AREA = 0.5  # part of an order's largest amplitude, above which speeds belong to the interaction
 ABOVE_AREA = 6.0  # half height of the box of an interaction [Hz]
-NAMED = 4  # engine orders that are all named, besides the multiples of the bumps
-CLOSER = 0.5  # of the speeds, above which a closer look would show the same again
+NAMED = 4  # engine orders up to this one are all named, besides the multiples of the bumps
+CLOSER = 0.5  # part of the speeds, above which a closer look would show the whole again
 SHADES = LinearSegmentedColormap.from_list("localisation", shades(256))
 
 
 class Interaction(NamedTuple):
-    """One area of large amplitudes on an engine order."""
+    """An area of large amplitudes on an engine order."""
 
     order: int
-    speed_hz: float  # of the largest amplitude
+    speed_hz: float  # speed of the largest amplitude
     first_hz: float  # lowest and highest speed of the area
     last_hz: float
-    amplitude: float  # as the spectra
+    amplitude: float  # in the unit of the spectra
 
     @property
     def frequency_hz(self) -> float:
-        """Frequency of the motion at the largest amplitude: that of the nonlinear mode."""
+        """Frequency of the motion at the largest amplitude, that is of the nonlinear mode."""
         return self.order * self.speed_hz
 
 
@@ -56,7 +56,7 @@ def interaction_map(canvas: Canvas, file: ResultFile) -> None:
     n_disks = len(file.read("deviation"))
     axes = canvas.panels(1, n_disks, (1.5 + 6.0 * n_disks, 6.4), sharey=True)[0]
     spectra = 1e3 * file.read("spectrum_m")
-    # with a scale that has a top even where nothing moves
+    # the scale needs a top even where nothing moves
     top = np.max(spectra, where=np.isfinite(spectra), initial=0.0) or 1.0
     reasons = file.read("point_reason")
     for disk, panel in enumerate(axes):
@@ -73,7 +73,7 @@ def interaction_map(canvas: Canvas, file: ResultFile) -> None:
         _draw_orders(panel, file)
         natural = file.read("natural_frequencies_hz", disk)
         curves = np.broadcast_to(natural, (len(speeds), len(natural)))
-        if file.config.disk.model is not None:  # whose stiffness depends on the speed
+        if file.config.disk.model is not None:  # its stiffness depends on the speed
             curves = file.read("natural_frequencies_at_speed_hz", disk)
         for curve in curves[:, natural < frequencies[-1]].T:
             panel.plot(speeds, curve, color=BLUE, lw=0.7, label="natural frequencies")
@@ -97,7 +97,7 @@ def interaction_map(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _say_means(canvas: Canvas, file: ResultFile, disk: int) -> None:
-    """Note how many amplitudes are means of windows, and how well these are known."""
+    """Note at how many speeds the amplitude is a mean of windows, and the error of these means."""
     means = file.read("point_status", disk) == AVERAGED
     if means.any():
         error = file.read("mean_error_m", disk)[means] / file.read("mean_amplitude_m", disk)[means]
@@ -108,18 +108,18 @@ def _say_means(canvas: Canvas, file: ResultFile, disk: int) -> None:
 
 
 def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interaction]:
-    """The strongest interactions, at most one on an engine order, the strongest first.
+    """Return the strongest interactions, at most one on an engine order, the strongest first.
 
-    speeds: of rotation (S,) [Hz]; frequencies: of the spectra (F,) [Hz], evenly spaced from 0;
-    spectrum: amplitudes (S, F), NaN where the motion was lost.
+    speeds: speeds of rotation (S,) [Hz]; frequencies: axis of the spectra (F,) [Hz], evenly spaced
+    from 0; spectrum: amplitude (S, F), NaN where the motion was lost.
     """
     regions = []
     step = frequencies[1] - frequencies[0]
     for order in range(1, int(frequencies[-1] / speeds[0]) + 1):
         at = np.rint(order * speeds / step).astype(int)
         on = at < len(frequencies)
-        found = spectrum[np.arange(len(speeds)), np.where(on, at, 0)]
-        along = np.where(on, np.nan_to_num(found), 0.0)
+        amplitudes = spectrum[np.arange(len(speeds)), np.where(on, at, 0)]
+        along = np.where(on, np.nan_to_num(amplitudes), 0.0)
         best = int(along.argmax())
         large = stretches(along >= AREA * along[best])
         first, end = next(one for one in large if one[0] <= best < one[1])
@@ -130,7 +130,7 @@ def interactions(speeds: Any, frequencies: Any, spectrum: Any) -> list[Interacti
 
 
 def _draw_casing(axes: Axes, file: ResultFile) -> None:
-    """Frequencies of a casing that vibrates as the rotor sees them, |f_c ± n f|."""
+    """Draw the frequencies of a casing that vibrates as the rotor sees them, |f_c ± n f|."""
     casing = casing_modes_of(file.config)
     if casing is None:
         return
@@ -143,7 +143,7 @@ def _draw_casing(axes: Axes, file: ResultFile) -> None:
 
 
 def _draw_orders(axes: Axes, file: ResultFile) -> None:
-    """Engine orders: lines that leave the ridges below them visible, and their numbers outside."""
+    """Draw engine orders: sparse lines, which leave ridges below visible, and numbers outside."""
     speeds, frequencies = file.read("speeds_hz"), file.read("frequencies_hz")
     main = file.config.casing.main_order
     for order in range(1, 3 * main + 1):
@@ -161,7 +161,7 @@ def _draw_orders(axes: Axes, file: ResultFile) -> None:
 
 
 def _draw_interactions(axes: Axes, strongest: list[Interaction], family: float) -> str:
-    """Frames of the areas; returns how far above the first family [Hz] the strongest one lies."""
+    """Frame the interactions; returns words on the strongest one and its distance to the family."""
     for one in strongest:
         low, high = one.order * one.first_hz - ABOVE_AREA, one.order * one.last_hz + ABOVE_AREA
         axes.add_patch(
@@ -221,7 +221,7 @@ def branches(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _closer(several: Any) -> list[slice]:
-    """The longest stretch of speeds at which branches coexist, with as much on either side."""
+    """Return the longest stretch of speeds where branches coexist, with as much on either side."""
     if not several.any():
         return []
     first, last = max(stretches(several), key=np.ptp)
@@ -230,16 +230,16 @@ def _closer(several: Any) -> list[slice]:
 
 
 def _draw(axes: Axes, file: ResultFile, branch_of: Any, part: slice, scale: Normalize) -> Any:
-    """Points and branches at a part of the speeds; returns what has the colours."""
-    speeds, found = file.read("speeds_hz")[part], branch_of[:, part]
+    """Draw points and branches at a part of the speeds; returns points, for the colour scale."""
+    speeds, branch_at = file.read("speeds_hz")[part], branch_of[:, part]
     windows = 1e3 * file.read("window_amplitude_m")[:, part]
     amplitude, scatter = windows.mean(axis=-1), windows.std(axis=-1, ddof=1)
     local = 100 * file.read("window_localisation")[:, part].mean(axis=-1)
-    for branch in np.unique(found[found >= 0]):
-        line = np.ma.masked_array(amplitude, found != branch).mean(axis=0)
+    for branch in np.unique(branch_at[branch_at >= 0]):
+        line = np.ma.masked_array(amplitude, branch_at != branch).mean(axis=0)
         axes.plot(speeds, line, color="0.6", lw=1, zorder=1)
     for start, name in enumerate(starts(file.config)):
-        marker, steady = MARKERS[min(start, len(MARKERS) - 1)], found[start] >= 0
+        marker, steady = MARKERS[min(start, len(MARKERS) - 1)], branch_at[start] >= 0
         axes.errorbar(
             speeds[steady], amplitude[start, steady], scatter[start, steady], fmt="none",
             ecolor="0.6", lw=0.7, zorder=1,

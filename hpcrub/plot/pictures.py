@@ -1,4 +1,4 @@
-"""Figures into picture files, named after their results."""
+"""Drawing of figures into picture files, which are named after their result files."""
 
 import contextlib
 import os
@@ -21,17 +21,17 @@ def draw(
     figure: Drawing, paths: Sequence[Path_], folder: Path_ | None = None, kind: str = "png",
     mode: int | None = None,
 ) -> list[Path]:  # fmt: skip
-    """Draw one figure into picture files, of several result files together or of each.
+    """Draw one figure into picture files, one for several result files together or one for each.
 
-    folder: beside the first file by default. kind: png, pdf or svg; an animation is a GIF.
-    mode: the one to show, counted from 1. Returns the pictures written. One is named STEM_NAME
-    after its file, the main one of a study STEM, and one that compares files NAME; files of one
-    name that are drawn into one folder are told apart by the folders they come from.
-    Raises InputError when the figure needs another study, or shows no single mode.
+    folder: by default the folder of the first file. kind: png, pdf or svg; an animation is a GIF.
+    mode: number of the mode to show, from 1. Returns the paths of the pictures. A picture is named
+    STEM_NAME after its file, the main one of a study STEM, and one that compares files NAME; where
+    files of one name are drawn into one folder, the names of their own folders come first.
+    Raises InputError when the figure needs another study, or cannot show a single mode.
     """
     alike = folder is not None and len({Path(path).name for path in paths}) < len(paths)
     together = figure.about.several and len(paths) > 1
-    found = []
+    targets = []
     for group in [list(paths)] if together else [[path] for path in paths]:
         path, name = Path(group[0]), figure.__name__
         if len(group) == 1:
@@ -39,18 +39,18 @@ def draw(
             name = f"{path.absolute().parent.name}_{name}" if alike else name
         name += f"_mode_{mode}" if mode is not None else ""
         with rc_context():
-            rcdefaults()  # a user's style, or LaTeX that is not there, is for the user's drawings
+            rcdefaults()  # a user's own style, or LaTeX that is missing, must not matter
             paper = Figure(layout="constrained")
             drawn = figure(group if len(group) > 1 else path, paper, mode=mode)
             moving = isinstance(drawn, FuncAnimation)
             ending = "gif" if moving else kind
-            found.append((Path(folder) if folder else path.parent) / f"{name}.{ending}")
-            _save(drawn if moving else paper, found[-1])
-    return found
+            targets.append((Path(folder) if folder else path.parent) / f"{name}.{ending}")
+            _save(drawn if moving else paper, targets[-1])
+    return targets
 
 
 def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
-    """Write a figure or an animation, whole or not at all. Raises HpcrubError."""
+    """Write a figure or an animation, as a whole or not at all. Raises HpcrubError."""
     part = target.with_name(f"{target.stem}.hpcrub-part{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -69,7 +69,7 @@ def _save(drawn: Figure | FuncAnimation, target: Path) -> None:
 
 
 def _freeze(figure: Figure) -> None:
-    """Lay a figure out for good, as legends would move with the edges that `tight` cuts."""
+    """Fix the layout of a figure: legends would move with the edges that `tight` cuts off."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for legend in figure.legends:

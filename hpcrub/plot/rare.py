@@ -1,4 +1,4 @@
-"""A small probability by double sampling: looks beside full results, and the tail."""
+"""Figure of a small probability by double sampling: first looks, full results, and the tail."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ from hpcrub.statistics.rare import estimate, extrapolated
 from hpcrub.studies.contact.limits import severities
 from hpcrub.studies.rare import answer, in_full, last_estimate
 
-MOST = 3000  # disks that are drawn
+MOST = 3000  # largest number of disks that are drawn
 
 
 @figure("rare", what="a small probability of exceeding a limit", main=True)
@@ -29,7 +29,7 @@ def rare(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_looks(axes: Axes, file: ResultFile, n: int) -> None:
-    """Severity over the first look, with the chance of a disk to be computed in full."""
+    """Draw severity over the first look; colours tell disks that were certain to be computed."""
     every = file.read("look"), severities(file), file.read("inclusion")
     look, size, inclusion = (values[:n][in_full(file)[:n]][:MOST] for values in every)
     for chosen, color, words in (
@@ -42,16 +42,16 @@ def _draw_looks(axes: Axes, file: ResultFile, n: int) -> None:
 
 
 def _draw_tail(axes: Axes, file: ResultFile, n: int) -> None:
-    """Probability of exceeding parts of the limit, with extrapolations."""
+    """Draw the probability of exceeding parts of the limit, with extrapolations."""
     size, inclusion, computed = severities(file)[:n], file.read("inclusion")[:n], in_full(file)[:n]
     known = computed & np.isfinite(size)
     low, high = np.quantile(size[known], 0.3), max(1.0, size[known].max())
     at = np.linspace(low, high + 0.1 * (high - low), 40)
-    found = np.array([estimate(computed & ~(size <= one), inclusion) for one in at]).T
-    some = found[0] > 0.0
-    bars = np.abs(found[1:] - found[0])[:, some]
+    chance = np.array([estimate(computed & ~(size <= one), inclusion) for one in at]).T
+    some = chance[0] > 0.0
+    bars = np.abs(chance[1:] - chance[0])[:, some]
     axes.errorbar(
-        at[some], found[0, some], bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks"
+        at[some], chance[0, some], bars, fmt="o", ms=4, color=BLUE, capsize=2, label="disks"
     )
     curves = extrapolated(size[known], 1.0 / inclusion[known], at)
     for color, (name, (least, middle, most)) in zip((ORANGE, GREEN), curves.items(), strict=True):

@@ -18,9 +18,9 @@ from hpcrub.results.layout import DONE
 from hpcrub.results.storage import ResultFile
 from hpcrub.studies.contact import layout, measured, trust
 
-MOST = 20_000  # samples of a level behind the band of a frequency response
+MOST = 20_000  # largest number of samples of a level in the band of a frequency response
 SCATTER = "± standard deviation of the windows"
-MOST_LINES = 5  # responses of one panel besides the reference; more get a panel each
+MOST_LINES = 5  # responses in one panel besides the reference; of more, each gets a panel
 SPEED = "speed of rotation [Hz]"
 
 
@@ -51,7 +51,7 @@ def summary(canvas: Canvas, file: ResultFile) -> None:
 
 
 def size(file: ResultFile, name: str | None = None) -> str:
-    """What amplitudes are, for an axis; by default those of the peaks of a file."""
+    """Return the label of an axis of amplitudes; by default of a file's peak amplitudes."""
     return f"{layout.AMPLITUDES[name or layout.amplitude(file.config)]},\nmax $|u_t|$ [mm]"
 
 
@@ -59,10 +59,10 @@ def draw_response(
     axes: Axes, file: ResultFile, group: str, where: Any, colour: Any, label: str | None,
     name: str | None = None, scale: float = 1e3, **how: Any,
 ) -> None:  # fmt: skip
-    """One disk over the speeds, by default its amplitudes; points that were not steady are hollow.
+    """Draw one disk over the speeds, by default its amplitudes; hollow points were not steady.
 
-    On a coating amplitudes are the largest of any time, and hollow points had not ended. Crosses
-    are speeds without a result, with the reasons in words.
+    On a coating amplitudes are the largest at any time, and at hollow points wear had not ended.
+    Crosses are speeds without a result, with the reasons in words.
     """
     name = name or layout.amplitude(file.config)
     speeds, values = file.read("speeds_hz"), scale * file.read(f"{group}/{name}", where)
@@ -74,9 +74,9 @@ def draw_response(
             axes.fill_between([], [], color="0.5", alpha=0.3, lw=0, label=SCATTER)
     (drawn,) = axes.plot(speeds, values, color=colour, marker=".", ms=5, label=label, **line)
     axes.update_datalim([(speeds[0], 0.0)])
-    drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above all that follows
-    found = file.read(f"{group}/point_status", where)
-    unsteady, lost = found == NOT_STEADY, found == DIVERGED
+    drawn.sticky_edges.y.append(0.0)  # the axis begins at zero and ends above what is drawn later
+    point_status = file.read(f"{group}/point_status", where)
+    unsteady, lost = point_status == NOT_STEADY, point_status == DIVERGED
     look: dict[str, Any] = {"ls": "", "mec": colour, "clip_on": False, "label": "not steady"}
     if unsteady.any():
         axes.plot(speeds[unsteady], values[unsteady], "o", mfc="w", ms=5, zorder=4, **look)
@@ -91,7 +91,7 @@ def draw_response(
 
 
 def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float = 1e3) -> None:
-    """The tuned disk beside the random samples, or the disk of a pattern; as `draw_response`."""
+    """Draw the tuned disk, and the random samples or the disk of a pattern, by `draw_response`."""
     if file.config.pattern_deviation is None:
         draw_range(axes, file, name)
     else:
@@ -100,11 +100,11 @@ def draw_all(axes: Axes, file: ResultFile, name: str | None = None, scale: float
 
 
 def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
-    """Range of the amplitudes of the widest level's samples at every speed, and their median.
+    """Draw the range of the amplitudes of the widest level's samples, and their median.
 
-    The band reaches from the lowest to the highest percentile of the input; with so few samples
-    that one of these lies beyond them, from the smallest to the largest sample. name: other values
-    in metres than the amplitudes.
+    The band reaches from the lowest to the highest percentile of the input. If there are too few
+    samples for one of these, it reaches from the smallest to the largest sample. name: dataset of
+    other values in metres than the amplitudes.
     """
     done = file.status[-1, :MOST] == DONE
     name = name or layout.amplitude(file.config)
@@ -126,9 +126,9 @@ def draw_range(axes: Axes, file: ResultFile, name: str | None = None) -> None:
 
 
 def _draw_amplifications(axes: Axes, file: ResultFile, disks: list[measured.Disk]) -> None:
-    """Both amplifications: percentiles against the level, in a row when there is one level alone.
+    """Draw percentiles of both amplifications against the level, or in a row for a single level.
 
-    Each of a few measured disks has a row, because percentiles of a few say nothing.
+    Each of a few measured disks has a row, because percentiles of a few disks say nothing.
     """
     half_range, sigma = 100 * file.read("half_range"), 100 * file.read("sigma")
     names = [f"±{h:.3g} %\nσ = {s:.2g} %" for h, s in zip(half_range, sigma, strict=True)]
@@ -203,7 +203,7 @@ def _draw_together(canvas: Canvas, files: list[ResultFile], best: ResultFile) ->
 def _draw_differences(
     axes: Axes, best: ResultFile, others: dict[ResultFile, Any], name: str, where: Any
 ) -> None:
-    """Differences of amplitudes of other files, each in its colour, to those of the reference."""
+    """Draw the amplitudes of other files, each in its colour, less those of the reference."""
     speeds = best.read("speeds_hz")
     for file, colour in others.items():
         values = 1e3 * (file.read(name, where) - best.read(name, where))
@@ -221,10 +221,10 @@ def _draw_differences(
 
 
 def _scatter(file: ResultFile, name: str) -> Any:
-    """By how much an amplitude differs from run to run of the same disk, at every speed (S,) [m].
+    """Return the scatter of an amplitude from run to run of one disk (S,) [m], NaN if not known.
 
-    The standard deviation of the perturbed runs, three at least; with fewer the standard error by
-    the windows of the one, which other motions at the same speed are not in. NaN: not known.
+    It is the standard deviation of three or more perturbed runs. With fewer runs it is the standard
+    error by the windows of one run, which leaves out other motions at the same speed.
     """
     n_speeds = len(file.read("speeds_hz"))
     group, _, kind = name.partition("/")
@@ -238,15 +238,15 @@ def _scatter(file: ResultFile, name: str) -> Any:
 
 def _draw_apart(canvas: Canvas, files: list[ResultFile], best: ResultFile) -> None:
     columns = min(len(files), 2 if len(files) <= 4 else 3)
-    one = len({size(file) for file in files}) == 1  # quantity in all of them
-    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=one)
+    same = len({size(file) for file in files}) == 1  # whether all files have the same quantity
+    axes = canvas.grid(len(files), columns, (5.4, 4.0), sharey=same)
     for file, panel, label in zip(files, axes, labels(files), strict=True):
         panel.set_title(label, fontsize=11)
         if file.config.pattern_deviation is None:
             draw_range(panel, file)
         else:
             draw_response(panel, file, "samples", (0, 0), BLUE, "mistuned disk")
-        alike = one and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
+        alike = same and np.array_equal(best.read("speeds_hz"), file.read("speeds_hz"))
         if file is not best and alike:
             draw_response(panel, best, "tuned", (), BLACK, "tuned disk, reference", lw=1.0)
             draw_response(panel, file, "tuned", (), ORANGE, "tuned disk")

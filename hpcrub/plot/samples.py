@@ -1,4 +1,4 @@
-"""Sample by sample: contact beside linear amplification, energy beside displacement."""
+"""Figures of single samples: contact over linear amplification, energy over displacement."""
 
 from typing import Any
 
@@ -14,8 +14,8 @@ from hpcrub.results.storage import ResultFile
 from hpcrub.statistics import pairs
 from hpcrub.studies.energy import amplification, largest
 
-SHARES = (0.25, 0.5, 0.75, 0.95)  # of the samples inside the contours
-FEW = 100  # samples up to which there is no density, and no percentile 99
+SHARES = (0.25, 0.5, 0.75, 0.95)  # shares of the samples that lie inside the contours
+FEW = 100  # number of samples up to which neither density nor percentile 99 is drawn
 Array = NDArray[np.float64]
 
 
@@ -55,7 +55,7 @@ def _title(sigma: float, linear: Array, contact: Array) -> str:
 
 
 def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
-    """Samples of one level, of many their density above them; returns its image."""
+    """Draw the samples of one level; if they are many, draw their density and return its image."""
     image, n = None, len(linear)
     look: dict[str, Any] = {"color": BLACK, "ms": 6} if n <= FEW else {"color": "0.55", "ms": 2}
     axes.plot(linear, contact, ".", zorder=0.5, rasterized=n > FEW, label="samples", **look)
@@ -76,7 +76,7 @@ def _draw_level(axes: Axes, linear: Array, contact: Array) -> Any:
 
 
 def cumulative(density: Array) -> Array:
-    """Share of the samples where the density is larger than here, of a density on a grid."""
+    """Return, for each point of a density on a grid, the share of the samples in denser regions."""
     flat = density.ravel()
     order = np.argsort(-flat)
     share = np.empty_like(flat)

@@ -1,4 +1,4 @@
-"""Disks of model files in three dimensions: faces, or the tips of a reduced model."""
+"""Drawing of model files in three dimensions: faces, or the tips of a reduced model."""
 
 import os
 from pathlib import Path
@@ -17,41 +17,41 @@ from hpcrub.results import model_file
 from hpcrub.results.storage import ResultFile
 
 DEFORMED = 0.14  # largest displacement drawn, in tip radii
-NUMBERED, ALONE = 1.15, 1.35  # how large a disk is drawn, with numbers and without
-ELEVATION = 50.0  # of the view [deg]
-NUMBERS = 1.17  # where the blades have their numbers, in radii of their contact nodes
-FACE, SHEET = "0.85", 0.5  # of a reduced model: inner end of a blade, in radii of its tips
+NUMBERED, ALONE = 1.15, 1.35  # zoom of a disk, with numbers and without
+ELEVATION = 50.0  # elevation of the view [deg]
+NUMBERS = 1.17  # radius of the numbers of the blades, in radii of their contact nodes
+FACE, SHEET = "0.85", 0.5  # colour; inner end of a blade of a reduced model, in radii of its tips
 REDUCED = "Blades of a reduced model: sheets from the contact nodes inwards; it knows no more."
 THREE: dict[str, Any] = {"projection": "3d"}
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 class Solid(NamedTuple):
-    """What is drawn of a disk."""
+    """Geometry of a disk as far as it is drawn."""
 
     nodes: Array  # (n, 3) [m]
-    surface: Any  # (F, 4) nodes of faces, none of a reduced model
-    contact_node: Any  # (C,)
-    contact_blade: Any  # (C,)
+    surface: Any  # (F, 4) nodes of faces; a reduced model has none
+    contact_node: Any  # (C,) node of every contact point
+    contact_blade: Any  # (C,) blade of every contact point, from 0
 
     @classmethod
     def of_result(cls, file: ResultFile) -> "Solid":
-        """That of a modal study of a model file."""
+        """Read the geometry from a modal study of a model file."""
         return cls(*map(file.read, ("position_m", *cls._fields[1:])))
 
     @property
     def cells(self) -> Any:
-        """Nodes of what is drawn: faces (F, 4), or the pieces (F, 2) of the tips of all blades."""
+        """Nodes of the faces (F, 4), or of the pieces (F, 2) of the tips of all blades."""
         if len(self.surface):
             return self.surface
         pieces = np.stack([self.contact_node[:-1], self.contact_node[1:]], axis=1)
         return pieces[self.contact_blade[1:] == self.contact_blade[:-1]]
 
     def faces(self, moved: Any) -> Array:
-        """Corners (F, 4, 3) [m] of what is drawn, with displacements (n, 3) [m].
+        """Return the corners (F, 4, 3) [m] of the faces after displacements (n, 3) [m].
 
-        Of a reduced model, which knows no more than its contact nodes, the outer part of each blade
-        as a sheet from these inwards, where it does not move.
+        A reduced model knows only its contact nodes: the outer part of each blade is a sheet from
+        these inwards, whose inner edge does not move.
         """
         corners = (self.nodes + moved)[self.cells]
         if len(self.surface):
@@ -65,7 +65,7 @@ class Solid(NamedTuple):
         return float(np.hypot(*self.nodes[self.contact_node, :2].T).max())
 
     def words(self, path: Path) -> str:
-        """What is shown, for a title."""
+        """Return the title: name of the file, number of blades and tip radius."""
         blades = len(np.unique(self.contact_blade))
         return f"{path.name}: {blades} blades, tip radius {1e3 * self.radius:.4g} mm"
 
@@ -91,9 +91,9 @@ def model(path: str | os.PathLike[str], ax: Axes | None = None) -> Axes:
 
 
 def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
-    """Draw a disk at rest, with contact nodes and numbers of the blades; or a shape in colours.
+    """Draw a disk at rest, with contact nodes and numbers of the blades, or a shape in colours.
 
-    shape: displacements (n, 3), the largest one is 1; colours are their size, from 0 to 1.
+    shape: displacements (n, 3), of which the largest is 1; colours show their size, from 0 to 1.
     Raises InputError when the axes are flat.
     """
     if not hasattr(axes, "get_zlim"):
@@ -116,7 +116,7 @@ def draw(axes: Any, solid: Solid, shape: Array | None = None) -> None:
 
 
 def _frame(axes: Any, nodes: Array, zoom: float) -> None:
-    """Room for the undeformed disk, so that shapes beside each other have one scale; no walls."""
+    """Fit axes without walls to the undeformed disk, so that all shapes have one scale."""
     known = nodes[np.isfinite(nodes).all(axis=1)]
     low, high = known.min(axis=0), known.max(axis=0)
     least = 0.02 * (high - low).max()  # contact nodes of a planar disk lie in one plane

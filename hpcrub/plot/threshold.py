@@ -1,4 +1,4 @@
-"""The value of a key that meets a limit: probability and largest amplitudes over the values."""
+"""Figure of a key's value that meets a limit: probability and amplitudes over the values."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ def threshold(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_probability(axes: Axes, file: ResultFile) -> None:
-    """Share of disks beyond the limit with its interval, at every value that was looked at."""
+    """Draw the share of disks beyond the limit, with its interval, at every value computed."""
     n, above = file.read("n_disks"), file.read("n_above")
     low, high = (file.read(f"probability_{end}") for end in ("low", "high"))
     seen = n > 0
@@ -48,16 +48,16 @@ def _draw_probability(axes: Axes, file: ResultFile) -> None:
 
 
 def _draw_amplitudes(axes: Axes, file: ResultFile) -> None:
-    """Percentiles of the largest amplitudes of the disks computed at every value."""
+    """Draw percentiles of the largest amplitudes of the disks computed at every value."""
     peaks, n = 1e3 * file.read("peak_amplitude_m"), file.read("n_disks")
     at = file.config.convergence.percentiles
     for value, row, count in zip(file.read("value"), peaks, n, strict=True):
-        found = row[:count][np.isfinite(row[:count])]
-        if not len(found):
+        known = row[:count][np.isfinite(row[:count])]
+        if not len(known):
             continue
-        found_at = np.percentile(found, at)
-        low, high = percentile_interval(found, at, 1.96)
-        axes.plot(np.full(len(at), value), found_at, "-o", ms=4, lw=1.0, color=BLUE)
+        percentiles = np.percentile(known, at)
+        low, high = percentile_interval(known, at, 1.96)
+        axes.plot(np.full(len(at), value), percentiles, "-o", ms=4, lw=1.0, color=BLUE)
         axes.vlines(value, np.nanmin(low), np.nanmax(high), color=BLUE, alpha=0.4, lw=3)
     axes.plot([], [], "-o", ms=4, color=BLUE, label="percentiles " + "/".join(f"{p:g}" for p in at))
     if file.config.limits.amplitude_mm is not None:

@@ -1,4 +1,4 @@
-"""A casing that vibrates: its waves beside the blades' families, its motion over the speeds."""
+"""Figures of a casing that vibrates: its waves and the blades' families, its motion in contact."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ def casing_waves(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
-    """Waves of the casing and families of blades up to a speed [Hz], and where they meet."""
+    """Draw waves of the casing and families of blades up to a speed [Hz], and their crossings."""
     speed = np.linspace(0.0, top, 300)
     waves, frequency = file.read("casing/waves"), file.read("casing/frequencies_hz")
     blades, met = file.read("casing/blades_hz"), file.read("casing/interaction_hz")
@@ -63,7 +63,7 @@ def _draw_lines(axes: Axes, file: ResultFile, top: float) -> None:
 
 
 def _draw_growth(axes: Axes, speeds: np.ndarray, rates: np.ndarray, friction: float) -> None:
-    """Growth of permanent contact over the speeds, without friction and with it."""
+    """Draw the growth in permanent contact over the speeds, without friction and with it."""
     labels = "without friction", f"with a friction of {friction:g}"
     for rate, label, style in zip(rates, labels, ("--", "-"), strict=True):
         axes.plot(speeds, np.maximum(rate, 0.0), color=ORANGE, ls=style, label=label)
@@ -111,7 +111,7 @@ def casing_motion(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_runaway(axes: Axes, file: ResultFile) -> None:
-    """Growth of permanent contact, growth of what ran away in time, and the share of disks."""
+    """Draw growth in permanent contact, growth of tuned motions that ran away, share of disks."""
     speeds, away = file.read("speeds_hz"), "casing_growth_per_s"
     tuned = file.read(f"tuned/{away}")
     _draw_growth(axes, speeds, file.read(PERMANENT.name), file.config.contact.friction)

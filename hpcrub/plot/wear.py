@@ -1,4 +1,4 @@
-"""What blades have cut out of a coating: around the casing, over the speeds, from disk to disk."""
+"""Worn depth of a coating: around the casing, over the speeds, from disk to disk."""
 
 from typing import Any
 
@@ -58,9 +58,9 @@ def wear(canvas: Canvas, file: ResultFile) -> None:
 
 
 def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
-    """The deepest groove around the casing, to a scale of its own, with rings of even depths.
+    """Draw the deepest groove around the casing, to a scale of its own, with rings of even depths.
 
-    worn: depths at every speed (S, A) [mm]. Of equal ones that of the largest amplitude.
+    worn: depths at every speed (S, A) [mm]; among equal depths the largest amplitude decides.
     """
     speeds, motion = file.read("speeds_hz"), np.nan_to_num(file.read("tuned/largest_amplitude_m"))
     shown = int(np.lexsort((motion, np.nan_to_num(worn).max(axis=1)))[-1])
@@ -88,7 +88,7 @@ def _draw_around(axes: Axes, file: ResultFile, worn: Any) -> None:
 
 
 def _draw_disks(axes: Axes, file: ResultFile) -> None:
-    """Share of the disks of every level that cut at most so deep, and percentiles of the depth."""
+    """Draw the share of disks over the largest depth they cut, and percentiles, for every level."""
     at, half_range = file.config.convergence.percentiles, 100 * file.read("half_range")
     colours = [BLUE] if len(half_range) == 1 else shades(len(half_range))
     deepest, bound = finished(file, "deepest_m"), REACHED * depth_of_all(file.config)
@@ -98,9 +98,9 @@ def _draw_disks(axes: Axes, file: ResultFile) -> None:
             continue
         share = 100 * np.arange(1, len(depth) + 1) / len(depth)
         axes.step(depth, share, where="post", color=colour, label=f"±{level:.3g} %, disks")
-        found = intervals.interval(depth, at)
-        intervals.draw(axes, at, found, colour, sideways=True)
-        for p, value in enumerate(found[0]):
+        interval = intervals.interval(depth, at)
+        intervals.draw(axes, at, interval, colour, sideways=True)
+        for p, value in enumerate(interval[0]):
             axes.plot(value, at[p], marker(p), color=colour, ms=7)
     through = sum(int(np.count_nonzero(values >= bound)) for values in deepest) or "none"
     tuned = 1e3 * float(np.nanmedian(file.read("tuned/run_deepest_m")))

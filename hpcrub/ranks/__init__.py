@@ -1,4 +1,4 @@
-"""How a study runs: ranks, who computes what next, progress on a terminal, logs.
+"""Execution of a study on MPI ranks: schedule of the tasks, progress on a terminal, logs.
 
-Knows nothing of physics. The one module that imports mpi4py is `ranks.parallel`.
+This room knows nothing of physics. Only its module `parallel` imports mpi4py.
 """

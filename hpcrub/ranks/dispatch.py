@@ -11,21 +11,21 @@ from typing import Any
 from hpcrub.errors import Interrupted
 from hpcrub.ranks.schedule import Assignments
 
-PAUSE = 1e-3  # [s] between two looks while waiting: a spinning rank would take the core of another
+PAUSE = 1e-3  # [s] between two polls of a waiting rank, which would else take the core of another
 TO_ROOT, FROM_ROOT = 1, 2  # message tags
 
 
 class Dispatcher:
-    """Rank 0's side of `run_tasks`: messages; `Assignments` decides."""
+    """Rank 0's side of `run_tasks`: it exchanges the messages, `Assignments` decides."""
 
     def __init__(self, team: Any, assignments: Assignments, compute: Any, on_result: Any) -> None:
         self.team, self.assignments = team, assignments
         self.compute, self.on_result = compute, on_result
-        self.present = team.size - 1  # ranks that have not said good-bye
+        self.present = team.size - 1  # number of ranks that have not said good-bye
         self.stopped_by: Any = None
 
     def run(self) -> Any:
-        """Until all tasks are done or a signal came; returns the signal's name, else None."""
+        """Work until all tasks are done or a signal came; returns the signal's name, else None."""
         self._serve()
         while not self.stopped_by and not self.assignments.finished():
             task = self.assignments.own()
@@ -39,7 +39,7 @@ class Dispatcher:
         return self.stopped_by
 
     def poll(self) -> Any:
-        """Answer the other ranks; the value that is shared. Raises Interrupted after a signal."""
+        """Answer the other ranks; returns the shared value. Raises Interrupted after a signal."""
         self._serve()
         if self.stopped_by:
             raise Interrupted(self.stopped_by)
@@ -54,7 +54,7 @@ class Dispatcher:
                 self.team.comm.send(("tasks", tasks), rank, FROM_ROOT)
 
     def _receive(self):
-        """Take all messages."""
+        """Receive all messages that have arrived."""
         comm = self.team.comm
         while self.team.size > 1 and comm.iprobe(tag=TO_ROOT):
             rank, kind, content = comm.recv(tag=TO_ROOT)
@@ -72,7 +72,7 @@ class Dispatcher:
                 self.assignments.closed = True
 
     def _dismiss(self):
-        """Tell all ranks that it is over, and take what they have sent until they knew."""
+        """Tell all ranks to end, and receive their messages until each has said good-bye."""
         for rank in range(1, self.team.size):
             self.team.comm.send(("end", None), rank, FROM_ROOT)
         self._receive()
@@ -82,22 +82,22 @@ class Dispatcher:
 
 
 class Worker:
-    """The other ranks' side of `run_tasks`.
+    """Side of every other rank in `run_tasks`.
 
-    What they send is what they have finished: to ask for more, when they begin their last task
-    and again when they have none, and to say good-bye.
+    Every message carries the results finished since the last one. A rank sends one to ask for tasks
+    when it begins its last task, and again when it has none, and one to say good-bye.
     """
 
     def __init__(self, team: Any, compute: Any) -> None:
         self.team, self.compute = team, compute
         self.tasks: deque[Any] = deque()
         self.results: list[Any] = []
-        self.told = False  # rank 0 knows of our signal
+        self.told = False  # whether rank 0 knows of the signal that came here
         self.ended = False
 
     def run(self) -> None:
-        """Until rank 0 says the end."""
-        with contextlib.suppress(Interrupted):  # a running task is dropped
+        """Compute tasks until rank 0 tells this rank to end."""
+        with contextlib.suppress(Interrupted):  # which drops the running task
             self._tell("ask")
             while self._wait():
                 task = self.tasks.popleft()
@@ -106,7 +106,7 @@ class Worker:
                 self.results.append(self.compute(task, self.poll))
                 if not self.tasks:
                     self._tell("ask")
-                elif self.team.shared is None:  # the next task may wait for what this one gives
+                elif self.team.shared is None:  # a first shared value may depend on this result
                     self._tell("done")
                 self.poll()
         while not self.ended:
@@ -115,14 +115,14 @@ class Worker:
         self._tell("bye")
 
     def poll(self) -> Any:
-        """Hear rank 0; the value that is shared. Raises Interrupted at the end."""
+        """Receive from rank 0; returns the shared value. Raises Interrupted at the end."""
         self._look()
         if self.ended or self.told:
             raise Interrupted("stopped")
         return self.team.shared
 
     def _wait(self):
-        """Wait for tasks; False at the end."""
+        """Wait for tasks; returns False at the end."""
         while not self.tasks and not self.ended:
             self._look()
             if not self.tasks and not self.ended:
@@ -130,7 +130,7 @@ class Worker:
         return not self.ended
 
     def _look(self):
-        """Pass a signal on, and take all messages."""
+        """Pass a signal on to rank 0, and receive all its messages."""
         if self.team.signal and not self.told:
             self.told = True
             self._tell("stop", self.team.signal)

@@ -1,4 +1,4 @@
-"""Tasks on MPI ranks. The only module that imports mpi4py, and only when running under MPI.
+"""Tasks on MPI ranks. Only this module imports mpi4py, and only when the program runs under MPI.
 
 Rank 0 hands out the tasks (`schedule` decides which) and computes some itself; it answers the other
 ranks from a `poll()` that the computation calls every few hundredths of a second. No threads and no
@@ -7,7 +7,7 @@ one-sided messages are needed.
 Stopping: a signal only sets a flag. The next poll tells rank 0, rank 0 tells everybody, and the
 polls of all ranks raise `Interrupted`, so that every rank leaves `run_tasks` in the same way.
 
-An error that all ranks share (`on_root`, `together`) carries `shared = True` and ends them all in
+An error that all ranks share (`on_root`, `together`) carries `shared = True` and ends all ranks in
 good order. Any other exception belongs to one rank only, and aborts the job.
 """
 
@@ -36,14 +36,14 @@ LAUNCHERS = (
 
 
 def listen() -> None:
-    """Until `run` begins, a stop signal ends the program at once, with a line and its exit code."""
+    """Let stop signals end the program at once, with a line and exit code, until `run` begins."""
     for number in STOP_SIGNALS:
         signal.signal(number, _stop_at_once)
 
 
 def _stop_at_once(number, frame):
     _print_error(Interrupted(f"{_name(number)} came before anything was begun"), launched_rank())
-    os._exit(Interrupted.exit_code)  # no half-done import to trace
+    os._exit(Interrupted.exit_code)  # without a traceback from a half-done import
 
 
 def _name(number):
@@ -54,7 +54,7 @@ def run(program: Callable[["Team"], int]) -> int:
     """Run program(team) on this rank and end all ranks in good order.
 
     program: function of a `Team` that returns an exit code.
-    Returns the exit code; a failure prints once, an exception of a single rank aborts all.
+    Returns the exit code. A failure is printed once; an exception of one rank aborts all ranks.
     """
     team, rank, handlers = Team(), launched_rank(), {}  # until the ranks know each other
     try:
@@ -72,7 +72,7 @@ def run(program: Callable[["Team"], int]) -> int:
         if broken and team.size == 1:
             leave(error.exit_code)
         if broken and shared and team.rank > 0:
-            time.sleep(1.0)  # rank 0 has said it, and ends all
+            time.sleep(1.0)  # rank 0 has printed the error, and aborts all ranks
         if broken or not shared:
             team.abort(error.exit_code)
         return error.exit_code
@@ -89,7 +89,7 @@ def run(program: Callable[["Team"], int]) -> int:
 
 
 def leave(code: int) -> None:
-    """End this process now, without what Python and the libraries do at their end."""
+    """End this process now, without the exit handlers of Python and of the libraries."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
@@ -98,11 +98,11 @@ def leave(code: int) -> None:
 def alone(program: Callable[[], int]) -> int:
     """Run a command of one process; returns its exit code.
 
-    An error is one line, a stop signal too: it ends the command where it is, in good order.
+    An error is printed as one line. So is a stop signal, which ends the command in good order.
     """
 
     def stop(number, frame):
-        raise KeyboardInterrupt(_name(number))  # what handles errors does not handle this
+        raise KeyboardInterrupt(_name(number))  # code that handles Exception lets it pass
 
     handlers = {number: signal.signal(number, stop) for number in STOP_SIGNALS}
     try:
@@ -133,8 +133,8 @@ def launched_size() -> int:
 def launched_rank() -> int:
     """Number of this rank as the launcher tells it, 0 without one."""
     names = [rank for _, rank in LAUNCHERS] + ["PMIX_RANK"]
-    found = [os.environ[name] for name in names if os.environ.get(name, "").isdigit()]
-    return int(found[0]) if found else 0
+    ranks = [os.environ[name] for name in names if os.environ.get(name, "").isdigit()]
+    return int(ranks[0]) if ranks else 0
 
 
 def _world(size):
@@ -165,7 +165,7 @@ def _world(size):
 def _print_error(error, rank):
     if rank == 0:
         kind = "stopped" if isinstance(error, Interrupted) else "error"
-        text = one_line(str(error))  # which may hold anything that stands in a user's file
+        text = one_line(str(error))  # may quote anything from a user's file
         text = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}..."
         print(f"hpcrub: {kind}: {text}", file=sys.stderr, flush=True)
 
@@ -178,10 +178,10 @@ class Team:
         self.rank = comm.rank if comm else 0
         self.size = comm.size if comm else 1
         self.signal = None  # name of the signal that asked this rank to stop
-        self.shared = None  # what poll() returns in run_tasks
+        self.shared = None  # value that poll() returns in run_tasks
 
     def remember(self, number: int, frame: object) -> None:
-        """Signal handler: take note, nothing else."""
+        """Handle a signal: note its name, and nothing else."""
         self.signal = _name(number)
 
     def barrier(self) -> None:
@@ -202,16 +202,16 @@ class Team:
         return self.comm.gather(value) if self.size > 1 else [value]
 
     def on_root(self, function: Callable[[], Any]) -> Any:
-        """Result of function(), called on rank 0 only, on every rank.
+        """Call function() on rank 0 only, and return its result on every rank.
 
-        Raises, on every rank, the HpcrubError that it raised on rank 0.
+        Raises, on every rank, the HpcrubError that function() raised on rank 0.
         """
         return _result_or_raise(*self.bcast(_caught(function) if self.rank == 0 else None))
 
     def together(self, function: Callable[[], Any]) -> Any:
-        """Result of function(), called on every rank.
+        """Call function() on every rank, and return the result of each on that rank.
 
-        Raises, on every rank, the HpcrubError of the first rank that raised one.
+        Raises, on every rank, the HpcrubError of the first rank whose call raised one.
         """
         result, error = _caught(function)
         errors = self.gather(error)
@@ -234,32 +234,32 @@ class Team:
     ) -> None:
         """Compute all tasks.
 
-        tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); only rank 0's is
-        used. compute(task, poll): any rank; must call poll() many times a second and let
-        Interrupted pass; returns a small picklable result. on_result(task, result): rank 0, in
-        order of completion; may `share` a value and add urgent tasks; a true value means that no
-        further task is needed. shared: what poll() returns until a value is shared.
+        tasks: `schedule.Tasks`, or an iterable of tasks (small and picklable); rank 0's are used.
+        compute(task, poll): called on any rank; must call poll() many times a second and let
+        Interrupted pass; returns a small picklable result. on_result(task, result): called on rank
+        0 in order of completion; may `share` a value and add urgent tasks; returns a true value
+        when no further task is needed. shared: value of poll() until another one is shared.
         Raises Interrupted on every rank after a stop signal on any; running tasks are dropped.
         """
         self.shared = shared
         if self.rank == 0:
             stopped_by = Dispatcher(self, Assignments(tasks, self.size), compute, on_result).run()
         else:
-            stopped_by = None  # rank 0 knows
+            stopped_by = None  # rank 0 knows, and says it below
             Worker(self, compute).run()
         stopped_by = self.bcast(stopped_by)  # a signal may have come after rank 0 had said the end
         if stopped_by:
             _result_or_raise(None, Interrupted(stopped_by))
 
     def share(self, value: Any) -> None:
-        """In on_result of `run_tasks`: from now on poll() returns `value`, soon on all ranks."""
+        """Let poll() return `value` from now on, soon on all ranks; called by an on_result."""
         self.shared = value
         for rank in range(1, self.size):
             self.comm.send(("shared", value), rank, FROM_ROOT)
 
 
 def _caught(function):
-    """Result of function(), and the HpcrubError that it raised; None for the other one."""
+    """Return (result, None), or (None, error) where function() raised an HpcrubError."""
     try:
         return function(), None
     except HpcrubError as error:

@@ -1,4 +1,4 @@
-"""How far a study is, in lines that become rarer with time; the console they go to."""
+"""Progress of a study, in lines that become rarer with time; the console that prints them."""
 
 import io
 import sys
@@ -21,16 +21,16 @@ WIDTH = 106  # of the tables in a log
 
 
 def console() -> Console:
-    """Where everything meant for people goes.
+    """Return the console that prints all text meant for people.
 
-    Under mpirun these are plain lines: mpirun gives every rank a terminal of its own, also when
-    its output goes into a file.
+    Under mpirun it prints plain lines: mpirun gives every rank a terminal of its own, even when
+    the output of mpirun goes into a file.
     """
     plain: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
     if launched_size():
         plain["force_terminal"] = False
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # an output without ± or σ
+        sys.stdout.reconfigure(errors="replace")  # the encoding may lack ± or σ
     out = Console(**plain)
     if not out.is_terminal:
         out.width = max(out.width, WIDTH)
@@ -38,20 +38,20 @@ def console() -> Console:
 
 
 def table(title: str, headings: Iterable[str], **how: Any) -> Table:
-    """A table without rows, a column of numbers for each heading; how: as of `Table`."""
-    found = Table(box=box.SIMPLE_HEAD, title=title, **how)
+    """Return a table without rows, with a column of numbers for each heading; how: of `Table`."""
+    empty = Table(box=box.SIMPLE_HEAD, title=title, **how)
     for heading in headings:
-        found.add_column(heading, justify="right", no_wrap=True)
-    return found
+        empty.add_column(heading, justify="right", no_wrap=True)
+    return empty
 
 
 def say(line: str) -> None:
-    """Print a line whole, which a terminal may break anywhere, so that names can be copied."""
+    """Print a line without line breaks, so that names can be copied from a terminal."""
     console().print(line, soft_wrap=True)
 
 
 def print_line(out: Console, text: str) -> None:
-    """Print a line: whole into a log, wrapped at words on a terminal."""
+    """Print a line: unbroken into a log, wrapped at words on a terminal."""
     out.print(text, soft_wrap=not out.is_terminal)
 
 
@@ -69,12 +69,12 @@ class Progress:
         print_line(self.console, text)
 
     def part(self, what: str, n_done: int, n_total: int) -> None:
-        """n_done of n_total parts of something are done; what: the tuned disk, tasks."""
+        """Print that n_done of n_total parts are done; what: their name, such as tasks."""
         if self._is_due(n_done == n_total):
             self.say(f"{what}: {n_done} of {n_total}")
 
     def start(self, status: np.ndarray) -> None:
-        """The samples begin; status (V, n) of those in the file."""
+        """Begin the samples; status (V, n): that of each sample in the file."""
         self.began = self.shown = time.monotonic()
         self.already = self.done = int(np.count_nonzero(status != PENDING))
         self.total = status.size
@@ -82,7 +82,7 @@ class Progress:
             self.say(f"{self.already} of {counted(self.total, 'sample')} are already there")
 
     def sample(self, level: int, sample: int, outcome: Any, amplification: np.ndarray) -> None:
-        """One sample is finished; amplification (V, n) with NaN for the others."""
+        """Count one more finished sample; amplification (V, n), NaN for samples not finished."""
         self.done += 1
         if outcome.status == FAILED:
             where = f"level {self.config.levels[level]}, sample {self.config.samples[sample]}"
@@ -115,7 +115,7 @@ class Progress:
 
 
 def duration(seconds: float) -> str:
-    """12 s, 3.4 min, 5.6 h, 7.8 days."""
+    """Return a duration in words, such as 12 s, 3.4 min, 5.6 h or 7.8 days."""
     for unit, length, most in (("s", 1, 100), ("min", 60, 6000), ("h", 3600, 172800)):
         if seconds < most:
             return f"{seconds / length:.3g} {unit}"

@@ -1,7 +1,7 @@
 """The log of all runs of a study: NAME.runs.jsonl beside its result file.
 
 Each run adds two lines of JSON, one when it starts and one when it ends; a run that was killed has
-the first only. What cannot be written does not stop a study.
+the first only. A log that cannot be written does not stop a study.
 """
 
 import datetime
@@ -23,28 +23,28 @@ REASONS = {0: "done", 2: "wrong input", Interrupted.exit_code: "stopped"}
 
 
 class Work(NamedTuple):
-    """What all ranks together have done in one run."""
+    """Work of all ranks together in one run."""
 
     n_done: int = 0  # samples or tasks
     n_steps: int = 0  # time steps of all speeds; 0 where they are not counted
-    seconds: float = 0.0  # ranks were busy
-    writing: float = 0.0  # of these, for writing samples [s]; lay-out and statistics are phases
+    seconds: float = 0.0  # [s] in which ranks were busy, summed over the ranks
+    writing: float = 0.0  # [s] of these, for writing samples; lay-out and statistics are phases
 
     def __add__(self, other: "Work") -> "Work":  # type: ignore[override]
         return Work(*map(operator.add, self, other))
 
 
 class RunLog:
-    """The log of one run, which ends with the `with` block around it, however that ends."""
+    """Log of one run, for a `with` statement; writes its last line however the block ends."""
 
     def __init__(self, output: str | Path, n_ranks: int, writes: bool = True) -> None:
-        """Write the first line; writes: on rank 0 alone."""
+        """Write the first line; writes: whether this rank writes, which only rank 0 does."""
         self.writes = writes
         self.job: Any = None  # a `runs.study.Job`, once there is one
         self.path = Path(f"{without_suffix(os.path.abspath(output))}.runs.jsonl")
         self.n_ranks = n_ranks
         self.began = time.monotonic()
-        self.phases: dict[str, float] = {}  # seconds of those that are over
+        self.phases: dict[str, float] = {}  # seconds of the phases that are over
         self.current = "lay-out", self.began  # phase, and when it began
         self.about = {
             "output": str(output),
@@ -66,13 +66,13 @@ class RunLog:
         self.end(done, code, str(error or "").partition("\n")[0])
 
     def phase(self, name: str) -> None:
-        """The phase `name` begins, the last one ends."""
+        """Begin the phase `name`, and end the one before it."""
         (last, since), now = self.current, time.monotonic()
         self.phases[last] = self.phases.get(last, 0.0) + now - since
         self.current = name, now
 
     def end(self, work: Work, code: int, message: str = "") -> None:
-        """The run ends with an exit code and what it has done; message: what was wrong."""
+        """Write the last line: work, exit code, and a message that says what was wrong."""
         self.phase("end")
         wall = time.monotonic() - self.began
         busy = max(work.seconds, 1e-9)
@@ -88,7 +88,7 @@ class RunLog:
                 "wall_seconds": round(wall, 3),
                 "core_seconds": round(wall * self.n_ranks, 3),
                 "done_in_this_run": work.n_done,
-                "steps": work.n_steps or None,  # only a contact study counts them
+                "steps": work.n_steps or None,  # only a contact study counts steps
                 "steps_per_second_and_core": rate or None,
                 "idle_share": round(max(0.0, 1.0 - work.seconds / (wall * self.n_ranks)), 4),
                 "writing_share": round(work.writing / busy, 6),

@@ -1,4 +1,4 @@
-"""How a result file describes its datasets: what the files of all studies have in common.
+"""Description of the datasets of a result file, as far as the files of all studies share it.
 
 Every axis of every dataset has a dimension scale, so that xarray and netCDF know it by name: a
 dataset with the values along it where the study names one, else numbers from 0 (`index_scale`).
@@ -16,12 +16,12 @@ from hpcrub.contact import status
 # meaning of a dataset raises it.
 NUMBER = 4
 
-PENDING, DONE, FAILED = 0, 1, 2  # status of a sample
-OVERHEAD = 1024  # bytes for the name and attributes of a dataset, about
+PENDING, DONE, FAILED = 0, 1, 2  # status of a sample or task
+OVERHEAD = 1024  # [bytes] of the name and attributes of a dataset, about
 
 
 class Dataset(NamedTuple):
-    """One line of the file's layout."""
+    """Description of one dataset: a line of the file's layout."""
 
     name: str
     dimensions: tuple[str, ...]
@@ -31,18 +31,18 @@ class Dataset(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """All that is known of a result file before anything is computed."""
+    """Everything that is known of a result file before the study begins."""
 
     config: Any  # Config
     lines: tuple[Dataset, ...]
     lengths: dict[str, int]  # of every dimension
     scales: dict[str, str]  # dimension: dataset with the values along it
-    values: dict[str, Any]  # datasets that are known now
-    attributes: dict[str, Any]  # of the root, beside those that every file has
+    values: dict[str, Any]  # values of the datasets that are known already
+    attributes: dict[str, Any]  # attributes of the root, besides those that every file has
 
 
 def file_size(lines: Sequence[Dataset], lengths: dict[str, int]) -> int:
-    """Bytes that a result file of these datasets takes."""
+    """Return the size of a result file with these datasets [bytes]."""
     return sum(
         math.prod(lengths[d] for d in line.dimensions) * np.dtype(line.dtype).itemsize + OVERHEAD
         for line in lines
@@ -61,7 +61,7 @@ _INDEX = {
 
 
 def index_scale(dimension: str, name: str) -> Dataset:
-    """The scale, of this name, of a dimension that no dataset gives values."""
+    """Return the scale `name` for a dimension along which no dataset has values."""
     words = _INDEX.get(dimension, f"number of the {dimension.replace('_', ' ')}, from 0")
     percentile = dimension == "percentile"
     units, dtype = ("percent", "f8") if percentile else ("1", "i8")

@@ -1,4 +1,4 @@
-"""Model files: arrays by name in HDF5, and what identifies a file."""
+"""Model files: arrays by name in HDF5, and checksums, which identify a file."""
 
 import hashlib
 import os
@@ -9,7 +9,7 @@ from hpcrub.results.ownership import move
 from hpcrub.results.storage import read_arrays, write_arrays
 
 SUFFIXES = ".h5", ".hdf5"
-MARK = "hpcrub_model"  # array that every model file has
+MARK = "hpcrub_model"  # name of an array that every model file has
 
 
 def read(path: str | Path) -> dict:
@@ -19,7 +19,7 @@ def read(path: str | Path) -> dict:
 
 
 def require_free(path: str | Path, overwrite: bool = False) -> None:
-    """Raise InputError for a name that ends wrongly or is taken, unless by a model to replace."""
+    """Raise InputError for a wrong suffix, and for a file that exists and must not be replaced."""
     if Path(path).suffix not in SUFFIXES:
         raise InputError(f"{path}: a model file ends with {', '.join(SUFFIXES)}")
     if not os.path.lexists(path):
@@ -31,9 +31,9 @@ def require_free(path: str | Path, overwrite: bool = False) -> None:
 
 
 def write(path: str | Path, arrays: dict, overwrite: bool = False) -> None:
-    """Write a model file; one of that name is replaced, when asked for, in a single step.
+    """Write a model file; with `overwrite` it replaces one of that name in a single step.
 
-    Raises InputError as `require_free`, and when it cannot be written.
+    Raises InputError as `require_free` does, and when the file cannot be written.
     """
     require_free(path, overwrite)
     path = Path(path)
@@ -53,6 +53,6 @@ def checksum(path: str | Path) -> str:
 
 
 def require(key: str, path: str | Path, sha256: str) -> None:
-    """Raise InputError, which names the key, unless a file is the one with this checksum."""
+    """Raise InputError, which names the key, unless the file has this checksum."""
     if checksum(path) != sha256:
         raise InputError(f"{key}: {path} is not the file that this configuration was made of")

@@ -1,4 +1,4 @@
-"""Who may write an output file: one job at a time, over nothing of somebody else."""
+"""Right to write an output file: one job at a time, and never over somebody else's file."""
 
 import contextlib
 import errno
@@ -12,13 +12,13 @@ from hpcrub.errors import InputError, reason
 class Lock:
     """Keeps a second job off the same result file, until release or the end of the process.
 
-    Not by the library `filelock`: that one leaves its file beside every result, and where a file
-    system has no locks it makes do with the existence of the file, so that after kill -9 nobody
-    could go on.
+    The library `filelock` does not do: it leaves its file beside every result, and on a file system
+    without locks it takes the existence of this file for a lock, so that after kill -9 nobody could
+    go on.
     """
 
     def __init__(self, path: str | Path) -> None:
-        """Raises InputError when another job holds it or the folder cannot be used."""
+        """Take the lock. Raises InputError when another job has it or the folder cannot be used."""
         self.path = Path(f"{os.path.realpath(path)}.hpcrub-lock")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -30,38 +30,38 @@ class Lock:
             raise InputError(f"cannot write {path}: {reason(error)}") from None
 
     def _locked(self, path):
-        """Lock the file; False when its name has meanwhile passed to another file."""
+        """Lock the file; returns False when its name has meanwhile passed to another file."""
         self._file = open(self.path, "a", encoding="utf-8")  # noqa: SIM115, closed by release
         try:
             fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise InputError(f"{path} is in use by another job") from None
-            return True  # a file system without locks: go on without
+            return True  # the file system has no locks: go on without one
         return self._is_named()
 
     def _is_named(self):
-        """Whether the name is still that of the locked file."""
+        """Whether the name still belongs to the locked file."""
         try:
             return os.path.samestat(os.fstat(self._file.fileno()), os.stat(self.path))
         except FileNotFoundError:
             return False
 
     def release(self) -> None:
-        """Let others have the file; a second time does nothing."""
+        """Release the lock and remove its file; a second call does nothing."""
         if self._file.closed:
             return
-        with contextlib.suppress(OSError):  # a folder that has become read-only: leave it there
+        with contextlib.suppress(OSError):  # in a folder that is read-only by now the file stays
             if self._is_named():
                 self.path.unlink()
         self._file.close()
 
 
 def reserve(path: str | Path, size: int, mode: str = "xb") -> None:
-    """Take the place of a file of this size on its disk, now; mode: "xb" for a new file.
+    """Allocate the space of a file of this size on its disk; mode: "xb" for a new file.
 
     HDF5, when it cannot write, leaves objects behind that crash the process. Raises OSError when
-    there is no such place, as by a quota.
+    the disk or a quota leaves no such space.
     """
     with open(path, mode) as file:
         if hasattr(os, "posix_fallocate"):
@@ -69,7 +69,7 @@ def reserve(path: str | Path, size: int, mode: str = "xb") -> None:
 
 
 def move(path: str | Path, to: str | Path) -> None:
-    """Give a whole file its name in one step, once it is on the disk. Raises OSError."""
+    """Rename a finished file in one step, once its content is on the disk. Raises OSError."""
     with open(path, "rb") as file:
         os.fsync(file.fileno())
     os.replace(path, to)

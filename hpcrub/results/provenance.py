@@ -1,4 +1,4 @@
-"""Which program computed a result: its text, its version, its libraries."""
+"""Identity of the program that computes a result: its text, its version, its libraries."""
 
 import contextlib
 import hashlib
@@ -9,16 +9,16 @@ from pathlib import Path
 
 from hpcrub import __version__
 
-SHOWING = "plot", "commands"  # rooms whose text decides about no number; that of all others may
+SHOWING = "plot", "commands"  # rooms whose text cannot change a number; that of any other room may
 LIBRARIES = "numpy", "scipy", "numba", "h5py", "mpi4py"
 PACKAGE = Path(__file__).resolve().parents[1]
 
 
 @cache
 def program_text() -> str:
-    """Checksum of the sources of all rooms but `SHOWING`, 16 hexadecimal digits.
+    """Return the checksum of the sources of all rooms but `SHOWING`, 16 hexadecimal digits.
 
-    Two programs of the same text compute the same numbers.
+    Two programs with the same checksum compute the same numbers.
     """
     digest = hashlib.sha256()
     for source in sorted(PACKAGE.glob("*/**/*.py")):
@@ -29,7 +29,7 @@ def program_text() -> str:
 
 
 def origin() -> dict[str, str]:
-    """Attributes: text, version and, if known, revision of the program; versions of libraries."""
+    """Return attributes: text, version and known revision of the program; versions of libraries."""
     versions = {"program_text": program_text(), "program_version": __version__}
     if revision := git_revision():
         versions["git_revision"] = revision
@@ -41,7 +41,7 @@ def origin() -> dict[str, str]:
 
 @cache
 def git_revision() -> str | None:
-    """Commit of a source checkout, with -dirty for changed files; None elsewhere."""
+    """Return the commit of a checkout, with -dirty for changed files; None if it is not known."""
     folder = PACKAGE.parent
     if not (folder / ".git").exists():
         return None

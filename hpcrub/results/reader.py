@@ -1,6 +1,6 @@
 """A result file for a notebook: arrays by their names, pandas tables.
 
-Needs neither MPI nor the models; pandas only where it is asked for. xarray opens the file itself.
+It needs neither MPI nor the models, and pandas only for tables. xarray can open the file, too.
 """
 
 import difflib
@@ -15,9 +15,9 @@ from hpcrub.results.storage import ResultFile
 if TYPE_CHECKING:
     import pandas
 
-BESIDE = "blade"  # a last axis that makes columns of a table instead of rows
-RUNS = "tuned/run"  # of the tuned disk, which are no samples
-# short names of tables, and a column of each
+BESIDE = "blade"  # a dimension that, as the last one, makes columns of a table instead of rows
+RUNS = "tuned/run"  # dimension of the runs of the tuned disk, which are no samples
+# short names of tables: a dataset that is a column of the table
 SHORT = {"percentiles": "statistics/contact/amplification", "tuned": "tuned/amplitude_m"}
 
 
@@ -43,7 +43,7 @@ class Results(ResultFile):
     """
 
     def __getitem__(self, name: str) -> Any:
-        """Values of a dataset, in SI units: an array, or a number when it has no axes."""
+        """Return the values of a dataset in SI units: an array, or a number when it has no axes."""
         try:
             return self.read(name)
         except InputError as error:
@@ -85,7 +85,7 @@ class Results(ResultFile):
         return tables | short | {name: self._rows(of) for name, of in SHORT.items() if of in self}
 
     def _rows(self, name):
-        """Dimensions of the table in which a dataset is a column, or some, one for each blade."""
+        """Return the dimensions of the table where a dataset is a column, or has one per blade."""
         names = self.dimensions(name)
         return names[:-1] if len(names) > 1 and names[-1] == BESIDE else names
 
@@ -102,7 +102,7 @@ class Results(ResultFile):
             raise InputError("pandas is not installed: pip install 'hpcrub[tables]'") from None
         tables = self.tables()
         if table not in tables:
-            there = "; ".join(reversed(tables))  # those with names of their own first
+            there = "; ".join(reversed(tables))  # tables with short names first
             raise InputError(f"{self.path}: no table {table!r}; there are {there}")
         dimensions = tables[table]
         names = [n for n in self if self._rows(n) == dimensions and n not in dimensions]
@@ -123,6 +123,6 @@ class Results(ResultFile):
         return pandas.DataFrame(columns, index if len(levels) > 1 else index.get_level_values(0))
 
     def _axis(self, name, dimension, axis):
-        """Values along one axis of a dataset."""
+        """Return the values along one axis of a dataset, or its indices if it has no values."""
         here = dimension in self and self.shape(dimension) == (self.shape(name)[axis],)
         return self[dimension] if here else np.arange(self.shape(name)[axis])

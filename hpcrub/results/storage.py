@@ -1,13 +1,13 @@
-"""Results ↔ HDF5. The only module that imports h5py.
+"""Reading and writing of result files. Only this module imports h5py.
 
 A result file is an ordinary HDF5 file, to which people may add attributes and datasets of their
-own. Damage of its metadata is found by HDF5's own checksums, which the format of HDF5 1.8 has for
-all but texts of variable length: hence `LIBVER`, and attributes of fixed length.
+own. HDF5's own checksums find damage of its metadata. The format of HDF5 1.8 has checksums for all
+metadata but texts of variable length: hence `LIBVER`, and attributes of fixed length.
 
 How a file survives a kill at any moment:
 - Rank 0 alone lays the whole file out in `NAME.hpcrub-part`: every dataset contiguous, at its final
   size, filled, flushed to the disk. Only then is it moved to its name. A half-made file never bears
-  the name of a result, the old file is replaced in one step, and a disk too small is found at once.
+  the name of a result, the old file is replaced in one step, and a full disk is noticed at once.
 - All ranks then open it. From here on only raw data changes, nothing that HDF5 needs in order to
   open the file. With several ranks the `mpio` driver writes straight through; the serial driver
   buffers, hence its flushes.
@@ -40,13 +40,13 @@ SERIAL = {"locking": False}
 OTHER_LOCKING = "locking flag values don't match"
 LIBVER = {"libver": ("v108", "v108")}  # v110 leaves a file that nobody can open after kill -9
 LINKS = h5py.SoftLink, h5py.ExternalLink
-DEFLATED = 1100  # times smaller than data, at most, is what deflate makes of it
-# what h5py raises on damage; a wrong index of ours (IndexError) is none
+DEFLATED = 1100  # largest factor by which deflate can compress data
+# exceptions of h5py on damage; IndexError is not among them, it is an error of this program
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError)
 
 
 def require_parallel() -> None:
-    """Raises InputError when this h5py cannot write from several ranks."""
+    """Raise InputError when this h5py cannot write from several ranks."""
     if not h5py.get_config().mpi:
         raise InputError(
             "this h5py is built without MPI, which writing from several ranks needs: `make setup` "
@@ -57,15 +57,15 @@ def require_parallel() -> None:
 def lay_out(path: str | Path, plan: Plan) -> None:
     """Create the result file at its final size, replacing one of that name in a single step.
 
-    For one rank only. Raises InputError when the folder cannot be written, the disk is too small,
-    or the name is that of a file of somebody else.
+    Only one rank may call it. Raises InputError when the folder cannot be written, the disk is too
+    small, or a file of that name is no result of hpcrub.
     """
     path = os.path.realpath(path)
     part = Path(f"{path}.hpcrub-part")
     refuse_foreign(path)
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
-        part.unlink(missing_ok=True)  # of a job that was killed
+        part.unlink(missing_ok=True)  # left by a job that was killed
         ownership.reserve(part, file_size(plan.lines, plan.lengths))
         with h5py.File(part, "w", **LIBVER, **SERIAL) as file:
             _write_attributes(file, plan)
@@ -74,16 +74,16 @@ def lay_out(path: str | Path, plan: Plan) -> None:
             for name, values in plan.values.items():
                 file[name][...] = values
             _attach_scales(file, plan)
-        ownership.reserve(part, part.stat().st_size, "r+b")  # holes of unwritten texts
+        ownership.reserve(part, part.stat().st_size, "r+b")  # holes of texts not written yet
         ownership.move(part, path)
-    except (OSError, RuntimeError) as error:  # h5py has both for a full disk
+    except (OSError, RuntimeError) as error:  # h5py raises both on a full disk
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
         raise InputError(f"cannot write {path}: {reason(error)}") from None
 
 
 def _text(words):
-    """A text as an attribute of fixed length, which HDF5's checksums cover."""
+    """Return a text as an attribute of fixed length, which HDF5's checksums cover."""
     content = words.encode()
     return np.array(content, h5py.string_dtype("utf-8", max(1, len(content))))
 
@@ -104,9 +104,9 @@ def _write_attributes(file, plan):
 
 
 def note_program(path: str | Path) -> None:
-    """Name this program, too, in the attributes of a file that another one has begun.
+    """Add this program to the attributes of a file that another program has begun.
 
-    In a copy of it, which then replaces it: a kill in between harms nothing. Raises OSError.
+    It changes a copy, which then replaces the file: a kill harms nothing. Raises OSError.
     """
     path = os.path.realpath(path)
     part = shutil.copyfile(path, f"{path}.hpcrub-part")
@@ -118,7 +118,7 @@ def note_program(path: str | Path) -> None:
 
 
 def _create_dataset(file, line, length):
-    """Create one dataset, allocated now; h5py's own call does not do that for scalars."""
+    """Create one dataset and allocate it now, which h5py's own call does not do for scalars."""
     dtype = np.dtype(line.dtype)
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     creation.set_layout(h5py.h5d.CONTIGUOUS)
@@ -136,7 +136,7 @@ def _create_dataset(file, line, length):
 
 
 def _attach_scales(file, plan):
-    """Give every axis of every dataset its scale, the name of its dimension for netCDF."""
+    """Attach to every axis its scale, which names the dimension for netCDF."""
     for line in plan.lines:
         for axis, dimension in enumerate(line.dimensions):
             name = plan.scales[dimension]
@@ -153,7 +153,7 @@ def _is_ours(path):
 
 
 def refuse_foreign(path: str | Path) -> None:
-    """Raises InputError unless a file can be replaced: none yet, an empty one, a result of ours."""
+    """Raise InputError unless there is no file, or it is empty, or a result file of hpcrub."""
     path = Path(os.path.realpath(path))
     try:
         kind = path.stat().st_mode if os.path.lexists(path) else None
@@ -170,8 +170,8 @@ def refuse_foreign(path: str | Path) -> None:
 class ResultFile:
     """An open result file. Reads and writes are independent: any rank, any time.
 
-    What is read is what the file itself holds; `studies.open_result` also checks that it
-    holds all that its study needs. A file of any version opens whose layout this program knows.
+    A file of any version opens if this program knows its layout. `studies.open_result` checks, too,
+    that the file holds everything that its study needs.
     """
 
     def __init__(self, path: str | Path, comm: Any = None, mode: str = "r") -> None:
@@ -179,7 +179,7 @@ class ResultFile:
 
         comm: MPI communicator of the ranks that open it, None for one process.
         mode: "r" to read, "r+" to write too.
-        Raises InputError when it is no result file of a layout that this program knows.
+        Raises InputError when it is no result file, or its layout is unknown to this program.
         """
         self.path = Path(path).expanduser()
         parallel = comm is not None and comm.size > 1
@@ -224,24 +224,24 @@ class ResultFile:
             raise InputError(f"{by}: its configuration cannot be read: {error}") from None
 
     def written_by(self) -> str:
-        """Version and revision of the program that laid the file out, for messages."""
+        """Return version and revision of the program that laid the file out, for messages."""
         known = self.attributes
         version, revision = (known.get(n, "?") for n in ("program_version", "git_revision"))
         return f"hpcrub {version!s:.20} (revision {revision!s:.50})"
 
     def names(self) -> list[str]:
-        """Names of all datasets that the file itself holds, those of its user included."""
+        """Return the names of all datasets in the file itself, those that a user added included."""
         with self._damage():
             return [name for name, dataset in _items_in(self._file) if dataset is not None]
 
     def require_own(self, names: Iterable[str]) -> None:
-        """Raise InputError for datasets whose data the file itself does not hold; collective.
+        """Raise InputError for datasets whose data is not in the file itself; collective.
 
-        To open one of length zero changes metadata, on which all ranks agree when they close.
+        Opening a dataset of length zero changes metadata, on which all ranks must agree at closing.
         """
         with self._damage():
             for name in names:
-                for path in accumulate(name.split("/"), "{}/{}".format):  # of its groups, too
+                for path in accumulate(name.split("/"), "{}/{}".format):  # also of its groups
                     if isinstance(self._file.get(path, getlink=True), LINKS):
                         _require_own(self.path, path, None)
                 _require_own(self.path, name, self._dataset(name))
@@ -253,7 +253,7 @@ class ResultFile:
 
     @contextlib.contextmanager
     def _damage(self):
-        """Whatever HDF5 finds wrong with the file is one line. Raises InputError."""
+        """Turn whatever HDF5 finds wrong with the file into an InputError of one line."""
         try:
             yield
         except HpcrubError:
@@ -273,17 +273,17 @@ class ResultFile:
         return self._datasets[name]
 
     def read(self, name: str, where: Any = ()) -> Any:
-        """Values of a dataset, or of the part `where`, as a numpy array or scalar."""
+        """Return the values of a dataset, or of its part `where`, as a numpy array or scalar."""
         dataset = self._dataset(name)
         with self._damage():
             return dataset[where]
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """Length of every dimension of a dataset."""
+        """Return the length of every dimension of a dataset."""
         return self._dataset(name).shape
 
     def dtype(self, name: str) -> np.dtype:
-        """Type of the values of a dataset."""
+        """Return the type of the values of a dataset."""
         return self._dataset(name).dtype
 
     def dimensions(self, name: str) -> tuple[str, ...]:
@@ -312,7 +312,7 @@ class ResultFile:
 
     @property
     def warnings(self) -> list[str]:
-        """What the study warned of before it began, a line each."""
+        """Warnings of the study before it began, a line each."""
         return [line for line in str(self.attributes.get("warnings", "")).splitlines() if line]
 
     @property
@@ -321,7 +321,7 @@ class ResultFile:
         return self.read("status" if "status" in self else "samples/status")
 
     def write(self, values: dict[str, Any], where: Any) -> None:
-        """Write {dataset: values} at one place, in this order; one rank. Raises WriteError."""
+        """Write {dataset: values} at the index `where`, in this order. Raises WriteError."""
         try:
             for name, value in values.items():
                 self._dataset(name)[where] = value
@@ -337,8 +337,8 @@ class ResultFile:
 
 
 def _items_in(group, prefix=""):
-    """(name, dataset) of all datasets below a group; (name, None) of links, never followed."""
-    # known names are better looked up: HDF5 may crash when it lists a damaged group
+    """Yield (name, dataset) of all datasets below a group, (name, None) of links, not followed."""
+    # look a known name up instead: HDF5 may crash when it lists a damaged group
     for name in group:
         linked = isinstance(group.get(name, getlink=True), LINKS)
         item = None if linked else group[name]
@@ -354,7 +354,7 @@ def _require_own(path, name, dataset):
 
 
 def read_arrays(path: str | Path) -> dict[str, Any]:
-    """All datasets by name, texts as str. Raises InputError for links, OSError for damage."""
+    """Read all datasets by name, texts as str. Raises InputError for links, OSError for damage."""
     with h5py.File(path, "r", **SERIAL) as file:
         return {name: _array(path, name, dataset) for name, dataset in _items_in(file)}
 
@@ -383,7 +383,7 @@ def _open_to_read(path):
     try:
         return h5py.File(path, "r")
     except OSError as error:
-        if OTHER_LOCKING in str(error):  # this process has it open to write
+        if OTHER_LOCKING in str(error):  # this process has the file open to write
             return h5py.File(path, "r", **SERIAL)
         raise
 

@@ -1,4 +1,4 @@
-"""Tables of measured values in CSV files: numbers, with a line of names above them or without."""
+"""Tables of measured values in CSV files: numbers, with or without a line of names above."""
 
 import csv
 from pathlib import Path
@@ -10,10 +10,10 @@ from hpcrub.errors import InputError, reading
 
 
 def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of the columns, () of a file without, and its values (rows, columns).
+    """Read the names of the columns, () if the file has none, and the values (rows, columns).
 
-    Columns are parted by commas; lines that are empty or begin with # are left out. Raises
-    InputError when it cannot be read, naming the line.
+    Commas separate the columns; lines that are empty or begin with # are left out. Raises
+    InputError, which names the line, when the file cannot be read.
     """
     with reading(path):
         text = Path(path).read_text("utf-8-sig")
@@ -38,7 +38,7 @@ def read(path: str | Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def columns(path: str | Path, names: tuple[str, ...]) -> np.ndarray:
-    """Values (rows, columns) of a table with just these names. Raises InputError as `read`."""
+    """Read the values (rows, columns) of a table that has exactly the columns `names`."""
     columns, values = read(path)
     if sorted(columns) != sorted(names):
         there = ", ".join(columns) if columns else "a line of numbers"

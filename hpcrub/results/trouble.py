@@ -1,4 +1,4 @@
-"""What stands in the way of a result file, in one line: damage, a full disk, a lost name."""
+"""Reasons in one line why a result file cannot be written or kept: a full disk, a lost name."""
 
 import os
 import re
@@ -8,11 +8,11 @@ from hpcrub.errors import SYSTEM, HpcrubError, WriteError, reason
 
 
 def unwritable(error: Exception, path: Path) -> str:
-    """Why HDF5 cannot write, also where MPI-IO drops the system's words."""
+    """Return why HDF5 cannot write, also where MPI-IO drops the operating system's words."""
     if re.search(SYSTEM, str(error)):
         return reason(error)
     try:
-        with open(path, "r+b", buffering=0) as file:  # the same again, without MPI-IO
+        with open(path, "r+b", buffering=0) as file:  # write again, without MPI-IO
             first = file.read(1)
             file.seek(0)
             file.write(first)
@@ -23,7 +23,7 @@ def unwritable(error: Exception, path: Path) -> str:
 
 
 def require_kept(path: Path) -> None:
-    """Raises HpcrubError when a closed result file has lost its name, or the disk its content."""
+    """Raise HpcrubError when a closed result file is gone, or the disk has lost its content."""
     try:
         with open(path, "rb") as file:
             os.fsync(file)  # a disk may fail after the last write, a server refuse it late
