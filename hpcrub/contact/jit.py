@@ -103,12 +103,12 @@ def _foreign_sources(kind):
 def compiled(function: Callable | None = None, *, inline: bool = False, inner: bool = False) -> Any:
     """``numba.njit`` with the project's options: NumPy division rules, no fast-math, cached.
 
-    function: optional, to compile; without it a decorator is returned.
-    inline: whether it becomes part of every function that calls it.
-    inner: whether only compiled code calls it, and it makes no arrays. Then it needs no door for
-        Python, which takes as long to compile as the function, and does not count the references to
-        its arguments, which costs more than the work where it is called in every step.
-    Returns dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
+    function: function to compile; without it a decorator is returned.
+    inline: whether the code is copied into every compiled caller.
+    inner: whether only compiled code calls the function, and the function makes no arrays. It then
+        has no wrapper for Python, which takes as long to compile as the function, and does not
+        count references to its arguments, which costs more than the work in a call of every step.
+    Returns a dispatcher, whose ``py_func`` is the function in plain Python, or the decorator.
     """
 
     def decorate(f):
