@@ -95,7 +95,7 @@ def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.nd
 def bump_height(
     phi: np.ndarray, n_bumps: int, height: float, width: float = BUMP_WIDTH
 ) -> np.ndarray:
-    """Height of n_d evenly spaced bumps [m], inward, at angles from any of them [rad].
+    """Height of n_d evenly spaced bumps [m], inward, at angles from the crest of any bump [rad].
 
     - height: of a bump, c_rd [m].
     - width: distance from its crest at which a bump has 1/e of its height, in pitches [-].

@@ -14,7 +14,7 @@ class Damping(NamedTuple):
     bands: tuple[float, ...] = ()
 
     def of_modes(self, omega: np.ndarray) -> np.ndarray:
-        """Damping ratio of modes (K,) with increasing omega [rad/s]; bands include their ends."""
+        """Damping ratio of modes (K,) with increasing omega [rad/s]; bands hold upper ends."""
         place = np.arange(len(omega)) // self.family
         if self.bands:
             place = np.searchsorted(self.bands, omega)

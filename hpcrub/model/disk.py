@@ -145,13 +145,13 @@ def _blade(disk, material, nodes):
 
 
 def _root_motion(disk, nodes):
-    """Ring u, u', v to the motion of the blade's root in the polar frame of its tip, (3, 3)."""
+    """Matrix (3, 3) from ring u, u', v to the motion of a blade's root in the frame of its tip."""
     radial = nodes[0] / np.hypot(*nodes[0])
     return _turn_node(radial).T @ _section_motion(disk.hub_radius)
 
 
 def _root_stress(disk, material, nodes):
-    """Stress of both faces at a blade's root, E (strain ± t/2 curvature), on its dof (2, nb)."""
+    """Stress on both faces of a blade's root per unit dof (2, nb): E (strain ± t/2 curvature)."""
     edge = nodes[1] - nodes[0]
     length = np.hypot(*edge)
     turn = np.kron(np.eye(2), _turn_node(edge / length))

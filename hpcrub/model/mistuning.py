@@ -15,7 +15,7 @@ class Law(NamedTuple):
     truncation: float = 3.0  # half range of a normal distribution, in standard deviations
     measured: tuple[float, ...] = ()  # deviations of real blades, scaled to the half range
     neighbour_correlation: float = 0.0  # correlation of the normal scores of two neighbours
-    intentional: tuple[float, ...] = ()  # pattern [-], repeated, to which random ones are added
+    intentional: tuple[float, ...] = ()  # pattern [-], repeated, under the random deviations
 
     @property
     def sigma(self) -> float:

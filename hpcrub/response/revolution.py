@@ -51,7 +51,7 @@ def cut_revolution(speed_hz: float, scene: Any) -> Grid:
 
     A block turns the disk by whole bump pitches, or whole periods of casing and load together.
 
-    speed_hz: any speed of a rung [Hz]; the grid is that of the lowest speed of the rung.
+    speed_hz: any speed of a rung [Hz]; the lowest speed of the rung sets the grid.
     scene: a Scene, for `step`, `least_steps`, `record_interval`, `repeats` and `divisor`.
     """
     lowest = slowest(rung(speed_hz))

@@ -58,7 +58,7 @@ class Wearing(Watch):
             self.largest, self.time = amplitude, time
 
     def keep(self, revolutions: int, worn: np.ndarray) -> None:
-        """Keep the worn depths, and those REVOLUTIONS before; see `Watch.keep`."""
+        """Keep the worn depths of the last REVOLUTIONS; see `Watch.keep`."""
         self.depths.append((revolutions, worn))
         while len(self.depths) > 1 and self.depths[1][0] + REVOLUTIONS <= revolutions:
             self.depths.pop(0)

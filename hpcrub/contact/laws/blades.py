@@ -60,7 +60,7 @@ def list_near(lanes: tuple, state: State, law: SolidArrays, threshold: np.ndarra
 
 @compiled(inner=True)
 def guess(lanes: tuple, state: State, law: SolidArrays, deepest: np.ndarray) -> None:
-    """Guess the active set from that of the step before, a warm start (state, law are modified).
+    """Guess the active set, by a warm start from the step before (state, law are modified).
 
     A point that penetrates carries a force, unless the forces on other points held it out in the
     step before. The guess takes the line of the step before, or the first line of the surface.

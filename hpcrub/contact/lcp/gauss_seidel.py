@@ -113,7 +113,7 @@ def relax(
 def solve_many(
     lanes: tuple, law: Coupled, state: State, n_active: int, limit: np.ndarray, changing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depths x of any number of active points; on a rigid casing the bits are those of `solve_few`.
+    """Depths x of any number of active points; on a rigid casing with the bits of `solve_few`.
 
     The surface gives the depth x that the force on a point undoes, from the depth that the other
     forces leave, which ``state.depth`` holds on return.

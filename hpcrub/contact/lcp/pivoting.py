@@ -79,7 +79,7 @@ def pivot(tableau: np.ndarray, basis: np.ndarray, row: int, column: int) -> None
 
 @compiled
 def leaving_row(tableau: np.ndarray, basis: np.ndarray, column: int) -> int:
-    """Row of the smallest ratio; of equal ratios that of the artificial variable.
+    """Row of the smallest ratio; of equal ratios, the row of the artificial variable.
 
     column: column that enters the basis.
     Returns −1 for an unbounded ray.
