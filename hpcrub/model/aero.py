@@ -46,9 +46,9 @@ class Waves(NamedTuple):
 
     rows: np.ndarray  # indices of the replaced real modes (N,) int
     eigenvalue: np.ndarray  # λ, by increasing frequency (N,) [1/s]
-    right: np.ndarray  # of the coordinates of the replaced modes, q = Re(right z) (N, N)
-    left: np.ndarray  # from positions and velocities, z = left [q, q'] (N, 2N)
-    slopes: np.ndarray  # of λ over W² and W⁴, W the speed of rotation (0 or 2, N)
+    right: np.ndarray  # matrix to coordinates of the replaced modes, q = Re(right z) (N, N)
+    left: np.ndarray  # matrix from positions and velocities, z = left [q, q'] (N, 2N)
+    slopes: np.ndarray  # slopes of λ over W² and W⁴, W the speed of rotation (0 or 2, N)
     damping: np.ndarray  # D on the replaced modes (N, N) [1/s]
     stiffness: np.ndarray  # K on the replaced modes, less their ω² (N, N) [rad²/s²]
 

@@ -14,7 +14,7 @@ BUMP_WIDTH = 0.1  # distance from the crest where a bump has 1/e of its height [
 N_ANGLES = 2**14  # angles at which spectra are computed
 MOST_ANGLES = 2**17
 FINER = 16  # angles per cut-off wavelength of smoothed points, at least
-ORDER = 4  # of the spline filter
+ORDER = 4  # exponent of the spline filter
 RELEVANT = 0.01  # amplitude of a relevant order, over the largest of any order
 ACROSS = np.union1d(np.linspace(-3.0, 3.0, 49), (-math.sqrt(0.5), 0.0, math.sqrt(0.5)))
 
@@ -69,7 +69,7 @@ class Outline(NamedTuple):
 def smoothed(measured: tuple[tuple[float, float], ...], cut_off: float) -> np.ndarray:
     """Measured points of a casing, smoothed.
 
-    - measured: as of `Profile`.
+    - measured: points as in `Profile`.
     - cut_off: wavelength that is reduced to one half [rad]; 0: lines between the points.
 
     Returns (4, n): angles [rad], height [m], slope [m/rad] and second derivative [m/rad²]; without

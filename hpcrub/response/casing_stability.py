@@ -53,7 +53,7 @@ def eigenvalues(
     mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (2n,) [1/s] and vectors (n, 2n) of M x'' + D x' + S x = 0, matrices (n, n)."""
-    scale = np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())  # of time: balances the blocks
+    scale = np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())  # frequency to balance the blocks
     inverse = np.linalg.inv(mass)
     values, vectors = eig(state_matrix(inverse @ damping, inverse @ stiffness, scale))
     return values * scale, vectors[: len(mass)]

@@ -107,7 +107,7 @@ class Windows(Watch):
     def look(
         self, before: np.ndarray, last: np.ndarray, signals: Signals, time: float, over: bool
     ) -> Verdict | None:
-        """Take in the last window. Returns a Verdict, or None while the motion has to go on.
+        """Judge the motion with its last window; return None while it has to go on.
 
         before, last: (O,) largest observed displacements in the window before, and the last [m].
         signals: function that returns the history of one observed displacement in both windows.

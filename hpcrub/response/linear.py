@@ -20,7 +20,7 @@ from hpcrub.model.damping import Damping, ratios
 from hpcrub.model.interface import Interface
 from hpcrub.model.reduction import Modes
 
-_MESH_STEP = 0.25  # of the search mesh, in distances to the nearest pole
+_MESH_STEP = 0.25  # step of the search mesh, in distances to the nearest pole
 _WORTH_REFINING = 0.9  # mesh maxima below this share of the largest cannot overtake it
 _MAX_ITERATIONS = 60
 
@@ -61,7 +61,7 @@ def linear_peak(
 ) -> tuple[float, float]:
     """Largest observed displacement over the speeds of the first family of modes.
 
-    - modes, damping_ratio, amplitude, engine_order, interface: as of `engine_order_response`.
+    - modes, damping_ratio, amplitude, engine_order, interface: as in `engine_order_response`.
     - n_family: modes in the first family. Speeds run from 0.9 omega_1 to 1.1 omega_n_family, over
       n_d, with each omega at the speed where the load meets the mode. Where the load meets none,
       because the stiffness grows faster with the speed, frequencies are those at `Modes.speed`.
@@ -131,7 +131,7 @@ class _Oscillators:
         omega, w = self.modes.omega_at(w / self.engine_order), w[:, None]
         d1, d2 = 2 * (1j * self.xi * omega - w), np.full((1, 1), -2.0)
         n, speed = self.engine_order, w / self.engine_order
-        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴ by W
+        rise, bend = (2 * speed, 4 * speed**3), (2.0, 12 * speed**2)  # of W² and W⁴, by W
         if len(self.modes.stiffening):
             by_square, by_fourth = self.modes.stiffening
             square1 = (rise[0] * by_square + rise[1] * by_fourth) / n  # d(omega^2)/dw

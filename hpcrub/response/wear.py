@@ -17,14 +17,14 @@ from hpcrub.response.scene import Scene
 REVOLUTIONS = 10  # revolutions over which the growth of the worn depth is taken
 ENDED = 1e-3  # growth in these revolutions over the largest depth, below which wear has ended
 AT_REST = 0.01  # amplitude over the largest before, below which a motion has died away
-FAINT = 0.1  # share of the worn depth that lobes must have, beyond the bumps' part and in one order
+FAINT = 0.1  # least depth of lobes over the worn depth, and amplitude of an order over the mean
 N_ANGLES = 360  # angles at which a result keeps the worn depths of a speed
 
 
 class Wear(NamedTuple):
     """State of the coating at S speeds, at the end of the integration; NaN without a coating."""
 
-    amplitude: np.ndarray  # largest observed displacement at any time, before the end, too (S,) [m]
+    amplitude: np.ndarray  # largest observed displacement at any time (S,) [m]
     time: np.ndarray  # end of the block with this displacement (S,) [s]
     depth: np.ndarray  # largest worn depth (S,) [m]
     growth: np.ndarray  # largest growth of any bar's worn depth in the last REVOLUTIONS (S,) [m]
@@ -105,7 +105,7 @@ def volume(worn: np.ndarray, coating: Coating, radius: float) -> float:
 
 
 def energy(worn: np.ndarray, coating: Coating, radius: float) -> float:
-    """Energy that the wear has taken [J]; parameters as of `volume`."""
+    """Energy that the wear has taken [J]; parameters as in `volume`."""
     return float(coating.energy(worn).sum() * element_area(worn, coating, radius))
 
 

@@ -144,7 +144,7 @@ def reach_of_forces(lanes: tuple, state: State, law: SolidArrays, n_active: int)
 
 @compiled(inner=True)
 def count_between(lanes: tuple, law: SolidArrays, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Number of blades (L,) that penetrate by more than ``low``, but not ``high`` [m]."""
+    """Number of blades (L,) that penetrate by more than ``low`` and at most ``high`` [m]."""
     count = v.splat(lanes, 0.0)
     for blade in range(law.deepest.shape[0]):
         depth = v.load(lanes, law.deepest, blade)

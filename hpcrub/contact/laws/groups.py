@@ -89,7 +89,7 @@ def find_wrong(
 ) -> np.ndarray:  # fmt: skip
     """Mark points off the guessed line in ``law.work.wrong``, by 1 + the code of the right line.
 
-    A point that others push in needs its column of W before its surface can tell its line.
+    A point that other forces push in needs its column of W, without which `check` has no gains.
 
     n: number of chosen points.
     trying: (L,) bool, lanes without a solution so far; the others have no wrong points.
